@@ -1,0 +1,37 @@
+use super::*;
+
+/// B (1 + a sign(w)) w: compression and rebound damp differently.
+pub struct AsymmetricDamping;
+
+const ASYMMETRY: Parameter = Parameter {
+    name: "asymmetry",
+    unit: "-",
+    size: |_| 0.2,
+    limits: |_| [-3.0, 3.0],
+};
+
+impl Effect for AsymmetricDamping {
+    const SPEC: Spec = Spec {
+        id: "asymmetric_damping",
+        acts: Acts::OneAxle,
+        needs: &[],
+        parameters: &[ASYMMETRY],
+        amplitudes: &[0],
+        starts: |_| vec![[0.2, 0.0, 0.0]],
+        nearer: none_nearer,
+        report: |p, _| vec![reported(&ASYMMETRY, p[0], [-1.0, 1.0])],
+        stiffens: no_stiffer,
+        states: 0,
+        on_road: false,
+        on_sensor: false,
+        local: false,
+        words: "compression and rebound damp differently",
+        confused_with: &["progressive_stiffness"],
+        source: "Dixon, The Shock Absorber Handbook, 2nd ed. 2007",
+    };
+
+    #[inline(always)]
+    fn tyre(p: &LaneValues, m: &Motion, _s: &States, force: Lanes) -> Lanes {
+        force + p[0] * m.beta * m.w.abs()
+    }
+}

@@ -1,0 +1,52 @@
+use super::*;
+
+/// Fc sign(w), smoothed over the rate that the integrator can resolve: dry friction in a fork, a
+/// seat post, a rig.
+pub struct CoulombFriction;
+
+const FRICTION: Parameter = Parameter {
+    name: "friction",
+    unit: "N",
+    size: |s| 0.05 * s.force_rms(),
+    limits: |s| [0.0, 20.0 * s.force_rms()],
+};
+
+/// Rate (m/s) over which the sign is smooth: fitted, since no two contacts slip alike, but a nuisance.
+pub(super) const WIDTH: Parameter = Parameter {
+    name: "width",
+    unit: "m/s",
+    size: |s| 0.01 * s.w_rms,
+    limits: |s| [0.002 * s.w_rms, 0.4 * s.w_rms],
+};
+
+/// Dry friction of `force` (m/s^2), no sharper than the integrator can resolve.
+#[inline(always)]
+pub(super) fn dry(force: Lanes, rate: Lanes, width: Lanes, step: f64) -> Lanes {
+    force * rate.soft_sign((force * (0.5 * step)).max(width))
+}
+
+impl Effect for CoulombFriction {
+    const SPEC: Spec = Spec {
+        id: "coulomb_friction",
+        acts: Acts::OneAxle,
+        needs: &[],
+        parameters: &[FRICTION, WIDTH],
+        amplitudes: &[0],
+        starts: |s| vec![[(FRICTION.size)(s), 0.02 * s.w_rms, 0.0]],
+        nearer: none_nearer,
+        report: |p, s| vec![reported(&FRICTION, p[0], [0.0, (FRICTION.limits)(s)[1]])],
+        stiffens: no_stiffer,
+        states: 0,
+        on_road: false,
+        on_sensor: false,
+        local: false,
+        words: "dry friction acts along the suspension (fork, seat post, guide)",
+        confused_with: &["quadratic_damping", "hysteresis", "guide_friction"],
+        source: "Olsson et al. 1998, Eur. J. Control 4:176-195",
+    };
+
+    #[inline(always)]
+    fn tyre(p: &LaneValues, m: &Motion, _s: &States, force: Lanes) -> Lanes {
+        force + dry(p[0] * m.per_mass, m.w, p[1], m.step)
+    }
+}

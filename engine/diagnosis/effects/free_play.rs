@@ -1,0 +1,38 @@
+use super::*;
+
+/// Zero spring force within +-gap/2: backlash, a loose headset or bearing.
+pub struct FreePlay;
+
+const GAP: Parameter = Parameter {
+    name: "gap",
+    unit: "m",
+    size: |s| 0.2 * s.d_rms,
+    limits: |s| [0.0, 2.0 * s.d_peak],
+};
+
+impl Effect for FreePlay {
+    const SPEC: Spec = Spec {
+        id: "free_play",
+        acts: Acts::OneAxle,
+        needs: &[],
+        parameters: &[GAP],
+        amplitudes: &[],
+        starts: |s| [0.15, 0.5, 1.2].map(|g| [g * s.d_rms, 0.0, 0.0]).to_vec(),
+        nearer: none_nearer,
+        report: |p, s| vec![reported(&GAP, p[0], [1e-6 * s.d_rms, (GAP.limits)(s)[1]])],
+        stiffens: no_stiffer,
+        states: 0,
+        on_road: false,
+        on_sensor: false,
+        local: false,
+        words: "there is backlash: no spring force within a gap",
+        confused_with: &["bump_stop", "cubic_stiffness", "hysteresis"],
+        source: "Kerschen et al. 2006, Mech. Syst. Signal Process. 20:505-592",
+    };
+
+    #[inline(always)]
+    fn tyre(p: &LaneValues, m: &Motion, _s: &States, force: Lanes) -> Lanes {
+        let half = p[0] * 0.5;
+        force - m.kappa * m.d.max(-half).min(half)
+    }
+}

@@ -1,0 +1,57 @@
+use super::*;
+
+/// Rate-independent loss (Bouc-Wen): f' = A w - (A/fy) |w| f. Fitted as A and the yield deflection
+/// fy/A, in which the force is linear in A.
+pub struct Hysteresis;
+
+const STIFFNESS: Parameter = Parameter {
+    name: "stiffness",
+    unit: "N/m",
+    size: |s| 0.2 * s.k_size(),
+    limits: |s| [0.0, 300.0 * s.k_size()],
+};
+
+const YIELD: Parameter = Parameter {
+    name: "yield_deflection",
+    unit: "m",
+    size: |s| 0.3 * s.d_rms,
+    limits: |s| [0.01 * s.d_rms, 10.0 * s.d_peak],
+};
+
+impl Effect for Hysteresis {
+    const SPEC: Spec = Spec {
+        id: "hysteresis",
+        acts: Acts::OneAxle,
+        needs: &[],
+        parameters: &[STIFFNESS, YIELD],
+        amplitudes: &[0],
+        starts: |s| [0.1, 0.3, 0.8, 2.0].map(|y| [(STIFFNESS.size)(s), y * s.d_rms, 0.0]).to_vec(),
+        nearer: none_nearer,
+        report: |p, s| {
+            let force = Parameter { name: "yield_force", unit: "N", ..YIELD };
+            vec![
+                reported(&STIFFNESS, p[0], [0.0, (STIFFNESS.limits)(s)[1]]),
+                reported(&force, p[0] * p[1], [0.0, 1e3 * s.force_rms()]),
+            ]
+        },
+        stiffens: |p, _| p[0],
+        states: 1,
+        on_road: false,
+        on_sensor: false,
+        local: false,
+        words: "the tyre or frame loses energy by rate-independent hysteresis",
+        confused_with: &["coulomb_friction", "cubic_stiffness", "free_play"],
+        source: "Wen 1976, J. Eng. Mech. 102:249-263",
+    };
+
+    #[inline(always)]
+    fn tyre(p: &LaneValues, m: &Motion, s: &States, force: Lanes) -> Lanes {
+        force + p[0] * m.per_mass * s[0]
+    }
+
+    /// The state is f/A, a length.
+    #[inline(always)]
+    fn rates(p: &LaneValues, m: &Motion, s: &States) -> States {
+        [m.w - m.w.abs() * s[0] / p[1], Lanes::ZERO]
+    }
+}

@@ -1,0 +1,37 @@
+use super::*;
+
+/// + m V' h / L on the front, - m V' h / L on the rear axle: braking and accelerating load the axles.
+pub struct LoadTransfer;
+
+const HEIGHT: Parameter = Parameter {
+    name: "cog_height",
+    unit: "m",
+    size: |_| 0.2,
+    limits: |_| [-20.0, 20.0],
+};
+
+impl Effect for LoadTransfer {
+    const SPEC: Spec = Spec {
+        id: "load_transfer",
+        acts: Acts::Both,
+        needs: &[Need::VaryingSpeed, Need::Geometry],
+        parameters: &[HEIGHT],
+        amplitudes: &[0],
+        starts: |_| vec![[1.0, 0.0, 0.0]],
+        nearer: none_nearer,
+        report: |p, _| vec![reported(&HEIGHT, p[0], [0.05, 3.0])],
+        stiffens: no_stiffer,
+        states: 0,
+        on_road: false,
+        on_sensor: false,
+        local: false,
+        words: "braking and accelerating shift load between the axles",
+        confused_with: &["sensor_drift", "sensor_offset"],
+        source: "Wilson & Schmidt, Bicycling Science, 4th ed. 2020",
+    };
+
+    #[inline(always)]
+    fn body(p: &LaneValues, m: &Motion, force: Lanes) -> Lanes {
+        force + p[0] * m.per_mass * (m.scale.lift * m.speed_rate)
+    }
+}

@@ -1,0 +1,48 @@
+use super::*;
+
+/// a sin(2 crank angle + phase), fitted as its sine and cosine parts.
+pub struct PedallingForce;
+
+const fn part(name: &'static str) -> Parameter {
+    Parameter {
+        name,
+        unit: "N",
+        size: |s| 0.03 * s.force_rms(),
+        limits: |s| [-20.0 * s.force_rms(), 20.0 * s.force_rms()],
+    }
+}
+
+impl Effect for PedallingForce {
+    const SPEC: Spec = Spec {
+        id: "pedalling_force",
+        acts: Acts::OneAxle,
+        needs: &[Need::Cadence],
+        parameters: &[part("sine"), part("cosine")],
+        amplitudes: &[0, 1],
+        starts: |s| {
+            let a = 0.03 * s.force_rms();
+            vec![[a, 0.0, 0.0], [0.0, a, 0.0]]
+        },
+        nearer: none_nearer,
+        report: |p, s| {
+            let limit = 20.0 * s.force_rms();
+            vec![
+                Reported { name: "amplitude", unit: "N", value: p[0].hypot(p[1]), physical: p[0].hypot(p[1]) < limit },
+                Reported { name: "phase", unit: "rad", value: p[1].atan2(p[0]), physical: true },
+            ]
+        },
+        stiffens: no_stiffer,
+        states: 0,
+        on_road: false,
+        on_sensor: false,
+        local: false,
+        words: "pedalling pushes the axle at twice the cadence",
+        confused_with: &["wheel_out_of_round"],
+        source: "Turner et al. 2019, arXiv 1905.00019 (cycling vibration)",
+    };
+
+    #[inline(always)]
+    fn body(p: &LaneValues, m: &Motion, force: Lanes) -> Lanes {
+        force + (p[0] * m.crank[0] + p[1] * m.crank[1]) * m.per_mass
+    }
+}

@@ -1,0 +1,40 @@
+use super::*;
+
+/// Pitch inertia I differs from m l_F l_R, so that the axles push each other. Fitted as
+/// m l_F l_R / I - 1, zero in the plain model; the integrator couples the axles.
+pub struct PitchCoupling;
+
+const EXCESS: Parameter = Parameter {
+    name: "coupling",
+    unit: "-",
+    size: |_| 0.1,
+    limits: |_| [-0.95, 10.0],
+};
+
+impl Effect for PitchCoupling {
+    const SPEC: Spec = Spec {
+        id: "pitch_coupling",
+        acts: Acts::Both,
+        needs: &[Need::Geometry],
+        parameters: &[EXCESS],
+        amplitudes: &[0],
+        starts: |_| vec![[0.2, 0.0, 0.0]],
+        nearer: none_nearer,
+        report: |p, s| {
+            vec![Reported {
+                name: "pitch_inertia",
+                unit: "kg m^2",
+                value: s.balanced_pitch_inertia / (1.0 + p[0]),
+                physical: p[0] > -0.9 && p[0] < 5.0,
+            }]
+        },
+        stiffens: no_stiffer,
+        states: 0,
+        on_road: false,
+        on_sensor: false,
+        local: false,
+        words: "pitching couples the two axles",
+        confused_with: &["sprung_mass"],
+        source: "Gillespie, Fundamentals of Vehicle Dynamics, 1992 (dynamic index)",
+    };
+}

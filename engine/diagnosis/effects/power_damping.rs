@@ -1,0 +1,58 @@
+use super::*;
+
+/// c |w / w_rms|^p sign(w): a damper of any power. Not an effect to be named: a general curve against
+/// which the named laws of the rate are held.
+pub struct PowerDamping;
+
+const FORCE: Parameter = Parameter {
+    name: "force",
+    unit: "N",
+    size: |s| 0.1 * s.b_size() * s.w_rms,
+    limits: |s| [0.0, 20.0 * s.force_rms()],
+};
+
+const POWER: Parameter = Parameter {
+    name: "power",
+    unit: "-",
+    size: |_| 0.3,
+    limits: |_| [0.15, 5.0],
+};
+
+/// Rate below which the power law is rounded off, in RMS rates.
+const ROUND: f64 = 0.03;
+
+impl Effect for PowerDamping {
+    const SPEC: Spec = Spec {
+        id: "power_damping",
+        acts: Acts::OneAxle,
+        needs: &[],
+        parameters: &[FORCE, POWER],
+        amplitudes: &[0],
+        starts: |s| {
+            [0.4, 1.6, 3.0]
+                .map(|power| [(FORCE.size)(s), power, 0.0])
+                .to_vec()
+        },
+        nearer: none_nearer,
+        report: |p, s| vec![reported(&FORCE, p[0], (FORCE.limits)(s)), reported(&POWER, p[1], [0.15, 5.0])],
+        stiffens: no_stiffer,
+        states: 0,
+        on_road: false,
+        on_sensor: false,
+        local: false,
+        words: "the damper follows some power of the rate",
+        confused_with: &["coulomb_friction", "quadratic_damping"],
+        source: "Worden & Tomlinson 2001, Nonlinearity in Structural Dynamics",
+    };
+
+    #[inline(always)]
+    fn tyre(p: &LaneValues, m: &Motion, _s: &States, force: Lanes) -> Lanes {
+        let w = m.w / m.scale.w_rms;
+        let mut law = Lanes::ZERO;
+        for i in 0..law.0.len() {
+            let size = w.0[i] * w.0[i] + ROUND * ROUND;
+            law.0[i] = w.0[i] * size.powf(0.5 * (p[1].0[i] - 1.0));
+        }
+        force + p[0] * m.per_mass * law
+    }
+}

@@ -1,0 +1,37 @@
+use super::*;
+
+/// c2 w |w|: damping that grows with speed.
+pub struct QuadraticDamping;
+
+const C2: Parameter = Parameter {
+    name: "c2",
+    unit: "N s^2/m^2",
+    size: |s| 0.3 * s.b_size() / s.w_rms,
+    limits: |s| [0.0, 300.0 * s.b_size() / s.w_rms],
+};
+
+impl Effect for QuadraticDamping {
+    const SPEC: Spec = Spec {
+        id: "quadratic_damping",
+        acts: Acts::OneAxle,
+        needs: &[],
+        parameters: &[C2],
+        amplitudes: &[0],
+        starts: |s| vec![[(C2.size)(s), 0.0, 0.0]],
+        nearer: none_nearer,
+        report: |p, s| vec![reported(&C2, p[0], [0.0, (C2.limits)(s)[1]])],
+        stiffens: no_stiffer,
+        states: 0,
+        on_road: false,
+        on_sensor: false,
+        local: false,
+        words: "damping grows with the speed of deflection",
+        confused_with: &["coulomb_friction", "hysteresis"],
+        source: "Nayek et al. 2021, arXiv 2012.01937",
+    };
+
+    #[inline(always)]
+    fn tyre(p: &LaneValues, m: &Motion, _s: &States, force: Lanes) -> Lanes {
+        force + p[0] * m.per_mass * m.w * m.w.abs()
+    }
+}

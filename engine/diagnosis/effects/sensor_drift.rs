@@ -1,0 +1,36 @@
+use super::*;
+
+/// z + r t, t from the first sample: the zero point wanders.
+pub struct SensorDrift;
+
+const RATE: Parameter = Parameter {
+    name: "rate",
+    unit: "m/s",
+    size: |s| 0.1 * s.d_rms / s.train_s,
+    limits: |s| [-100.0 * s.z_rms / s.train_s, 100.0 * s.z_rms / s.train_s],
+};
+
+impl Effect for SensorDrift {
+    const SPEC: Spec = Spec {
+        id: "sensor_drift",
+        acts: Acts::OneAxle,
+        needs: &[],
+        parameters: &[RATE],
+        amplitudes: &[0],
+        starts: |s| vec![[(RATE.size)(s), 0.0, 0.0]],
+        nearer: none_nearer,
+        report: |p, s| vec![reported(&RATE, p[0], (RATE.limits)(s))],
+        stiffens: no_stiffer,
+        states: 0,
+        on_road: false,
+        on_sensor: true,
+        local: false,
+        words: "the displacement sensor's zero point wanders",
+        confused_with: &["sensor_offset", "load_transfer"],
+        source: "effect library: zero point",
+    };
+
+    fn sensor(p: &Values, t: f64, pickup: &mut Pickup) {
+        pickup.offset += p[0] * t;
+    }
+}

@@ -1,0 +1,36 @@
+use super::*;
+
+/// g z: the displacement sensor's calibration. Fitted as g - 1.
+pub struct SensorGain;
+
+const EXCESS: Parameter = Parameter {
+    name: "gain",
+    unit: "-",
+    size: |_| 0.02,
+    limits: |_| [-0.7, 2.0],
+};
+
+impl Effect for SensorGain {
+    const SPEC: Spec = Spec {
+        id: "sensor_gain",
+        acts: Acts::OneAxle,
+        needs: &[Need::Road],
+        parameters: &[EXCESS],
+        amplitudes: &[0],
+        starts: |_| vec![[0.02, 0.0, 0.0]],
+        nearer: none_nearer,
+        report: |p, _| vec![reported(&EXCESS, 1.0 + p[0], [0.6, 1.6])],
+        stiffens: no_stiffer,
+        states: 0,
+        on_road: false,
+        on_sensor: true,
+        local: false,
+        words: "the displacement sensor's gain is off",
+        confused_with: &["tyre_enveloping", "ground_damping"],
+        source: "effect library: calibration; g on z is 1/g on u",
+    };
+
+    fn sensor(p: &Values, _t: f64, pickup: &mut Pickup) {
+        pickup.gain *= 1.0 + p[0];
+    }
+}

@@ -1,0 +1,36 @@
+use super::*;
+
+/// z + o: the displacement sensor's zero point.
+pub struct SensorOffset;
+
+const OFFSET: Parameter = Parameter {
+    name: "offset",
+    unit: "m",
+    size: |s| 0.05 * s.d_rms,
+    limits: |s| [-100.0 * s.z_rms, 100.0 * s.z_rms],
+};
+
+impl Effect for SensorOffset {
+    const SPEC: Spec = Spec {
+        id: "sensor_offset",
+        acts: Acts::OneAxle,
+        needs: &[Need::Road],
+        parameters: &[OFFSET],
+        amplitudes: &[0],
+        starts: |s| vec![[0.05 * s.d_rms, 0.0, 0.0]],
+        nearer: none_nearer,
+        report: |p, s| vec![reported(&OFFSET, p[0], (OFFSET.limits)(s))],
+        stiffens: no_stiffer,
+        states: 0,
+        on_road: false,
+        on_sensor: true,
+        local: false,
+        words: "the displacement sensor's zero point is off",
+        confused_with: &["progressive_stiffness", "asymmetric_damping", "sensor_drift"],
+        source: "effect library: zero point",
+    };
+
+    fn sensor(p: &Values, _t: f64, pickup: &mut Pickup) {
+        pickup.offset += p[0];
+    }
+}

@@ -1,0 +1,37 @@
+use super::*;
+
+/// B (1 + s (V0/V - 1)), V0 = 5 m/s, V no less than 0.5 m/s: tyre damping falls with rolling speed.
+pub struct SpeedDependentDamping;
+
+const SHARE: Parameter = Parameter {
+    name: "share",
+    unit: "-",
+    size: |_| 0.3,
+    limits: |_| [-3.0, 10.0],
+};
+
+impl Effect for SpeedDependentDamping {
+    const SPEC: Spec = Spec {
+        id: "speed_dependent_damping",
+        acts: Acts::OneAxle,
+        needs: &[Need::VaryingSpeed],
+        parameters: &[SHARE],
+        amplitudes: &[0],
+        starts: |_| vec![[0.3, 0.0, 0.0]],
+        nearer: none_nearer,
+        report: |p, _| vec![reported(&SHARE, p[0], [0.0, 1.0])],
+        stiffens: no_stiffer,
+        states: 0,
+        on_road: false,
+        on_sensor: false,
+        local: false,
+        words: "the tyre's damping falls with rolling speed",
+        confused_with: &["speed_dependent_stiffness", "tyre_enveloping"],
+        source: "Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, ch. 9",
+    };
+
+    #[inline(always)]
+    fn tyre(p: &LaneValues, m: &Motion, _s: &States, force: Lanes) -> Lanes {
+        force + p[0] * m.beta * m.w * (5.0 / m.speed.max(0.5) - 1.0)
+    }
+}

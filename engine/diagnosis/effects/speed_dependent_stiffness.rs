@@ -1,0 +1,37 @@
+use super::*;
+
+/// k (1 + s (V - mean V over the ride)).
+pub struct SpeedDependentStiffness;
+
+const SLOPE: Parameter = Parameter {
+    name: "slope",
+    unit: "s/m",
+    size: |s| 0.1 / s.speed_span,
+    limits: |s| [-0.9 / s.speed_span, 5.0 / s.speed_span],
+};
+
+impl Effect for SpeedDependentStiffness {
+    const SPEC: Spec = Spec {
+        id: "speed_dependent_stiffness",
+        acts: Acts::OneAxle,
+        needs: &[Need::VaryingSpeed],
+        parameters: &[SLOPE],
+        amplitudes: &[0],
+        starts: |s| vec![[(SLOPE.size)(s), 0.0, 0.0]],
+        nearer: none_nearer,
+        report: |p, s| vec![reported(&SLOPE, p[0], (SLOPE.limits)(s))],
+        stiffens: no_stiffer,
+        states: 0,
+        on_road: false,
+        on_sensor: false,
+        local: false,
+        words: "the tyre's stiffness changes with speed",
+        confused_with: &["stiffness_drift", "tyre_enveloping"],
+        source: "Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, ch. 9",
+    };
+
+    #[inline(always)]
+    fn tyre(p: &LaneValues, m: &Motion, _s: &States, force: Lanes) -> Lanes {
+        force + p[0] * m.kappa * m.d * (m.speed - m.scale.mean_speed)
+    }
+}

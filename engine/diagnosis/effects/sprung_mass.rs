@@ -1,0 +1,80 @@
+use super::*;
+
+/// A share mu of the axle mass rides on its own spring and damper above the rest, which is z: a rider
+/// on the saddle, luggage, a second stage.
+pub struct SprungMass;
+
+const FRACTION: Parameter = Parameter {
+    name: "mass_fraction",
+    unit: "-",
+    size: |_| 0.1,
+    limits: |_| [0.0, 0.97],
+};
+const FREQUENCY: Parameter = Parameter {
+    name: "natural_frequency",
+    unit: "Hz",
+    size: |s| 0.3 / s.period(),
+    limits: |s| [0.3 / s.train_s, 0.45 / s.step],
+};
+const DAMPING: Parameter = Parameter {
+    name: "damping_ratio",
+    unit: "-",
+    size: |_| 0.1,
+    limits: |_| [0.0, 3.0],
+};
+
+impl SprungMass {
+    /// Acceleration that spring and damper give the sprung mass.
+    #[inline(always)]
+    fn pull(p: &LaneValues, m: &Motion, s: &States) -> Lanes {
+        let w = p[1] * std::f64::consts::TAU;
+        w * (w * (m.z - s[0]) + p[2] * (m.v - s[1]) * 2.0)
+    }
+}
+
+impl Effect for SprungMass {
+    const SPEC: Spec = Spec {
+        id: "sprung_mass",
+        acts: Acts::OneAxle,
+        needs: &[],
+        parameters: &[FRACTION, FREQUENCY, DAMPING],
+        amplitudes: &[0],
+        starts: |s| {
+            let f0 = 1.0 / s.period();
+            let mut starts = Vec::new();
+            for f in [0.15, 0.3, 0.5, 0.75, 1.0, 1.4, 2.0, 3.0] {
+                for zeta in [0.07, 0.3] {
+                    starts.push([0.1, f * f0, zeta]);
+                }
+            }
+            starts
+        },
+        nearer: none_nearer,
+        report: |p, s| {
+            vec![
+                reported(&FRACTION, p[0], [0.0, 0.95]),
+                reported(&FREQUENCY, p[1], [0.5 / s.train_s, 0.4 / s.step]),
+                reported(&DAMPING, p[2], [0.0, 0.9]),
+            ]
+        },
+        stiffens: no_stiffer,
+        states: 2,
+        on_road: false,
+        on_sensor: false,
+        local: false,
+        words: "a part of the mass rides on its own spring (rider on the saddle, luggage)",
+        confused_with: &["viscoelastic_tyre", "sensor_delay", "pitch_coupling"],
+        source: "Fairley & Griffin 1989, J. Biomech. 22:81-94 (seated body)",
+    };
+
+    #[inline(always)]
+    fn inertia(p: &LaneValues, m: &Motion, s: &States, force: Lanes) -> Lanes {
+        (force - p[0] * Self::pull(p, m, s)) / (Lanes::all(1.0) - p[0])
+    }
+
+    /// Position and velocity of the sprung mass, from its place at rest.
+    #[inline(always)]
+    fn rates(p: &LaneValues, m: &Motion, s: &States) -> States {
+        [s[1], Self::pull(p, m, s)]
+    }
+}

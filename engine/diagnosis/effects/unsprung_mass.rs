@@ -1,0 +1,82 @@
+use super::*;
+
+/// A wheel of share mu of the mass stands on the tyre and carries the rest, which is z, on its own
+/// spring and damper: a fork or suspension stage. The integrator takes the tyre's deflection from
+/// the wheel's states.
+pub struct UnsprungMass;
+
+const FRACTION: Parameter = Parameter {
+    name: "mass_fraction",
+    unit: "-",
+    size: |_| 0.05,
+    limits: |_| [0.005, 0.9],
+};
+const FREQUENCY: Parameter = Parameter {
+    name: "natural_frequency",
+    unit: "Hz",
+    size: |s| 1.0 / s.period(),
+    limits: |s| [0.1 / s.period(), 1.5 / s.step],
+};
+const DAMPING: Parameter = Parameter {
+    name: "damping_ratio",
+    unit: "-",
+    size: |_| 0.1,
+    limits: |_| [0.0, 3.0],
+};
+
+impl UnsprungMass {
+    /// Force of the suspension on the upper mass, over the whole axle mass.
+    #[inline(always)]
+    fn lift(p: &LaneValues, m: &Motion, s: &States) -> Lanes {
+        let w = p[1] * std::f64::consts::TAU;
+        (Lanes::all(1.0) - p[0]) * w * (w * (s[0] - m.z) + p[2] * (s[1] - m.v) * 2.0)
+    }
+}
+
+impl Effect for UnsprungMass {
+    const SPEC: Spec = Spec {
+        id: "unsprung_mass",
+        acts: Acts::OneAxle,
+        needs: &[Need::Road],
+        parameters: &[FRACTION, FREQUENCY, DAMPING],
+        amplitudes: &[],
+        starts: |s| {
+            let f0 = 1.0 / s.period();
+            let mut starts = Vec::new();
+            for f in [1.5, 2.5, 4.0] {
+                for zeta in [0.1, 0.4] {
+                    starts.push([0.1, f * f0, zeta]);
+                }
+            }
+            starts
+        },
+        nearer: none_nearer,
+        report: |p, s| {
+            vec![
+                reported(&FRACTION, p[0], [0.01, 0.8]),
+                reported(&FREQUENCY, p[1], [0.2 / s.period(), 1.0 / s.step]),
+                reported(&DAMPING, p[2], [0.0, 1.5]),
+            ]
+        },
+        stiffens: |p, s| s.k_size() / p[0].max(0.01),
+        states: 2,
+        on_road: false,
+        on_sensor: false,
+        local: false,
+        words: "the wheel is a mass of its own on the tyre, below a fork or suspension stage",
+        confused_with: &["viscoelastic_tyre", "sensor_delay", "tyre_enveloping"],
+        source: "Schoeneck & Nagurka, BMD 2023 (quarter car of a bicycle)",
+    };
+
+    /// With the wheel between tyre and mass, the suspension's force takes the tyre's place.
+    #[inline(always)]
+    fn inertia(p: &LaneValues, m: &Motion, s: &States, force: Lanes) -> Lanes {
+        (force + Self::lift(p, m, s)) / (Lanes::all(1.0) - p[0])
+    }
+
+    /// Rates of the wheel's height and velocity without the tyre's force, which the integrator adds.
+    #[inline(always)]
+    fn rates(p: &LaneValues, m: &Motion, s: &States) -> States {
+        [s[1], -(Self::lift(p, m, s) / p[0])]
+    }
+}

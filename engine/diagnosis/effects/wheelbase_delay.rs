@@ -1,0 +1,36 @@
+use super::*;
+
+/// The rear road input is shifted by a wrong wheelbase: u_R(t - dL/V).
+pub struct WheelbaseDelay;
+
+const ERROR: Parameter = Parameter {
+    name: "wheelbase_error",
+    unit: "m",
+    size: |_| 0.01,
+    limits: |_| [-0.5, 0.5],
+};
+
+impl Effect for WheelbaseDelay {
+    const SPEC: Spec = Spec {
+        id: "wheelbase_delay",
+        acts: Acts::Rear,
+        needs: &[Need::Road, Need::Speed],
+        parameters: &[ERROR],
+        amplitudes: &[0],
+        starts: |_| vec![[0.01, 0.0, 0.0]],
+        nearer: none_nearer,
+        report: |p, _| vec![reported(&ERROR, p[0], [-0.2, 0.2])],
+        stiffens: no_stiffer,
+        states: 0,
+        on_road: true,
+        on_sensor: false,
+        local: false,
+        words: "the rear road input is shifted by a wrong wheelbase",
+        confused_with: &["sensor_delay"],
+        source: "effect library: rear input u_R(t) = u_F(t - L/V)",
+    };
+
+    fn road(p: &Values, spot: &Spot, _scale: &Scale, tap: &mut Tap) {
+        tap.shift += p[0] / spot.speed.max(0.3);
+    }
+}

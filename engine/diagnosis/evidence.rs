@@ -1,0 +1,251 @@
+//! The data of the verdict's figures, per axle: the stretch where the plain model is worst, the spectrum
+//! of what each model leaves, and the force that the plain spring and damper lack.
+
+use std::f64::consts::TAU;
+
+use realfft::RealFftPlanner;
+use serde::{Deserialize, Serialize};
+
+use super::adequacy::Motion;
+use super::scene::Track;
+use crate::report::Estimate;
+
+/// What a reader must see to believe the verdict.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct Evidence {
+    pub worst: Excerpt,
+    pub spectrum: ResidualSpectrum,
+    pub surface: Surface,
+}
+
+/// Measured and simulated displacement in the window where the plain model's error is largest.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct Excerpt {
+    /// Time from the first sample (s).
+    pub t_s: Vec<f64>,
+    /// Null where the measurement is not to be trusted.
+    pub measured_m: Vec<Option<f64>>,
+    pub plain_m: Vec<f64>,
+    pub extended_m: Vec<f64>,
+}
+
+/// Power spectral density of measured minus simulated displacement, along the whole ride.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct ResidualSpectrum {
+    pub frequency_hz: Vec<f64>,
+    pub plain_m2_hz: Vec<f64>,
+    pub extended_m2_hz: Vec<f64>,
+}
+
+/// The force that the plain spring and damper lack, m r'' + B r' + k r with r measured minus simulated,
+/// against the measured deflection u - z and its rate. A cell holds the mean of the samples in it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct Surface {
+    /// Middles of the cells (m, m/s).
+    pub deflection_m: Vec<f64>,
+    pub rate_m_s: Vec<f64>,
+    /// Lacking force (N) row by row of rate; null in cells with fewer than three samples.
+    pub lacking_n: Vec<Vec<Option<f64>>>,
+    /// k d + B w of the plain model at the cells' middles (N).
+    pub plain_n: Vec<Vec<f64>>,
+    pub samples: Vec<Vec<usize>>,
+}
+
+/// Longest excerpt (samples and s).
+const EXCERPT: usize = 1000;
+const EXCERPT_S: f64 = 6.0;
+
+impl Excerpt {
+    /// `plain` and `left` are measured minus simulated, along the whole ride.
+    pub fn of(track: &Track, plain: &[f64], left: &[f64]) -> Self {
+        let n = track.measured.len();
+        let length = EXCERPT
+            .min((EXCERPT_S / track.input.step).ceil() as usize)
+            .clamp(1, n.max(1));
+        let excess = |i: usize| {
+            if track.valid[i] {
+                plain[i].powi(2) - 0.5 * left[i].powi(2)
+            } else {
+                0.0
+            }
+        };
+        let mut sum: f64 = (0..length.min(n)).map(excess).sum();
+        let (mut from, mut most) = (0, sum);
+        for i in length..n {
+            sum += excess(i) - excess(i - length);
+            if sum > most {
+                (from, most) = (i + 1 - length, sum);
+            }
+        }
+        let window = from..(from + length).min(n);
+        let model = |residual: &[f64]| {
+            let value = |i: usize| track.measured[i] - residual[i];
+            window.clone().map(value).collect()
+        };
+        Self {
+            t_s: window
+                .clone()
+                .map(|i| i as f64 * track.input.step)
+                .collect(),
+            measured_m: window
+                .clone()
+                .map(|i| track.valid[i].then_some(track.measured[i]))
+                .collect(),
+            plain_m: model(plain),
+            extended_m: model(left),
+        }
+    }
+}
+
+/// Segment of Welch's method (samples) and points of the spectrum.
+const SEGMENT: usize = 2048;
+const POINTS: usize = 160;
+
+impl ResidualSpectrum {
+    pub fn of(track: &Track, plain: &[f64], left: &[f64]) -> Self {
+        let step = track.input.step;
+        let (plain, left) = (density(plain, step), density(left, step));
+        if plain.len() < 2 {
+            return Self::default();
+        }
+        let width = 0.5 / step / (plain.len() - 1) as f64;
+        // Bins join to bands of equal ratio, as the axis is logarithmic.
+        let ratio = (plain.len() as f64).powf(1.0 / POINTS as f64);
+        let mut spectrum = Self::default();
+        let mut from = 1;
+        while from < plain.len() {
+            let to = ((from as f64 * ratio).round() as usize).clamp(from + 1, plain.len());
+            let mean = |x: &[f64]| x[from..to].iter().sum::<f64>() / (to - from) as f64;
+            spectrum
+                .frequency_hz
+                .push(0.5 * (from + to - 1) as f64 * width);
+            spectrum.plain_m2_hz.push(mean(&plain));
+            spectrum.extended_m2_hz.push(mean(&left));
+            from = to;
+        }
+        spectrum
+    }
+}
+
+/// One-sided power spectral density by Welch's method: Hann windows that overlap by half.
+fn density(values: &[f64], step: f64) -> Vec<f64> {
+    let length = SEGMENT.min(values.len() / 2 * 2);
+    if length < 16 {
+        return Vec::new();
+    }
+    let forward = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+    let mut record = forward.make_input_vec();
+    let mut bins = forward.make_output_vec();
+    let mut sum = vec![0.0; bins.len()];
+    let mut segments = 0.0;
+    let hann = |i: usize| 0.5 - 0.5 * (TAU * i as f64 / length as f64).cos();
+    for from in (0..=values.len() - length).step_by(length / 2) {
+        for (i, sample) in record.iter_mut().enumerate() {
+            *sample = values[from + i] * hann(i);
+        }
+        // Fails only on lengths other than planned.
+        let _ = forward.process(&mut record, &mut bins);
+        for (sum, bin) in sum.iter_mut().zip(&bins) {
+            *sum += bin.norm_sqr();
+        }
+        segments += 1.0;
+    }
+    let power: f64 = (0..length).map(|i| hann(i).powi(2)).sum();
+    sum.iter()
+        .map(|s| 2.0 * s * step / (power * segments))
+        .collect()
+}
+
+/// Cells along each side of the surface, and its half width in RMS values.
+const CELLS: usize = 15;
+const REACH: f64 = 2.5;
+const LEAST: usize = 3;
+
+impl Surface {
+    /// `motion` is the plain model's, `residual` measured minus simulated.
+    pub fn of(track: &Track, motion: &Motion, residual: &[f64], plain: &Estimate) -> Self {
+        let (step, r) = (track.input.step, residual);
+        let (m, k, b) = (plain.mass_kg, plain.k_n_m, plain.b_n_s_m);
+        let points: Vec<[f64; 3]> = (1..r.len().saturating_sub(1))
+            .filter(|i| track.valid[i - 1..=i + 1].iter().all(|v| *v))
+            .map(|i| {
+                let slope = (r[i + 1] - r[i - 1]) / (2.0 * step);
+                let bend = (r[i + 1] - 2.0 * r[i] + r[i - 1]) / (step * step);
+                let lacking = m * bend + b * slope + k * r[i];
+                [motion.d[i] - r[i], motion.w[i] - slope, lacking]
+            })
+            .collect();
+        let count = points.len().max(1) as f64;
+        let axis = |q: usize| -> Vec<f64> {
+            let middle = points.iter().map(|p| p[q]).sum::<f64>() / count;
+            let square: f64 = points.iter().map(|p| (p[q] - middle).powi(2)).sum();
+            let top = REACH * (square / count).sqrt();
+            let cell = |i: usize| middle + top * (2.0 * i as f64 / (CELLS - 1) as f64 - 1.0);
+            (0..CELLS).map(cell).collect()
+        };
+        let (deflection, rate) = (axis(0), axis(1));
+        let mut sums = vec![vec![(0.0, 0_usize); CELLS]; CELLS];
+        for [d, w, force] in &points {
+            if let (Some(column), Some(row)) = (cell(&deflection, *d), cell(&rate, *w)) {
+                let sum = &mut sums[row][column];
+                *sum = (sum.0 + force, sum.1 + 1);
+            }
+        }
+        let plain = |w: &f64| deflection.iter().map(|d| k * d + b * w).collect();
+        Self {
+            lacking_n: grid(&sums, |(sum, n)| (*n >= LEAST).then(|| sum / *n as f64)),
+            samples: grid(&sums, |(_, n)| *n),
+            plain_n: rate.iter().map(plain).collect(),
+            deflection_m: deflection,
+            rate_m_s: rate,
+        }
+    }
+}
+
+fn cell(axis: &[f64], x: f64) -> Option<usize> {
+    let position = ((x - axis[0]) / (axis[1] - axis[0])).round();
+    (0.0..axis.len() as f64)
+        .contains(&position)
+        .then_some(position as usize)
+}
+
+fn grid<T, U>(rows: &[Vec<T>], of: impl Fn(&T) -> U) -> Vec<Vec<U>> {
+    rows.iter()
+        .map(|row| row.iter().map(&of).collect())
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn the_spectrum_of_a_sine_holds_its_power_at_its_frequency() {
+        let (step, hz, amplitude) = (0.01, 7.0, 2.0);
+        let sine: Vec<f64> = (0..20_000)
+            .map(|i| amplitude * (TAU * hz * i as f64 * step).sin())
+            .collect();
+        let density = density(&sine, step);
+        let width = 0.5 / step / (density.len() - 1) as f64;
+        let power: f64 = density.iter().sum::<f64>() * width;
+        assert!((power / (0.5 * amplitude * amplitude) - 1.0).abs() < 0.01);
+        let peak = (0..density.len())
+            .max_by(|a, b| density[*a].total_cmp(&density[*b]))
+            .unwrap();
+        assert!((peak as f64 * width - hz).abs() < width);
+    }
+
+    #[test]
+    fn values_off_the_grid_have_no_cell() {
+        let axis = [-1.0, 0.0, 1.0];
+        assert_eq!(cell(&axis, 0.4), Some(1));
+        assert_eq!(cell(&axis, 1.6), None);
+        assert_eq!(cell(&axis, f64::NAN), None);
+        assert_eq!(cell(&[0.0, 0.0], 0.0), None);
+    }
+}

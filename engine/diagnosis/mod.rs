@@ -1,0 +1,200 @@
+//! When simulation and recording differ: detect, locate, name, model, show.
+
+mod adequacy;
+pub mod effects;
+mod evidence;
+mod extend;
+mod fit;
+mod foil;
+mod integrate;
+mod locate;
+mod model;
+mod name;
+mod next_ride;
+mod null;
+mod replicate;
+mod run;
+mod scene;
+mod show;
+mod spectrum;
+mod speed;
+#[cfg(test)]
+mod tests;
+mod words;
+
+pub use evidence::{Evidence, Excerpt, ResidualSpectrum, Surface};
+pub use run::diagnose;
+
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+use crate::bicycle::PerAxle;
+use crate::report::Estimate;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The plain model explains the ride to within its noise.
+    NothingMissing,
+    /// One set of effects explains the ride, and no other does.
+    Named,
+    /// Several sets explain it equally.
+    Ambiguous,
+    /// Something is left out that is not in the library.
+    Unnamed,
+}
+
+/// The axle or axles that an effect acts on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Place {
+    Front,
+    Rear,
+    Both,
+}
+
+/// The report's `diagnosis` section.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct Diagnosis {
+    pub verdict: Verdict,
+    /// The verdict in plain words.
+    pub sentence: String,
+    pub effects: Vec<EffectReport>,
+    /// Other sets of effects that explain the ride as well, simplest first, at most two.
+    pub alternatives: Vec<Vec<EffectName>>,
+    /// k and B with the effects in the model.
+    pub extended: PerAxle<Estimate>,
+    pub warnings: Vec<String>,
+    #[serde(rename = "where")]
+    pub location: PerAxle<Location>,
+    pub held_out: PerAxle<HeldOut>,
+    pub next_ride: Option<NextRide>,
+    /// What this ride would have shown.
+    pub detectable: Vec<Detectable>,
+    /// Effects that this ride cannot speak about, with the channel that is lacking.
+    pub switched_off: Vec<SwitchedOff>,
+    /// Free-form estimate of the missing force, where the verdict is `unnamed`.
+    pub free_form: PerAxle<FreeForm>,
+    /// What the omission changes for the rider: peak load, resonance, k and B.
+    pub consequences: PerAxle<Consequences>,
+    /// The data of the verdict's figures.
+    pub evidence: PerAxle<Evidence>,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct EffectName {
+    pub id: String,
+    pub axle: Place,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct EffectReport {
+    pub id: String,
+    pub axle: Place,
+    pub parameters: BTreeMap<String, ParameterReport>,
+    pub p_value: f64,
+    /// Gain in log likelihood that the ride loses without this effect.
+    pub separation: f64,
+    pub inside_physical_range: bool,
+    /// False where this is only the nearest shape.
+    pub adequate: bool,
+    /// Whether it changes the held-out error by more than the materiality threshold.
+    pub material: bool,
+    /// What this effect is, in a sentence.
+    pub sentence: String,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct ParameterReport {
+    pub value: f64,
+    pub std_error: f64,
+    pub unit: String,
+}
+
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct Location {
+    pub mismatch: bool,
+    pub p_value: f64,
+    pub windows_s: Vec<[f64; 2]>,
+    pub bands_hz: Vec<[f64; 2]>,
+    /// Regions of deflection, rate, speed, wheel and crank angle, in words.
+    pub states: Vec<String>,
+}
+
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct HeldOut {
+    /// The plain model at its best.
+    pub plain_rms_m: f64,
+    pub extended_rms_m: f64,
+    pub noise_floor_m: f64,
+    /// Share of the explainable held-out variance that the extension removed.
+    pub explained_share: f64,
+    /// The held-out window (s).
+    pub window_s: [f64; 2],
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct NextRide {
+    pub why: String,
+    pub what: String,
+    pub predicted_separation: f64,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct Detectable {
+    pub id: String,
+    pub axle: Place,
+    pub parameter: String,
+    pub smallest_detectable: f64,
+    pub unit: String,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct SwitchedOff {
+    pub id: String,
+    pub why: String,
+}
+
+/// The missing force, estimated without a name.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct FreeForm {
+    /// The coordinate that explains most: `deflection and rate`, `time`, `wheel angle` or `crank angle`.
+    pub against: String,
+    /// Deflection grid (m), rate grid (m/s) and force (N) on them, row by row of rate.
+    pub deflection_m: Vec<f64>,
+    pub rate_m_s: Vec<f64>,
+    pub force_n: Vec<Vec<f64>>,
+    /// Force along the ride (N), thinned.
+    pub t_s: Vec<f64>,
+    pub force_along_n: Vec<f64>,
+    /// Held-out error with the free-form force in the model (m).
+    pub held_out_rms_m: f64,
+}
+
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct Consequences {
+    /// Change of k and B when the effects are in the model (%).
+    pub k_change_percent: f64,
+    pub b_change_percent: f64,
+    /// Largest wheel load along the ride by the plain and the extended model (N).
+    pub peak_load_plain_n: f64,
+    pub peak_load_extended_n: f64,
+    /// Share of the time that the wheel carries no load, by the extended model.
+    pub airborne_share: f64,
+    /// Undamped resonance sqrt(k/m)/2pi by the plain and the extended model (Hz).
+    pub resonance_plain_hz: f64,
+    pub resonance_extended_hz: f64,
+}

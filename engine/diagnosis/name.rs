@@ -1,0 +1,412 @@
+//! Naming what is left out: forward selection with an exact refit of every candidate, a backward
+//! pass, and an exchange pass that also gives the rivals.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::EngineError;
+use crate::identify::Progress;
+use crate::output_error::colour::Colour;
+
+use super::Place;
+use super::extend::{
+    Model, Reach, Signatures, Tangent, extend, is_far, joined, polish, reduce, tangent_for,
+};
+use super::fit::{Effort, Fitted, Fitter};
+use super::model::Term;
+use super::null::Null;
+use super::replicate::score_to_beat;
+
+/// Share of a significant gain below which a linear promise is not followed up.
+const HOPE: f64 = 0.4;
+/// Share of its gain (for each sample) that an effect must repeat on the held-out part.
+const HELD: f64 = 0.3;
+/// Gain for each sample that a second effect must make.
+const BESIDE: f64 = 0.02;
+/// Share of the held-out squares that it must remove instead; where the road is noisy, in any case.
+const SHOWN: f64 = 0.08;
+/// Candidates that are fitted to the end in every round.
+const LEADERS: usize = 6;
+/// Largest angle (rad) that the stiffest axle turns through in one step of the integrator, while
+/// searching and in the end.
+pub const COARSE: f64 = 0.45;
+pub const FINE: f64 = 0.3;
+/// Effects that may act at once.
+const MOST_TERMS: usize = 3;
+
+/// What one round of the forward selection saw.
+#[derive(Clone, Debug)]
+pub struct Round {
+    pub term: Term,
+    /// Family-wise p value of its gain in log likelihood.
+    pub p_value: f64,
+    pub accepted: bool,
+}
+
+/// Result of the search.
+pub struct Named {
+    pub model: Model,
+    pub rounds: Vec<Round>,
+    /// Other models of the same or smaller size, best first.
+    pub rivals: Vec<Model>,
+}
+
+pub struct Search<'a> {
+    pub fitter: Fitter<'a>,
+    pub held: Range<usize>,
+    pub candidates: Vec<Term>,
+    pub alpha: f64,
+    pub seed: u64,
+    pub progress: &'a dyn Progress,
+}
+
+impl Search<'_> {
+    fn quick(&self, model: &Model) -> Effort {
+        let angle = if model.terms.is_empty() { COARSE } else { FINE };
+        Effort {
+            iterations: 8,
+            gain: 0.1,
+            substeps: model.substeps(self.fitter.scene, angle),
+        }
+    }
+
+    fn thorough(&self, model: &Model) -> Effort {
+        Effort {
+            iterations: 20,
+            gain: 0.01,
+            substeps: model.substeps(self.fitter.scene, FINE),
+        }
+    }
+
+    /// Residuals up to the end of the held-out part, by track and with the noise that the model gives it.
+    fn residuals<'m>(&self, model: &'m Model) -> Vec<(usize, Vec<f64>, &'m Colour)> {
+        let substeps = model.substeps(self.fitter.scene, FINE);
+        let of_fit = |fit: &'m Fitted| {
+            let end = self.held.end;
+            let residuals = self
+                .fitter
+                .residuals_to(&fit.unit, &fit.point, substeps, end);
+            let tracks = fit.unit.tracks.iter().copied();
+            tracks
+                .zip(residuals)
+                .zip(&fit.colours)
+                .map(|((t, r), c)| (t, r, c))
+        };
+        model.fits.iter().flat_map(of_fit).collect()
+    }
+
+    /// Log score of the held-out part under the model's own noise.
+    pub fn held_score(&self, model: &Model) -> f64 {
+        let scene = self.fitter.scene;
+        let mut total = 0.0;
+        for (t, r, colour) in self.residuals(model) {
+            let white = colour.whiten(&r);
+            for i in self.held.clone().filter(|i| scene.tracks[t].valid[*i]) {
+                total -= 0.5 * (white[i] * white[i] / colour.variance + colour.variance.ln());
+            }
+        }
+        if total.is_finite() {
+            total
+        } else {
+            f64::NEG_INFINITY
+        }
+    }
+
+    /// Sum of squares of the held-out residual, by track.
+    fn held_squares(&self, model: &Model) -> Vec<f64> {
+        let mut squares = vec![0.0; self.fitter.scene.tracks.len()];
+        for (t, r, _) in self.residuals(model) {
+            squares[t] = r[self.held.clone()].iter().map(|x| x * x).sum();
+        }
+        squares
+    }
+
+    /// Whether what `larger` has beyond `model` is large enough to be told beside other effects: in
+    /// likelihood, or in the held-out error, where a slow effect shows that coloured noise would hide.
+    fn counts(&self, model: &Model, larger: &Model) -> bool {
+        larger.likelihood - model.likelihood > BESIDE * self.fitter.samples as f64
+            || self.shows(model, larger)
+    }
+
+    /// All rounds from the plain model on.
+    pub fn run(&self, plain: Model) -> Result<Named, EngineError> {
+        let mut model = plain.clone();
+        let mut rounds = Vec::new();
+        let mut rivals: Vec<Model> = Vec::new();
+        // The last model whose every effect proved itself on the held-out part.
+        let mut proven = plain;
+        while model.terms.len() < MOST_TERMS {
+            self.check()?;
+            let offers = self.offers(&model, &model.terms);
+            let null = Null::new(&offers, self.seed, rounds.len());
+            if !self.promising(&model, &offers, &null) {
+                break;
+            }
+            let found = self.refits(&model, &offers);
+            let Some(best) = found.first() else { break };
+            let least = 0.5 * (best.likelihood - model.likelihood);
+            let choice = found
+                .iter()
+                .take(LEADERS)
+                .filter(|m| m.likelihood - model.likelihood >= least)
+                .find(|m| self.accepts(&proven, &model, m, &null));
+            let tell = |m: &Model, accepted: bool| Round {
+                term: added(&model, m),
+                p_value: null.p_value(m.likelihood - model.likelihood),
+                accepted,
+            };
+            if let Some(choice) = choice {
+                rounds.push(tell(choice, true));
+                model = self.pruned(
+                    polish(&self.fitter, choice, self.thorough(choice))
+                        .unwrap_or_else(|| choice.clone()),
+                );
+                rivals = if model.terms.len() == 1 {
+                    found
+                } else {
+                    let tried = self.exchanged(&mut model)?;
+                    model = self.pruned(model);
+                    tried
+                };
+                proven = model.clone();
+            } else {
+                rounds.push(tell(best, false));
+                // Far from the ride one effect alone may mislead where two together explain it.
+                let far = best
+                    .fits
+                    .iter()
+                    .any(|f| is_far(self.fitter.scene, best, &f.unit));
+                if !far || model.terms.len() > proven.terms.len() {
+                    break;
+                }
+                model = best.clone();
+            }
+        }
+        let model = proven;
+        for round in &mut rounds {
+            round.accepted &= model.terms.contains(&round.term);
+        }
+        rivals.retain(|m| m.terms.len() <= model.terms.len() && m.terms != model.terms);
+        rivals.sort_by(|a, b| b.likelihood.total_cmp(&a.likelihood));
+        rivals.dedup_by(|a, b| a.terms == b.terms);
+        Ok(Named {
+            model,
+            rounds,
+            rivals,
+        })
+    }
+
+    /// Whether the effect that `larger` has beyond `model` is real: its gain beyond the family-wise
+    /// null and what road noise can gain, large enough to be told beside others, and repeated on the
+    /// held-out part since the last `proven` model.
+    fn accepts(&self, proven: &Model, model: &Model, larger: &Model, null: &Null) -> bool {
+        let gain = larger.likelihood - model.likelihood;
+        let term = added(model, larger);
+        let local = term.kind.spec().local;
+        let share = self.held.len() as f64 / self.fitter.samples as f64;
+        let wanted = if local {
+            -2.0 - 0.05 * gain * share
+        } else {
+            2.0 + HELD * (larger.likelihood - proven.likelihood) * share
+        };
+        let counts = model.terms.is_empty() || self.counts(model, larger);
+        null.p_value(gain) <= self.alpha
+            && counts
+            && self.held_score(larger) - self.held_score(proven) > wanted
+            && self.beats_road_noise(model, larger, gain)
+    }
+
+    /// Whether a gain is beyond what noise of the road channel can bring, and shows in the held-out error.
+    fn beats_road_noise(&self, model: &Model, larger: &Model, gain: f64) -> bool {
+        let beat = score_to_beat(&self.fitter, model, added(model, larger), self.seed);
+        beat == 0.0 || (2.0 * gain).sqrt() > beat && self.shows(model, larger)
+    }
+
+    /// Whether `larger` removes a part of the held-out squares of some track.
+    fn shows(&self, model: &Model, larger: &Model) -> bool {
+        let (before, after) = (self.held_squares(model), self.held_squares(larger));
+        before
+            .iter()
+            .zip(after)
+            .any(|(before, after)| after < (1.0 - SHOWN) * before)
+    }
+
+    fn check(&self) -> Result<(), EngineError> {
+        if self.progress.cancelled() {
+            Err(EngineError::Cancelled)
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Signatures of every candidate outside `taken`.
+    pub fn offers(&self, model: &Model, taken: &[Term]) -> Vec<Signatures> {
+        let open: Vec<Term> = self
+            .candidates
+            .iter()
+            .copied()
+            .filter(|t| !taken.contains(t))
+            .collect();
+        let places = [Place::Front, Place::Rear, Place::Both];
+        let substeps = model.substeps(self.fitter.scene, COARSE);
+        let tangents: Vec<Option<Tangent>> = places
+            .par_iter()
+            .map(|p| {
+                let term = open.iter().find(|t| t.place == *p)?;
+                Some(tangent_for(&self.fitter, model, *term, substeps))
+            })
+            .collect();
+        open.par_iter()
+            .filter_map(|term| {
+                let at = places.iter().position(|p| *p == term.place)?;
+                Some(
+                    tangents[at]
+                        .as_ref()?
+                        .signatures(&self.fitter, *term, substeps),
+                )
+            })
+            .filter(|s| !s.starts.is_empty())
+            .collect()
+    }
+
+    /// Whether any offer may turn out significant: its linear promise comes near to that, or the model
+    /// is too far from the ride for linear promises to mean anything.
+    fn promising(&self, model: &Model, offers: &[Signatures], null: &Null) -> bool {
+        let scene = self.fitter.scene;
+        let most = offers.iter().map(promise).fold(0.0, f64::max);
+        most > HOPE * null.bound(self.alpha)
+            || model.fits.iter().any(|f| is_far(scene, model, &f.unit))
+    }
+
+    /// Exact refits of the offers that promise anything, best first.
+    fn refits(&self, model: &Model, offers: &[Signatures]) -> Vec<Model> {
+        let scene = self.fitter.scene;
+        let most = offers.iter().map(promise).fold(0.0, f64::max);
+        let near = |s: &Signatures| promise(s) > 2.0 && promise(s) > 0.02 * most;
+        let far =
+            |s: &Signatures| joined(scene, model, s.term).is_some_and(|u| is_far(scene, model, &u));
+        let fitted = |s: &Signatures, reach: Reach| {
+            if self.progress.cancelled() {
+                return None;
+            }
+            extend(&self.fitter, model, s, self.quick(model), reach)
+        };
+        let mut found: Vec<Model> = offers
+            .par_iter()
+            .filter(|s| near(s))
+            .filter_map(|s| fitted(s, Reach::Near))
+            .collect();
+        // Where no start close to the model comes near to the ride, all are tried from afar.
+        let arrived = found.iter().any(|m| {
+            let units = m
+                .fits
+                .iter()
+                .filter(|f| !model.fits.iter().any(|g| g.unit == f.unit));
+            units.into_iter().all(|f| !is_far(scene, m, &f.unit))
+        });
+        if !arrived {
+            let further: Vec<Model> = offers
+                .par_iter()
+                .filter(|s| far(s))
+                .filter_map(|s| fitted(s, Reach::Far))
+                .collect();
+            found.extend(further);
+            found.sort_by(|a, b| b.likelihood.total_cmp(&a.likelihood));
+            let mut seen: Vec<Vec<Term>> = Vec::new();
+            found.retain(|m| {
+                let new = !seen.contains(&m.terms);
+                seen.push(m.terms.clone());
+                new
+            });
+        }
+        found.sort_by(|a, b| b.likelihood.total_cmp(&a.likelihood));
+        // The leaders once more, to the end and each under its own noise.
+        let rest = found.split_off(found.len().min(LEADERS));
+        let mut found: Vec<Model> = found
+            .into_par_iter()
+            .map(|m| polish(&self.fitter, &m, self.quick(&m)).unwrap_or(m))
+            .collect();
+        found.extend(rest);
+        found.sort_by(|a, b| b.likelihood.total_cmp(&a.likelihood));
+        found
+    }
+
+    /// Standard deviations that a score must reach to be significant among all offers.
+    pub fn score_bound(&self, offers: &[Signatures]) -> f64 {
+        (2.0 * Null::new(offers, self.seed, MOST_TERMS + 1).bound(self.alpha)).sqrt()
+    }
+
+    /// Drops terms that the others have made superfluous.
+    fn pruned(&self, mut model: Model) -> Model {
+        while model.terms.len() > 1 {
+            let weakest = self
+                .without_each(&model)
+                .into_iter()
+                .max_by(|a, b| a.likelihood.total_cmp(&b.likelihood));
+            match weakest {
+                Some(less) if !self.counts(&less, &model) => model = less,
+                _ => break,
+            }
+        }
+        model
+    }
+
+    pub fn without_each(&self, model: &Model) -> Vec<Model> {
+        model
+            .terms
+            .par_iter()
+            .filter_map(|t| {
+                let terms: Vec<Term> = model.terms.iter().copied().filter(|x| x != t).collect();
+                reduce(&self.fitter, model, &terms, self.thorough(model))
+            })
+            .collect()
+    }
+
+    /// Tries every other effect in the place of each of the model's; takes improvements, and gives
+    /// the models that were tried.
+    fn exchanged(&self, model: &mut Model) -> Result<Vec<Model>, EngineError> {
+        let mut tried = Vec::new();
+        if model.terms.len() < 2 {
+            return Ok(tried);
+        }
+        for less in self.without_each(model) {
+            self.check()?;
+            let dropped = *model
+                .terms
+                .iter()
+                .find(|t| !less.terms.contains(t))
+                .unwrap_or(&model.terms[0]);
+            let mut taken = less.terms.clone();
+            taken.push(dropped);
+            let offers = self.offers(&less, &taken);
+            let loss = model.likelihood - less.likelihood;
+            let offers: Vec<Signatures> = offers
+                .into_iter()
+                .filter(|o| o.starts.iter().any(|p| p.gain > 0.2 * loss))
+                .collect();
+            tried.extend(self.refits(&less, &offers));
+        }
+        if let Some(best) = tried
+            .iter()
+            .max_by(|a, b| a.likelihood.total_cmp(&b.likelihood))
+            && best.likelihood > model.likelihood + 1.0
+        {
+            let better = best.clone();
+            tried.push(std::mem::replace(model, better));
+        }
+        tried.retain(|m| m.terms != model.terms);
+        Ok(tried)
+    }
+}
+
+/// The term that `larger` has and `model` has not.
+fn added(model: &Model, larger: &Model) -> Term {
+    let new = larger.terms.iter().find(|t| !model.terms.contains(t));
+    *new.unwrap_or(&larger.terms[0])
+}
+
+/// What an offer promises at its best start.
+fn promise(offer: &Signatures) -> f64 {
+    offer.starts.iter().map(|p| p.gain).fold(0.0, f64::max)
+}

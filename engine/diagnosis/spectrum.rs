@@ -1,0 +1,280 @@
+//! What the residual's spectrum says: does it resonate like the axle, as the answer to a force left
+//! out would, or is it noise of the sensors?
+
+use realfft::RealFftPlanner;
+
+/// Length (s) of the stretches whose spectra are averaged.
+const STRETCH_S: f64 = 8.0;
+
+/// One-sided power spectral density (1/Hz), averaged over half-overlapping Hann-windowed stretches.
+pub struct Spectrum {
+    pub hz: Vec<f64>,
+    pub density: Vec<f64>,
+    /// Independent stretches that were averaged.
+    stretches: f64,
+}
+
+impl Spectrum {
+    pub fn new(x: &[f64], step: f64) -> Option<Self> {
+        let length = ((STRETCH_S / step) as usize).min(x.len() / 3) & !1;
+        if length < 64 {
+            return None;
+        }
+        let fourier = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+        let (mut part, mut out) = (fourier.make_input_vec(), fourier.make_output_vec());
+        let window: Vec<f64> = (0..length)
+            .map(|i| {
+                (std::f64::consts::PI * i as f64 / length as f64)
+                    .sin()
+                    .powi(2)
+            })
+            .collect();
+        let power: f64 = window.iter().map(|w| w * w).sum();
+        let mean = x.iter().sum::<f64>() / x.len() as f64;
+        let mut density = vec![0.0; out.len()];
+        let starts = (0..=x.len() - length).step_by(length / 2);
+        let count = starts.clone().count() as f64;
+        for start in starts {
+            for ((p, x), w) in part.iter_mut().zip(&x[start..]).zip(&window) {
+                *p = (x - mean) * w;
+            }
+            fourier.process(&mut part, &mut out).ok()?;
+            for (d, o) in density.iter_mut().zip(&out) {
+                *d += 2.0 * step * o.norm_sqr() / power / count;
+            }
+        }
+        Some(Self {
+            hz: (0..density.len())
+                .map(|i| i as f64 / (length as f64 * step))
+                .collect(),
+            density,
+            // Neighbouring Hann windows share about half of what they see.
+            stretches: 0.55 * count,
+        })
+    }
+
+    /// Density of the white noise in a record: the least median of four bands in its upper half.
+    pub fn white_floor(&self) -> f64 {
+        let n = self.hz.len();
+        let median = |from: f64| {
+            let mut band = self.density
+                [(from * n as f64) as usize..((from + 0.16) * n as f64) as usize]
+                .to_vec();
+            band.sort_by(f64::total_cmp);
+            band[band.len() / 2]
+        };
+        [0.4, 0.52, 0.66, 0.82]
+            .map(median)
+            .into_iter()
+            .fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// Evidence that a force is left in a residual.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Resonance {
+    /// Gain in Whittle log likelihood by forces beside noise.
+    pub gain: f64,
+    /// Share of the residual's power that the forces take.
+    pub share: f64,
+}
+
+/// Correlations of first-order sensor noise, and corner frequencies (Hz) of forces, in the mixtures.
+const NOISES: [f64; 11] = [0.0, 0.3, 0.5, 0.7, 0.8, 0.88, 0.93, 0.96, 0.98, 0.99, 0.995];
+const FORCES_HZ: [f64; 7] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 1e3];
+/// Steps of the multiplicative fit of a mixture.
+const STEPS: usize = 300;
+
+/// Explains the spectrum of a residual (m) of an axle with k/m = `kappa` and B/m = `beta` by noise of
+/// its displacement sensor of any reddish colour and by noise of its road channel up to `road_floor`
+/// (m^2/Hz), then also by forces.
+pub fn resonance(residual: &[f64], step: f64, kappa: f64, beta: f64, road_floor: f64) -> Resonance {
+    let Some(spectrum) = Spectrum::new(residual, step) else {
+        return Resonance::default();
+    };
+    let n = spectrum.hz.len();
+    let range = 2..(0.96 * n as f64) as usize;
+    let (hz, density) = (&spectrum.hz[range.clone()], &spectrum.density[range]);
+    if !density.iter().all(|d| *d > 0.0) {
+        return Resonance::default();
+    }
+    let kappa = kappa.max((std::f64::consts::TAU / STRETCH_S).powi(2));
+    let beta = beta.max(0.02 * kappa.sqrt());
+    let answer = |f: f64, force: bool| {
+        let w = std::f64::consts::TAU * f;
+        let below = (kappa - w * w).powi(2) + (w * beta).powi(2);
+        (if force {
+            1.0
+        } else {
+            kappa * kappa + (w * beta).powi(2)
+        }) / below
+    };
+    // |1 - G|^2 with G the road's answer: 1 - G = -w^2 / (kappa - w^2 + i w beta).
+    let slip = |f: f64| (std::f64::consts::TAU * f).powi(4) * answer(f, true);
+    let noise = |phi: f64, f: f64| {
+        let turn = std::f64::consts::TAU * f * step;
+        1.0 / (1.0 - 2.0 * phi * turn.cos() + phi * phi)
+    };
+    let mut parts: Vec<Part> = NOISES
+        .iter()
+        .map(|phi| Part::new(hz.iter().map(|f| noise(*phi, *f)).collect(), f64::INFINITY))
+        .collect();
+    // Noise of the road channel, alone and where a jittering clock puts the same into both channels.
+    let most = 1.3 * road_floor;
+    parts.push(Part::new(
+        hz.iter().map(|f| answer(*f, false)).collect(),
+        most,
+    ));
+    parts.push(Part::new(hz.iter().map(|f| slip(*f)).collect(), most));
+    let without = mixed(&parts, density);
+    let noises = parts.len();
+    parts.extend(FORCES_HZ.iter().map(|corner| {
+        let shape = hz
+            .iter()
+            .map(|f| answer(*f, true) / (1.0 + (f / corner).powi(2)));
+        Part::new(shape.collect(), f64::INFINITY)
+    }));
+    let with = mixed(&parts, density);
+    let total: f64 = with.weights.iter().sum();
+    Resonance {
+        gain: spectrum.stretches * (without.misfit - with.misfit),
+        share: with.weights[noises..].iter().sum::<f64>() / total,
+    }
+}
+
+/// One part of a mixture: its shape with mean 1, and the most of it that there can be.
+struct Part {
+    shape: Vec<f64>,
+    most: f64,
+}
+
+impl Part {
+    fn new(mut shape: Vec<f64>, most: f64) -> Self {
+        let mean = shape.iter().sum::<f64>() / shape.len() as f64;
+        shape.iter_mut().for_each(|s| *s /= mean);
+        Self {
+            shape,
+            most: most * mean,
+        }
+    }
+}
+
+struct Mixed {
+    weights: Vec<f64>,
+    /// Sum of ln S + P/S.
+    misfit: f64,
+}
+
+/// Non-negative weights of the parts by multiplicative steps on the Itakura-Saito divergence
+/// (Fevotte, Bertin & Durrieu 2009, doi 10.1162/neco.2008.04-08-771).
+fn mixed(parts: &[Part], density: &[f64]) -> Mixed {
+    let mean = density.iter().sum::<f64>() / density.len() as f64;
+    let mut weights: Vec<f64> = parts
+        .iter()
+        .map(|p| (mean / parts.len() as f64).min(0.9 * p.most))
+        .collect();
+    let mut sum = vec![0.0; density.len()];
+    let add = |weights: &[f64], sum: &mut [f64]| {
+        sum.fill(0.0);
+        for (w, p) in weights.iter().zip(parts) {
+            for (s, x) in sum.iter_mut().zip(&p.shape) {
+                *s += w * x;
+            }
+        }
+    };
+    for _ in 0..STEPS {
+        add(&weights, &mut sum);
+        let inverse: Vec<f64> = sum.iter().map(|s| 1.0 / s).collect();
+        let pull: Vec<f64> = inverse
+            .iter()
+            .zip(density)
+            .map(|(i, d)| d * i * i)
+            .collect();
+        for (w, p) in weights.iter_mut().zip(parts) {
+            let up: f64 = p.shape.iter().zip(&pull).map(|(s, x)| s * x).sum();
+            let down: f64 = p.shape.iter().zip(&inverse).map(|(s, x)| s * x).sum();
+            *w = (*w * (up / down).sqrt()).min(p.most);
+        }
+    }
+    add(&weights, &mut sum);
+    Mixed {
+        misfit: sum.iter().zip(density).map(|(s, d)| s.ln() + d / s).sum(),
+        weights,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::output_error::colour::Colour;
+
+    fn white(n: usize, mut state: u64) -> Vec<f64> {
+        let mut uniform = || {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        (0..n)
+            .map(|_| (0..12).map(|_| uniform()).sum::<f64>() - 6.0)
+            .collect()
+    }
+
+    /// Displacement of an axle at 3 Hz, damping ratio 0.3, under a white force.
+    fn shaken(n: usize, seed: u64) -> Vec<f64> {
+        let (step, kappa, beta) = (0.01, 355.0, 11.3);
+        let (mut z, mut v) = (0.0, 0.0);
+        white(n, seed)
+            .iter()
+            .map(|f| {
+                v += step * (f - kappa * z - beta * v);
+                z += step * v;
+                z
+            })
+            .collect()
+    }
+
+    #[test]
+    fn density_of_white_noise() {
+        let s = Spectrum::new(&white(60_000, 3), 0.01).expect("long enough");
+        assert!(
+            (s.white_floor() / 0.02 - 1.0).abs() < 0.15,
+            "{}",
+            s.white_floor()
+        );
+    }
+
+    #[test]
+    fn sensor_noise_does_not_resonate() {
+        let colours = [(0.0, 1.0), (0.85, 1.0), (0.97, 0.3)];
+        for (i, (phi, size)) in colours.into_iter().enumerate() {
+            let red = Colour {
+                a: vec![-phi],
+                variance: size,
+            };
+            let slow = red.colour(&white(6000, 5 + i as u64));
+            let noise: Vec<f64> = slow
+                .iter()
+                .zip(white(6000, 17))
+                .map(|(a, b)| a + b)
+                .collect();
+            let r = resonance(&noise, 0.01, 355.0, 11.3, 0.0);
+            assert!(r.gain < 10.0, "{phi}: {r:?}");
+        }
+    }
+
+    #[test]
+    fn a_force_does() {
+        let noise = white(6000, 11);
+        let rms = |x: &[f64]| (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt();
+        let moved = shaken(6000, 12);
+        let share = 0.5 * rms(&noise) / rms(&moved);
+        let both: Vec<f64> = noise
+            .iter()
+            .zip(&moved)
+            .map(|(a, b)| a + share * b)
+            .collect();
+        let r = resonance(&both, 0.01, 355.0, 11.3, 0.0);
+        assert!(r.gain > 30.0 && (0.1..0.3).contains(&r.share), "{r:?}");
+    }
+}

@@ -1,0 +1,207 @@
+//! The whole diagnosis on rides whose physics is integrated here, apart from the engine's own laws.
+#![allow(clippy::unwrap_used)]
+
+use super::integrate::run;
+use super::model::{Point, Unit};
+use super::scene::Scene;
+use super::*;
+use crate::bicycle::{Axle, Bike};
+use crate::output_error::{self, Split};
+use crate::ride::{AxleRecord, Ride};
+use crate::settings::Settings;
+use crate::simulate::lanes::LANES;
+use crate::simulate::linear::simulate;
+use crate::simulate::outing::{Normal, Outing};
+use crate::simulate::spline::{cubic, slopes};
+use crate::{Silent, identify};
+
+const K: f64 = 60e3;
+const B: f64 = 500.0;
+const MASS: f64 = 40.0;
+
+fn bike() -> Bike {
+    Bike {
+        mass_front_kg: Some(MASS),
+        mass_rear_kg: Some(MASS),
+        equal_axles: false,
+        ..Bike::default()
+    }
+}
+
+/// A minute on a road with 50 um of noise on z; `missing` (t, d, w) is a force on the front axle (N).
+fn ride(missing: impl Fn(f64, f64, f64) -> f64) -> Ride {
+    const FINE: usize = 20;
+    let mut ride = Outing::default().ride();
+    let mut noise = Normal::new(9);
+    let step = ride.step_s;
+    for (axle, force) in [(Axle::Front, true), (Axle::Rear, false)] {
+        let record = ride.axles.get(axle).unwrap().clone();
+        let slope = slopes(&record.road, step);
+        let h = step / FINE as f64;
+        let (mut z, mut v) = (record.road[0], 0.0);
+        let mut displacement = Vec::new();
+        for i in 0..record.road.len() {
+            displacement.push(z + 50e-6 * noise.draw());
+            let j = (i + 1).min(record.road.len() - 1);
+            let u = cubic(record.road[i], record.road[j], slope[i], slope[j], step);
+            let acceleration = |s: f64, z: f64, v: f64| {
+                let d = u[0] + s * (u[1] + s * (u[2] + s * u[3])) - z;
+                let w = (u[1] + s * (2.0 * u[2] + s * 3.0 * u[3])) / step - v;
+                let extra = if force {
+                    missing((i as f64 + s) * step, d, w)
+                } else {
+                    0.0
+                };
+                (K * d + B * w + extra) / MASS
+            };
+            for sub in 0..FINE {
+                let s = sub as f64 / FINE as f64;
+                let ds = 0.5 / FINE as f64;
+                let a0 = acceleration(s, z, v);
+                let (z1, v1) = (z + 0.5 * h * v, v + 0.5 * h * a0);
+                let a1 = acceleration(s + ds, z1, v1);
+                let (z2, v2) = (z + 0.5 * h * v1, v + 0.5 * h * a1);
+                let a2 = acceleration(s + ds, z2, v2);
+                let (z3, v3) = (z + h * v2, v + h * a2);
+                let a3 = acceleration(s + 2.0 * ds, z3, v3);
+                z += h / 6.0 * (v + 2.0 * v1 + 2.0 * v2 + v3);
+                v += h / 6.0 * (a0 + 2.0 * a1 + 2.0 * a2 + a3);
+            }
+        }
+        let record = AxleRecord {
+            displacement,
+            ..record
+        };
+        ride.axles.set(axle, record);
+    }
+    ride
+}
+
+fn diagnosed(ride: &Ride) -> Diagnosis {
+    let settings = Settings {
+        trials: 1,
+        iterations: 2,
+        ..Settings::default()
+    };
+    let report = identify::identify(ride, &bike(), &settings, &Silent).unwrap();
+    report.diagnosis.unwrap()
+}
+
+#[test]
+fn val_the_plain_model_moves_as_the_exact_one() {
+    let ride = ride(|_, _, _| 0.0);
+    let settings = Settings::default();
+    let fits = output_error::fit(&ride, &bike(), &settings, &[PerAxle::default()]);
+    let fits = fits.or_else(|_| {
+        let observed = identify::observe(&ride, &bike(), &settings)?;
+        let start = identify::starts_from(&observed.instrumental);
+        output_error::fit(&ride, &bike(), &settings, &[start])
+    });
+    let end = Split::of(&ride, &settings).train.end;
+    let scene = Scene::new(&ride, &bike(), &fits.unwrap(), end);
+    let unit = Unit {
+        tracks: vec![0],
+        terms: Vec::new(),
+    };
+    let start = [K / MASS, B / MASS, 1.0 / MASS, 0.0, 1e-3, 0.02];
+    let point = Point {
+        base: vec![start],
+        values: Vec::new(),
+        initial: Vec::new(),
+    };
+    let points: [Point; LANES] = std::array::from_fn(|_| point.clone());
+    let lanes = unit.lanes(&scene, &points, 0);
+    let track = &scene.tracks[0];
+    let moved = run(&scene, &[(track, &lanes)], None, 3000, 4, false);
+    let (exact, _) = simulate(
+        &track.input,
+        start[0],
+        start[1],
+        start[2],
+        0.0,
+        [1e-3, 0.02],
+    );
+    for (i, z) in moved[0].z.iter().enumerate() {
+        assert!(
+            (z.0[0] - exact[i]).abs() < 1e-7,
+            "{i}: {} is not {}",
+            z.0[0],
+            exact[i]
+        );
+    }
+}
+
+#[test]
+fn a_plain_ride_lacks_nothing() {
+    let d = diagnosed(&ride(|_, _, _| 0.0));
+    assert_eq!(d.verdict, Verdict::NothingMissing, "{}", d.sentence);
+    let smallest = d
+        .detectable
+        .iter()
+        .find(|x| x.id == "cubic_stiffness")
+        .unwrap();
+    assert!(smallest.smallest_detectable > 0.0 && smallest.smallest_detectable < 1e10);
+}
+
+#[test]
+fn val_a_stiffening_spring_is_named_and_measured() {
+    let k3 = 4e9;
+    let d = diagnosed(&ride(|_, d, _| k3 * d * d * d));
+    assert_eq!(d.verdict, Verdict::Named, "{}", d.sentence);
+    assert_eq!(
+        (d.effects.len(), d.effects[0].id.as_str()),
+        (1, "cubic_stiffness")
+    );
+    assert_eq!(d.effects[0].axle, Place::Front);
+    let found = &d.effects[0].parameters["k3"];
+    assert!((found.value / k3 - 1.0).abs() < 0.02, "{found:?}");
+    assert!(
+        (found.value - k3).abs() < 4.0 * found.std_error,
+        "{found:?}"
+    );
+    let k = d.extended.front.as_ref().unwrap().k_n_m;
+    assert!((k / K - 1.0).abs() < 0.01, "{k}");
+    let shown = d.held_out.front.as_ref().unwrap();
+    assert!(shown.extended_rms_m < 53e-6 && shown.plain_rms_m > 1.15 * shown.extended_rms_m);
+    assert!(!d.location.rear.as_ref().unwrap().mismatch);
+}
+
+#[test]
+fn two_causes_on_one_axle_are_both_named() {
+    let d = diagnosed(&ride(|_, d, w| 5e9 * d * d * d + 600.0 * w * w.abs()));
+    let names: Vec<&str> = d.effects.iter().map(|e| e.id.as_str()).collect();
+    assert_eq!(d.verdict, Verdict::Named, "{}", d.sentence);
+    assert!(
+        names.contains(&"cubic_stiffness") && names.contains(&"quadratic_damping"),
+        "{names:?}"
+    );
+    assert_eq!(names.len(), 2);
+}
+
+#[test]
+fn a_force_from_elsewhere_gets_no_name() {
+    let sway = |t: f64| {
+        (1..40)
+            .map(|i| (f64::from(i * i) + 0.37 * f64::from(i) * t).sin())
+            .sum::<f64>()
+    };
+    let d = diagnosed(&ride(|t, _, _| 12.0 * sway(t)));
+    assert_eq!(d.verdict, Verdict::Unnamed, "{}", d.sentence);
+    assert!(d.location.front.as_ref().unwrap().mismatch);
+    assert!(!d.location.rear.as_ref().unwrap().mismatch);
+    assert!(d.free_form.front.is_some() && d.free_form.rear.is_none());
+}
+
+#[test]
+fn a_damper_of_another_power_is_not_called_quadratic() {
+    let d = diagnosed(&ride(|_, _, w| 9e3 * w * w * w));
+    assert_eq!(d.verdict, Verdict::Unnamed, "{}", d.sentence);
+}
+
+#[test]
+fn the_report_holds_only_finite_numbers() {
+    let d = diagnosed(&ride(|_, d, _| 4e9 * d * d * d));
+    let text = serde_json::to_string(&d).unwrap();
+    let back: Diagnosis = serde_json::from_str(&text).unwrap();
+    assert_eq!(back, d);
+}

@@ -1,0 +1,34 @@
+use crate::bicycle::Axle;
+
+/// Why an identification could not be carried out. Every message is fit to be shown to the user.
+#[derive(Debug, thiserror::Error)]
+pub enum EngineError {
+    /// The bike file lacks something that this ride needs, or holds an impossible value.
+    #[error("bike file: {0}")]
+    Bike(String),
+    /// A setting is outside its allowed range.
+    #[error("setting {name}: {problem}")]
+    Setting { name: &'static str, problem: String },
+    /// The ride holds too little to identify anything on this axle.
+    #[error("{axle} axle: {problem}")]
+    Ride { axle: Axle, problem: String },
+    /// A fit left the numbers' range or did not reach a minimum.
+    #[error("{stage}: {problem}")]
+    Diverged {
+        stage: &'static str,
+        problem: String,
+    },
+    /// The caller asked to stop.
+    #[error("cancelled")]
+    Cancelled,
+}
+
+impl EngineError {
+    /// Whether the input is at fault, so that trying again cannot help.
+    pub fn is_input(&self) -> bool {
+        matches!(
+            self,
+            Self::Bike(_) | Self::Setting { .. } | Self::Ride { .. }
+        )
+    }
+}

@@ -1,0 +1,95 @@
+//! Runs one kernel once, for counting its instructions: `kernels NAME`. `.ci/instructions` does that under
+//! callgrind, which counts what happens inside `measured`.
+
+use std::hint::black_box;
+
+use veloid_engine::bicycle::Bike;
+use veloid_engine::observer::differentiate_all;
+use veloid_engine::output_error::{self, Start};
+use veloid_engine::ride::{ReadOptions, Ride, parse_only};
+use veloid_engine::simulate::outing::Outing;
+use veloid_engine::swarm::Swarm;
+use veloid_engine::{Objective, Settings, Silent, observe};
+
+#[inline(never)]
+fn measured<T>(work: impl FnOnce() -> T) {
+    black_box(work());
+}
+
+fn main() {
+    let name = std::env::args().nth(1).unwrap_or_default();
+    match name.as_str() {
+        "parse" => {
+            let (file, options) = (text(&ride(60.0)), ReadOptions::default());
+            measured(|| parse_only(&file, &options).is_ok());
+        }
+        "observer" => {
+            let ride = ride(60.0);
+            let signals: Vec<(&[f64], f64)> = (ride.axles.iter())
+                .flat_map(|(_, r)| [(&r.displacement[..], 2000.0), (&r.road, 2000.0)])
+                .collect();
+            measured(|| differentiate_all(&signals, ride.step_s));
+        }
+        "observe" => {
+            let ride = ride(60.0);
+            measured(|| observe(&ride, &bike(), &Settings::default()).is_ok());
+        }
+        "swarm_gradient" => swarm(60.0, Objective::Gradient),
+        "swarm_consistent" => swarm(60.0, Objective::Consistent),
+        "swarm_consistent_600_s" => swarm(600.0, Objective::Consistent),
+        "output_error" => {
+            let ride = ride(60.0);
+            let start = ride.axles.map(|_, _| Start {
+                kappa: 3000.0,
+                beta: 40.0,
+                per_mass: 0.03,
+            });
+            measured(|| output_error::fit(&ride, &bike(), &Settings::default(), &[start]).is_ok());
+        }
+        _ => panic!("no kernel '{name}'"),
+    }
+}
+
+/// One trial, the ride made ready.
+fn swarm(duration_s: f64, objective: Objective) {
+    let ride = ride(duration_s);
+    let settings = Settings {
+        objective,
+        ..Settings::default()
+    };
+    let ready = observe(&ride, &bike(), &settings)
+        .and_then(|observed| Swarm::new(&ride, &bike(), &settings, &observed));
+    let Ok(ready) = ready else {
+        panic!("the ride cannot be searched")
+    };
+    measured(|| ready.trial(0, &Silent).is_ok());
+}
+
+fn ride(duration_s: f64) -> Ride {
+    Outing {
+        duration_s,
+        noise_displacement_m: 5e-5,
+        ..Outing::default()
+    }
+    .ride()
+}
+
+fn bike() -> Bike {
+    Bike {
+        mass_front_kg: Some(23.0),
+        mass_rear_kg: Some(63.0),
+        ..Bike::default()
+    }
+}
+
+fn text(ride: &Ride) -> Vec<u8> {
+    let mut text = "t,u_f,z_f,u_r,z_r\n".to_owned();
+    for i in 0..ride.samples {
+        text += &format!("{:.4}", ride.time_s(i));
+        for (_, record) in ride.axles.iter() {
+            text += &format!(",{:.7},{:.7}", record.road[i], record.displacement[i]);
+        }
+        text += "\n";
+    }
+    text.into_bytes()
+}

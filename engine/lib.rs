@@ -1,0 +1,27 @@
+//! Bicycle identification: a ride goes in, a [`report::Report`] comes out.
+//!
+//! The folders follow the data flow: [`ride`] → [`observer`] → [`least_squares`] → [`swarm`] →
+//! [`output_error`] → [`diagnosis`] → [`report`]. [`bicycle`] holds the physical parameters and
+//! [`simulate`] the exact solution of the vertical model, paper eq. (1), that all of them share.
+//!
+//! Everything is SI unless a name says otherwise. No HTTP, SQL or async code lives here.
+
+pub mod bicycle;
+pub mod diagnosis;
+mod error;
+mod identify;
+pub mod least_squares;
+mod observe;
+pub mod observer;
+pub mod output_error;
+pub mod report;
+pub mod ride;
+mod settings;
+pub mod simulate;
+pub mod swarm;
+
+pub use error::EngineError;
+pub use identify::{
+    Conclusion, Observed, Progress, Silent, assemble, conclude, diagnose, identify, observe,
+};
+pub use settings::{Objective, Settings};

@@ -1,0 +1,423 @@
+//! Output error: the plain model's parameters that bring the simulated displacement nearest to the
+//! measured one, min over p of sum (z_n - z(t_n; p))^2, by Levenberg-Marquardt on exact
+//! sensitivities. Unlike regressions on differentiated records it has no bias from noise on z, so
+//! it is the reference by which the other methods are judged.
+//!
+//! Besides k/m and B/m the initial state is unknown; on rides with an applied force and on free
+//! decays also a rest point (a constant force), and 1/m where the bike's mass is null.
+
+pub mod colour;
+mod split;
+
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+
+use crate::EngineError;
+use crate::bicycle::{Axle, Bike, PerAxle};
+use crate::report::Estimate;
+use crate::ride::{AxleRecord, Ride};
+use crate::settings::Settings;
+use crate::simulate::linear::Input;
+use crate::simulate::sensitivity::{PARAMETERS, Plain, walk};
+use crate::simulate::spline::slopes;
+use colour::Colour;
+pub use split::Split;
+
+const STAGE: &str = "output error";
+const MAX_ITERATIONS: usize = 200;
+
+type Local = SVector<f64, PARAMETERS>;
+type LocalMatrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
+
+/// The plain model at its best on one axle.
+#[derive(Clone, Debug)]
+pub struct AxleFit {
+    pub plain: Plain,
+    /// z - simulated z (m) at every sample of the ride, held-out part included.
+    pub residual: Vec<f64>,
+    /// Covariance of [`Plain`]'s parameters, from the residual's colour; zero where one is known.
+    pub covariance: LocalMatrix,
+    /// RMS of the valid residuals on the fitted and on the held-out part (m).
+    pub train_rms: f64,
+    pub held_rms: f64,
+}
+
+/// Where a fit starts: k/m (1/s^2), B/m (1/s), 1/m (1/kg).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Start {
+    pub kappa: f64,
+    pub beta: f64,
+    pub per_mass: f64,
+}
+
+struct Problem<'a> {
+    axle: Axle,
+    record: &'a AxleRecord,
+    input: Input,
+    mass: Option<f64>,
+    /// Which of [`Plain`]'s parameters are unknown.
+    free: [bool; PARAMETERS],
+}
+
+impl<'a> Problem<'a> {
+    fn new(
+        axle: Axle,
+        record: &'a AxleRecord,
+        bike: &Bike,
+        step: f64,
+    ) -> Result<Self, EngineError> {
+        let mass = bike.mass(axle);
+        let pushed = record.force.is_some();
+        if mass.is_none() && !pushed {
+            return Err(EngineError::Bike(format!(
+                "mass_{axle}_kg is null and the ride has no force_{} channel to estimate it from",
+                if axle == Axle::Front { "f" } else { "r" }
+            )));
+        }
+        let rest_point = pushed || !record.has_road();
+        Ok(Self {
+            axle,
+            record,
+            input: Input::new(&record.road, record.force.as_deref(), step),
+            mass,
+            free: [true, true, mass.is_none(), rest_point, true, true],
+        })
+    }
+
+    fn start(&self, s: Start) -> Plain {
+        let z = &self.record.displacement;
+        let head = &z[..z.len().min(8)];
+        Plain {
+            kappa: s.kappa,
+            beta: s.beta,
+            per_mass: self.mass.map_or(s.per_mass, |m| 1.0 / m),
+            constant: 0.0,
+            initial: [z[0], slopes(head, self.input.step)[0]],
+        }
+    }
+
+    /// Cost, gradient (half) and Gauss-Newton matrix over the first `samples` samples.
+    fn normal(&self, p: &Plain, samples: usize) -> (f64, Local, LocalMatrix) {
+        let (mut cost, mut g, mut h) = (0.0, Local::zeros(), LocalMatrix::zeros());
+        walk(&self.input, p, samples, |i, z, dz| {
+            if self.record.valid[i] {
+                let r = self.record.displacement[i] - z;
+                cost += r * r;
+                for a in 0..PARAMETERS {
+                    g[a] += dz[a] * r;
+                    for b in 0..=a {
+                        h[(a, b)] += dz[a] * dz[b];
+                    }
+                }
+            }
+        });
+        for a in 0..PARAMETERS {
+            for b in 0..a {
+                h[(b, a)] = h[(a, b)];
+            }
+        }
+        (cost, g, h)
+    }
+
+    fn finish(&self, plain: Plain, split: &Split, bread: &LocalMatrix) -> AxleFit {
+        let n = self.record.displacement.len();
+        let mut residual = Vec::with_capacity(n);
+        let mut rows: Vec<[f64; PARAMETERS]> = Vec::with_capacity(split.train.len());
+        walk(&self.input, &plain, n, |i, z, dz| {
+            residual.push(self.record.displacement[i] - z);
+            if i < split.train.end {
+                rows.push(if self.record.valid[i] {
+                    *dz
+                } else {
+                    [0.0; PARAMETERS]
+                });
+            }
+        });
+        let masked: Vec<f64> = (0..split.train.end)
+            .map(|i| {
+                if self.record.valid[i] {
+                    residual[i]
+                } else {
+                    0.0
+                }
+            })
+            .collect();
+        let colour = Colour::fit(&masked);
+        let columns: Vec<Vec<f64>> = (0..PARAMETERS)
+            .map(|q| colour.colour_transposed(&rows.iter().map(|r| r[q]).collect::<Vec<_>>()))
+            .collect();
+        let meat = LocalMatrix::from_fn(|a, b| {
+            colour.variance
+                * columns[a]
+                    .iter()
+                    .zip(&columns[b])
+                    .map(|(a, b)| a * b)
+                    .sum::<f64>()
+        });
+        let rms = |range: std::ops::Range<usize>| rms_valid(&residual, &self.record.valid, range);
+        AxleFit {
+            plain,
+            covariance: bread * meat * bread,
+            train_rms: rms(split.train.clone()),
+            held_rms: rms(split.held.clone()),
+            residual,
+        }
+    }
+}
+
+/// RMS of `residual` over the valid samples of `range`; NaN-free: 0 where there is none.
+pub fn rms_valid(residual: &[f64], valid: &[bool], range: std::ops::Range<usize>) -> f64 {
+    let (mut sum, mut count) = (0.0, 0_usize);
+    for i in range {
+        if valid[i] {
+            sum += residual[i] * residual[i];
+            count += 1;
+        }
+    }
+    if count == 0 {
+        0.0
+    } else {
+        (sum / count as f64).sqrt()
+    }
+}
+
+/// Fits the plain model to every axle of the ride, from the best of `starts`.
+///
+/// # Errors
+/// A null mass without a force channel; a cost that is not finite from any start.
+pub fn fit(
+    ride: &Ride,
+    bike: &Bike,
+    settings: &Settings,
+    starts: &[PerAxle<Start>],
+) -> Result<PerAxle<AxleFit>, EngineError> {
+    let split = Split::of(ride, settings);
+    let problems = ride
+        .axles
+        .iter()
+        .map(|(axle, record)| Problem::new(axle, record, bike, ride.step_s))
+        .collect::<Result<Vec<_>, _>>()?;
+    let both_weighed = problems.len() == 2 && problems.iter().all(|p| p.mass.is_some());
+    let mut fits = PerAxle::default();
+    if bike.equal_axles && both_weighed {
+        let all: Vec<&Problem> = problems.iter().collect();
+        for (problem, fit) in problems.iter().zip(best_of(&all, true, &split, starts)?) {
+            fits.set(problem.axle, fit);
+        }
+    } else {
+        for problem in &problems {
+            let mut fit = best_of(&[problem], false, &split, starts)?;
+            fits.set(problem.axle, fit.remove(0));
+        }
+    }
+    Ok(fits)
+}
+
+/// Runs the fit from the starts in order of their cost until one converges to a physical model.
+fn best_of(
+    problems: &[&Problem],
+    equal: bool,
+    split: &Split,
+    starts: &[PerAxle<Start>],
+) -> Result<Vec<AxleFit>, EngineError> {
+    let layout = Layout::new(problems, equal);
+    let mut ranked: Vec<(f64, Vec<Plain>)> = starts
+        .iter()
+        .filter_map(|s| {
+            let plains: Option<Vec<Plain>> = problems
+                .iter()
+                .map(|p| s.get(p.axle).map(|s| p.start(*s)))
+                .collect();
+            let mut plains = layout.consistent(plains?);
+            for p in &mut plains {
+                p.kappa = p.kappa.max(0.0);
+            }
+            let cost: f64 = problems
+                .iter()
+                .zip(&plains)
+                .map(|(p, x)| p.normal(x, split.train.end).0)
+                .sum();
+            cost.is_finite().then_some((cost, plains))
+        })
+        .collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut best: Option<(f64, Vec<Plain>, DMatrix<f64>)> = None;
+    for (_, plains) in ranked.into_iter().take(3) {
+        if let Some(found) = descend(problems, &layout, split, plains)
+            && best.as_ref().is_none_or(|b| found.0 < b.0)
+        {
+            best = Some(found);
+        }
+    }
+    let (_, plains, bread) = best.ok_or_else(|| EngineError::Diverged {
+        stage: STAGE,
+        problem: format!("no start out of {} leads to a finite error", starts.len()),
+    })?;
+    Ok(problems
+        .iter()
+        .zip(plains)
+        .enumerate()
+        .map(|(i, (p, plain))| {
+            let t = &layout.to_local[i];
+            let local = t * &bread * t.transpose();
+            p.finish(plain, split, &LocalMatrix::from_fn(|a, b| local[(a, b)]))
+        })
+        .collect())
+}
+
+/// How the unknowns of the fit map to each axle's parameters: d(local)/d(unknown), constant.
+struct Layout {
+    to_local: Vec<DMatrix<f64>>,
+    unknowns: usize,
+    equal: bool,
+}
+
+impl Layout {
+    fn new(problems: &[&Problem], equal: bool) -> Self {
+        let shared = if equal { 2 } else { 0 };
+        let own = |p: &Problem| (shared..PARAMETERS).filter(|q| p.free[*q]).count();
+        let unknowns = shared + problems.iter().map(|p| own(p)).sum::<usize>();
+        let mut next = shared;
+        let to_local = problems
+            .iter()
+            .map(|p| {
+                let mut t = DMatrix::zeros(PARAMETERS, unknowns);
+                for (q, free) in p.free.iter().enumerate() {
+                    if q < shared {
+                        t[(q, q)] = 1.0 / p.mass.unwrap_or(1.0);
+                    } else if *free {
+                        t[(q, next)] = 1.0;
+                        next += 1;
+                    }
+                }
+                t
+            })
+            .collect();
+        Self {
+            to_local,
+            unknowns,
+            equal,
+        }
+    }
+
+    /// With equal axles one k and one B: the mean of the starts'.
+    fn consistent(&self, mut plains: Vec<Plain>) -> Vec<Plain> {
+        if self.equal {
+            let n = plains.len() as f64;
+            let k = plains.iter().map(|p| p.kappa / p.per_mass).sum::<f64>() / n;
+            let b = plains.iter().map(|p| p.beta / p.per_mass).sum::<f64>() / n;
+            for p in &mut plains {
+                p.kappa = k * p.per_mass;
+                p.beta = b * p.per_mass;
+            }
+        }
+        plains
+    }
+}
+
+/// Levenberg-Marquardt with Marquardt's scaling; gives cost, parameters and inverse of the
+/// Gauss-Newton matrix, or nothing when it leaves the numbers' range.
+fn descend(
+    problems: &[&Problem],
+    layout: &Layout,
+    split: &Split,
+    mut plains: Vec<Plain>,
+) -> Option<(f64, Vec<Plain>, DMatrix<f64>)> {
+    let normal = |plains: &[Plain]| {
+        let mut cost = 0.0;
+        let mut g = DVector::zeros(layout.unknowns);
+        let mut h = DMatrix::zeros(layout.unknowns, layout.unknowns);
+        for ((p, x), t) in problems.iter().zip(plains).zip(&layout.to_local) {
+            let (c, lg, lh) = p.normal(x, split.train.end);
+            cost += c;
+            g += t.tr_mul(&lg);
+            h += t.tr_mul(&lh) * t;
+        }
+        (cost, g, h)
+    };
+    let floor = least_kappa(problems, split);
+    let (mut cost, mut g, mut h) = normal(&plains);
+    let mut damping = 1e-3;
+    for _ in 0..MAX_ITERATIONS {
+        let mut damped = h.clone();
+        for q in 0..layout.unknowns {
+            damped[(q, q)] *= 1.0 + damping;
+        }
+        let step = damped.cholesky()?.solve(&g);
+        let tried: Vec<Plain> = plains
+            .iter()
+            .zip(&layout.to_local)
+            .map(|(p, t)| moved(p, &(t * &step)))
+            .collect();
+        let physical = tried.iter().all(|p| p.kappa > floor && p.per_mass > 0.0);
+        let (new_cost, new_g, new_h) = normal(&tried);
+        if physical && new_cost.is_finite() && new_cost <= cost {
+            let gained = cost - new_cost;
+            (plains, cost, g, h) = (tried, new_cost, new_g, new_h);
+            damping = (damping * 0.1).max(1e-12);
+            if gained <= 1e-14 * cost {
+                break;
+            }
+        } else {
+            damping *= 10.0;
+            if damping > 1e12 {
+                break;
+            }
+        }
+    }
+    cost.is_finite().then_some(())?;
+    let scale = DVector::from_fn(layout.unknowns, |q, _| {
+        h[(q, q)].max(f64::MIN_POSITIVE).sqrt().recip()
+    });
+    let scaled = DMatrix::from_diagonal(&scale) * &h * DMatrix::from_diagonal(&scale);
+    let inverse = scaled.cholesky()?.inverse();
+    let bread = DMatrix::from_diagonal(&scale) * inverse * DMatrix::from_diagonal(&scale);
+    Some((cost, plains, bread))
+}
+
+/// Least k/m (1/s^2). A drive without a spring is fitted with a k around zero, on either side: below
+/// it the free motion grows, here at most a hundredfold over the fitted part.
+fn least_kappa(problems: &[&Problem], split: &Split) -> f64 {
+    let step = problems.first().map_or(1.0, |p| p.input.step);
+    let fitted_s = split.train.len().max(1) as f64 * step;
+    -(100.0_f64.ln() / fitted_s).powi(2)
+}
+
+fn moved(p: &Plain, step: &DVector<f64>) -> Plain {
+    Plain {
+        kappa: p.kappa + step[0],
+        beta: p.beta + step[1],
+        per_mass: p.per_mass + step[2],
+        constant: p.constant + step[3],
+        initial: [p.initial[0] + step[4], p.initial[1] + step[5]],
+    }
+}
+
+impl AxleFit {
+    /// k, B and m with standard errors by the delta method.
+    pub fn estimate(&self, weighed: bool) -> Estimate {
+        let p = &self.plain;
+        let m = 1.0 / p.per_mass;
+        let variance = |by: [f64; 3]| {
+            let mut sum = 0.0;
+            for a in 0..3 {
+                for b in 0..3 {
+                    sum += by[a] * by[b] * self.covariance[(a, b)];
+                }
+            }
+            sum.max(0.0).sqrt()
+        };
+        Estimate {
+            k_n_m: p.kappa * m,
+            b_n_s_m: p.beta * m,
+            k_std_n_m: variance([m, 0.0, -p.kappa * m * m]),
+            b_std_n_s_m: variance([0.0, m, -p.beta * m * m]),
+            mass_kg: m,
+            mass_std_kg: (!weighed).then(|| variance([0.0, 0.0, m * m])),
+            k_bias_percent: None,
+            b_bias_percent: None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,25 @@
+use std::ops::Range;
+
+use crate::ride::Ride;
+use crate::settings::Settings;
+
+/// Samples to fit on and samples to judge on, with a gap between them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Split {
+    pub train: Range<usize>,
+    pub held: Range<usize>,
+}
+
+impl Split {
+    /// The last `settings.held_out` of the ride is held out; before it a gap of 3 % of the ride, at
+    /// most 2 s, belongs to neither part.
+    pub fn of(ride: &Ride, settings: &Settings) -> Self {
+        let n = ride.samples;
+        let held = ((1.0 - settings.held_out) * n as f64).round() as usize;
+        let gap = (0.03 * n as f64).min(2.0 / ride.step_s) as usize;
+        Self {
+            train: 0..held.saturating_sub(gap),
+            held: held..n,
+        }
+    }
+}

@@ -1,0 +1,303 @@
+#![allow(clippy::unwrap_used)]
+use super::*;
+use crate::identify::{observe, starts_from};
+use crate::ride::{ReadOptions, RideSummary, read};
+use crate::simulate::linear::simulate;
+use crate::simulate::outing::Outing;
+use rayon::prelude::*;
+
+/// A minute on a rough road by the plain model itself, with white noise on z.
+fn ride(noise: f64) -> (Ride, Bike) {
+    let n = 6000;
+    let step = 0.01;
+    let mut state = 1_u64;
+    let mut uniform = move || {
+        state = state
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let waves: Vec<(f64, f64, f64)> = (0..200)
+        .map(|i| {
+            let f = 0.1 * (150.0_f64).powf(i as f64 / 200.0);
+            (f, 0.004 / f.sqrt(), std::f64::consts::TAU * uniform())
+        })
+        .collect();
+    let road: Vec<f64> = (0..n)
+        .map(|i| {
+            waves
+                .iter()
+                .map(|(f, a, p)| a * (std::f64::consts::TAU * f * i as f64 * step + p).sin())
+                .sum()
+        })
+        .collect();
+    let mut axles = PerAxle::default();
+    for (axle, m) in [(Axle::Front, 23.0), (Axle::Rear, 63.0)] {
+        let (z, _) = simulate(
+            &Input::new(&road, None, step),
+            110e3 / m,
+            1150.0 / m,
+            1.0 / m,
+            0.0,
+            [road[0], 0.0],
+        );
+        let z = z
+            .iter()
+            .map(|z| z + noise * (0..12).map(|_| uniform() - 0.5).sum::<f64>())
+            .collect();
+        axles.set(
+            axle,
+            AxleRecord {
+                road: road.clone(),
+                force: None,
+                displacement: z,
+                acceleration: None,
+                valid: vec![true; n],
+            },
+        );
+    }
+    let ride = Ride {
+        start_s: 0.0,
+        step_s: step,
+        samples: n,
+        axles,
+        speed: None,
+        cadence: None,
+        roll: None,
+        steer: None,
+        yaw_rate: None,
+        lateral_speed: None,
+        summary: RideSummary::default(),
+    };
+    let bike = Bike {
+        mass_front_kg: Some(23.0),
+        mass_rear_kg: Some(63.0),
+        ..Bike::default()
+    };
+    (ride, bike)
+}
+
+fn starts(kappa: f64, beta: f64) -> Vec<PerAxle<Start>> {
+    let s = Some(Start {
+        kappa,
+        beta,
+        per_mass: 0.02,
+    });
+    vec![PerAxle { front: s, rear: s }]
+}
+
+#[test]
+fn noise_free_ride_gives_the_truth() {
+    let (ride, bike) = ride(0.0);
+    for fit in fit(&ride, &bike, &Settings::default(), &starts(2500.0, 60.0))
+        .unwrap()
+        .iter()
+    {
+        let e = fit.1.estimate(true);
+        assert!((e.k_n_m / 110e3 - 1.0).abs() < 1e-6, "{e:?}");
+        assert!((e.b_n_s_m / 1150.0 - 1.0).abs() < 1e-6, "{e:?}");
+    }
+}
+
+#[test]
+fn noise_is_met_by_its_standard_error() {
+    let (ride, bike) = ride(5e-5);
+    for (_, fit) in fit(&ride, &bike, &Settings::default(), &starts(2500.0, 60.0))
+        .unwrap()
+        .iter()
+    {
+        let e = fit.estimate(true);
+        assert!(
+            (e.k_n_m / 110e3 - 1.0).abs() < 0.005 && (e.b_n_s_m / 1150.0 - 1.0).abs() < 0.02,
+            "{e:?}"
+        );
+        assert!(
+            (e.k_n_m - 110e3).abs() < 4.0 * e.k_std_n_m && e.k_std_n_m < 500.0,
+            "{e:?}"
+        );
+        assert!((fit.held_rms / 5e-5 - 1.0).abs() < 0.1);
+    }
+}
+
+#[test]
+fn equal_axles_share_one_pair() {
+    let (ride, bike) = ride(5e-5);
+    let bike = Bike {
+        equal_axles: true,
+        ..bike
+    };
+    let found = fit(&ride, &bike, &Settings::default(), &starts(2500.0, 60.0)).unwrap();
+    let [f, r] = Axle::BOTH.map(|a| found.get(a).unwrap().estimate(true));
+    assert!((f.k_n_m / r.k_n_m - 1.0).abs() < 1e-12 && (f.b_n_s_m / r.b_n_s_m - 1.0).abs() < 1e-12);
+    assert!((f.k_n_m / 110e3 - 1.0).abs() < 0.005);
+}
+
+#[test]
+fn a_mass_needs_a_force() {
+    let (ride, bike) = ride(0.0);
+    let bike = Bike {
+        mass_front_kg: None,
+        ..bike
+    };
+    let message = fit(&ride, &bike, &Settings::default(), &starts(2500.0, 60.0))
+        .unwrap_err()
+        .to_string();
+    assert!(message.contains("mass_front_kg is null"), "{message}");
+}
+
+/// How often the 95 % intervals hold the truth, and by how much the estimates scatter: the table of
+/// docs/method.md. `cargo test --release -p veloid-engine coverage_of_the_intervals -- --ignored
+/// --nocapture`
+#[test]
+#[ignore = "the table of docs/method.md; half a minute"]
+fn coverage_of_the_intervals() {
+    const SEEDS: u64 = 200;
+    let bike = Bike {
+        mass_front_kg: Some(23.0),
+        mass_rear_kg: Some(63.0),
+        ..Bike::default()
+    };
+    let settings = Settings::default();
+    let found: Vec<[Estimate; 2]> = (1..=SEEDS)
+        .into_par_iter()
+        .map(|seed| {
+            let outing = Outing {
+                noise_displacement_m: 5e-5,
+                seed,
+                ..Outing::default()
+            };
+            let ride = outing.ride();
+            let observed = observe(&ride, &bike, &settings).unwrap();
+            let starts = [starts_from(&observed.instrumental)];
+            let fits = fit(&ride, &bike, &settings, &starts).unwrap();
+            Axle::BOTH.map(|axle| fits.get(axle).unwrap().estimate(true))
+        })
+        .collect();
+    println!(
+        "| parameter | coverage % | mean error % | standard deviation % | mean standard error % |"
+    );
+    println!("|---|---|---|---|---|");
+    for (i, axle) in Axle::BOTH.into_iter().enumerate() {
+        let k = found.iter().map(|e| (e[i].k_n_m, e[i].k_std_n_m));
+        let b = found.iter().map(|e| (e[i].b_n_s_m, e[i].b_std_n_s_m));
+        row(&format!("k {axle}"), 110e3, k.collect());
+        row(&format!("B {axle}"), 1150.0, b.collect());
+    }
+
+    fn row(name: &str, truth: f64, found: Vec<(f64, f64)>) {
+        let percent = 100.0 / truth;
+        let mean = |of: &dyn Fn(&(f64, f64)) -> f64| {
+            found.iter().map(of).sum::<f64>() / found.len() as f64
+        };
+        let inside = |(x, std): &(f64, f64)| f64::from((x - truth).abs() <= 1.96 * std);
+        let covered = 100.0 * mean(&inside);
+        let off = mean(&|(x, _)| percent * (x - truth));
+        let spread = mean(&|(x, _)| (percent * (x - truth) - off).powi(2)).sqrt();
+        let claimed = mean(&|(_, std)| percent * std);
+        println!("| {name} | {covered:.1} | {off:+.3} | {spread:.3} | {claimed:.3} |");
+        assert!((90.0..=98.0).contains(&covered), "{name}: {covered} %");
+    }
+}
+
+/// A drive on a rail: a force, a mass, viscous and dry friction, and no spring.
+fn drive() -> Ride {
+    let (step, fine, n) = (0.01, 100, 3000);
+    let (mass, viscous, dry) = (95.0, 200.0, 20.0);
+    let h = step / fine as f64;
+    let (mut x, mut v) = (0.0, 0.0);
+    let (mut force, mut displacement) = (Vec::new(), Vec::new());
+    for i in 0..n {
+        let t = i as f64 * step;
+        // A controller holds it to a course; the force is kept between the samples' splines.
+        let course = 0.1 * (1.3 * t).sin() + 0.05 * (0.4 * t).sin();
+        let rate = 0.13 * (1.3 * t).cos() + 0.02 * (0.4 * t).cos();
+        let f = 2000.0 * (course - x) + 800.0 * (rate - v);
+        force.push(f);
+        displacement.push(x);
+        for _ in 0..fine {
+            let friction = viscous * v + dry * f64::tanh(v / 1e-3);
+            v += h * (f - friction) / mass;
+            x += h * v;
+        }
+    }
+    let record = AxleRecord {
+        road: vec![0.0; n],
+        force: Some(force),
+        displacement,
+        acceleration: None,
+        valid: vec![true; n],
+    };
+    Ride {
+        axles: PerAxle {
+            front: Some(record),
+            rear: None,
+        },
+        samples: n,
+        ..ride(0.0).0
+    }
+}
+
+/// The k that fits best is below zero here; starts on both sides lead to it.
+#[test]
+fn a_drive_without_a_spring_is_fitted() {
+    let ride = drive();
+    let fitted = |mass, starts: &[PerAxle<Start>]| {
+        let bike = Bike {
+            mass_front_kg: mass,
+            ..Bike::default()
+        };
+        fit(&ride, &bike, &Settings::default(), starts)
+            .unwrap()
+            .front
+            .unwrap()
+    };
+    let places = [(-4.0, 4.0), (0.5, 2.0), (80.0, 5.0)].map(|(k, b)| starts(k, b));
+    let found = places.each_ref().map(|at| fitted(Some(95.0), at));
+    for fit in &found {
+        assert!((-0.01..0.0).contains(&fit.plain.kappa), "{:?}", fit.plain);
+        assert!((fit.train_rms / found[0].train_rms - 1.0).abs() < 1e-9);
+    }
+    let unweighed = fitted(None, &places.concat());
+    assert!(unweighed.train_rms < found[0].train_rms);
+    assert!((unweighed.estimate(false).mass_kg / 95.0 - 1.0).abs() < 0.2);
+}
+
+/// The silverbox: a cubic spring, so the plain model holds out at 6.2 to 7.0 mV (an independent fit: 6.30). Skipped
+/// where ../shared is not at hand.
+#[test]
+fn val_silverbox_holds_out_as_elsewhere() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let bytes = ["../../shared/real", "../../../shared/real"]
+        .iter()
+        .find_map(|shared| std::fs::read(root.join(shared).join("silverbox/SNLS80mV.csv")).ok());
+    let Some(bytes) = bytes else {
+        eprintln!("skipped: ../shared/real/silverbox is not at hand");
+        return;
+    };
+    let map = [("force_f", "V1"), ("z_f", "V2")].map(|(c, v)| (c.to_owned(), v.to_owned()));
+    let options = ReadOptions {
+        map: map.into(),
+        rate_hz: Some(610.35),
+        rows: Some((40_650, 127_400)),
+        ..ReadOptions::default()
+    };
+    let bike = Bike::default();
+    let ride = read(&bytes, "SNLS80mV.csv", &bike, &options).unwrap();
+    for held_out in [0.25, 0.4] {
+        let settings = Settings {
+            held_out,
+            ..Settings::default()
+        };
+        let observed = observe(&ride, &bike, &settings).unwrap();
+        let fits = fit(
+            &ride,
+            &bike,
+            &settings,
+            &[starts_from(&observed.instrumental)],
+        )
+        .unwrap();
+        let rms = fits.front.unwrap().held_rms;
+        println!("{held_out}: {rms}");
+        assert!((6.2e-3..7.0e-3).contains(&rms), "{held_out}: {rms} V");
+    }
+}

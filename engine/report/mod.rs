@@ -1,0 +1,222 @@
+//! The report: the one document that the CLI writes, the API serves and the pages show.
+
+mod comparison;
+mod series;
+
+use serde::{Deserialize, Serialize};
+
+use crate::bicycle::{Bike, PerAxle};
+use crate::diagnosis::Diagnosis;
+use crate::ride::RideSummary;
+use crate::settings::Settings;
+
+pub use series::{Curve, Quantity, Series, Window};
+
+/// Everything that one identification found out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct Report {
+    /// Version of veloid that made this report.
+    pub veloid: String,
+    pub ride: RideSummary,
+    pub bike: Bike,
+    pub settings: Settings,
+    pub observer: PerAxle<ObserverReport>,
+    /// Least squares on the observer's states, paper eqs. (19) to (21).
+    pub least_squares: PerAxle<Estimate>,
+    /// Least squares with instruments from the simulated model.
+    pub instrumental: PerAxle<Estimate>,
+    /// Recursive least squares along the ride, paper eqs. (22), (23).
+    pub recursive: PerAxle<RecursivePath>,
+    pub swarm: SwarmReport,
+    /// The plain model fitted to the simulated displacement: what the others are judged by.
+    pub output_error: PerAxle<Estimate>,
+    pub comparison: Comparison,
+    /// Roll angle and roll acceleration, paper eqs. (3) to (9), where the channels are there.
+    pub roll: Option<RollReport>,
+    /// Absent with `--no-diagnosis`.
+    pub diagnosis: Option<Diagnosis>,
+}
+
+/// Stiffness and damping of one axle with standard errors.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct Estimate {
+    pub k_n_m: f64,
+    pub b_n_s_m: f64,
+    pub k_std_n_m: f64,
+    pub b_std_n_s_m: f64,
+    /// Mass carried (kg): the bike file's, or estimated where that is null.
+    pub mass_kg: f64,
+    /// Standard error of an estimated mass (kg).
+    pub mass_std_kg: Option<f64>,
+    /// Difference to the output-error estimate (%): the method's bias on this ride.
+    pub k_bias_percent: Option<f64>,
+    pub b_bias_percent: Option<f64>,
+}
+
+impl Estimate {
+    /// With the difference to the reference estimate in percent.
+    pub fn judged_by(self, reference: Option<&Estimate>) -> Self {
+        let percent = |value: f64, by: f64| (by != 0.0).then(|| 100.0 * (value / by - 1.0));
+        Self {
+            k_bias_percent: reference.and_then(|r| percent(self.k_n_m, r.k_n_m)),
+            b_bias_percent: reference.and_then(|r| percent(self.b_n_s_m, r.b_n_s_m)),
+            ..self
+        }
+    }
+}
+
+/// How well the sliding-mode observer follows the measurement, paper figures 4 and 5.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct ObserverReport {
+    /// Largest difference to the measured displacement (m) and to its zero-phase derivative (m/s)
+    /// after convergence.
+    pub position_max_m: f64,
+    pub velocity_max_m_s: f64,
+    pub position_rms_m: f64,
+    pub velocity_rms_m_s: f64,
+    /// The jerk bound f of eq. (15) that was used (m/s^3).
+    pub jerk_bound_m_s3: f64,
+    /// Time from the first sample after which the observer has converged (s).
+    pub converged_after_s: f64,
+}
+
+/// Path of the recursive estimate, thinned for plotting.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct RecursivePath {
+    pub t_s: Vec<f64>,
+    pub k_n_m: Vec<f64>,
+    pub b_n_s_m: Vec<f64>,
+}
+
+/// k and B without uncertainty.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct Parameters {
+    pub k_n_m: f64,
+    pub b_n_s_m: f64,
+}
+
+/// All swarm trials and the best of them.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct SwarmReport {
+    /// Index of the trial with the lowest cost (from 0).
+    pub best_trial: usize,
+    pub front: Option<Estimate>,
+    pub rear: Option<Estimate>,
+    /// Means over the trials (figure 7).
+    pub mean: PerAxle<Parameters>,
+    pub trials: Vec<Trial>,
+}
+
+impl SwarmReport {
+    /// Ranks the trials; the scatter over them is the standard deviation of the estimates.
+    pub fn of(trials: Vec<Trial>, observed: &crate::Observed) -> Self {
+        let last = |t: &Trial| t.best_cost.last().copied().unwrap_or(f64::INFINITY);
+        let best_trial = (0..trials.len())
+            .min_by(|a, b| last(&trials[*a]).total_cmp(&last(&trials[*b])))
+            .unwrap_or(0);
+        let spread = |pick: fn(&Trial) -> &Option<Parameters>| {
+            let all: Vec<&Parameters> = trials.iter().filter_map(|t| pick(t).as_ref()).collect();
+            let mean = |of: fn(&Parameters) -> f64| {
+                all.iter().map(|p| of(p)).sum::<f64>() / all.len() as f64
+            };
+            let (k, b) = (mean(|p| p.k_n_m), mean(|p| p.b_n_s_m));
+            let std = |of: fn(&Parameters) -> f64, mean: f64| {
+                (all.iter().map(|p| (of(p) - mean).powi(2)).sum::<f64>() / all.len() as f64).sqrt()
+            };
+            let best = trials.get(best_trial).and_then(|t| pick(t).clone())?;
+            Some((
+                Parameters {
+                    k_n_m: k,
+                    b_n_s_m: b,
+                },
+                std(|p| p.k_n_m, k),
+                std(|p| p.b_n_s_m, b),
+                best,
+            ))
+        };
+        let (front, rear) = (spread(|t| &t.front), spread(|t| &t.rear));
+        let estimate = |of: &Option<(Parameters, f64, f64, Parameters)>,
+                        mass: Option<&Estimate>| {
+            let (_, k_std_n_m, b_std_n_s_m, best) = of.as_ref()?;
+            Some(Estimate {
+                k_n_m: best.k_n_m,
+                b_n_s_m: best.b_n_s_m,
+                k_std_n_m: *k_std_n_m,
+                b_std_n_s_m: *b_std_n_s_m,
+                mass_kg: mass?.mass_kg,
+                ..Estimate::default()
+            })
+        };
+        Self {
+            best_trial,
+            front: estimate(&front, observed.instrumental.front.as_ref()),
+            rear: estimate(&rear, observed.instrumental.rear.as_ref()),
+            mean: PerAxle {
+                front: front.map(|f| f.0),
+                rear: rear.map(|r| r.0),
+            },
+            trials,
+        }
+    }
+}
+
+/// One run of the swarm from one seed.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct Trial {
+    pub seed: u64,
+    /// Best cost after each iteration (figure 6).
+    pub best_cost: Vec<f64>,
+    /// Best position after each iteration: k/m (1/s^2) and B/m (1/s) of each axle, front first; one
+    /// pair k (N/m), B (N s/m) when the bike has equal axles.
+    pub best_position: Vec<Vec<f64>>,
+    pub front: Option<Parameters>,
+    pub rear: Option<Parameters>,
+}
+
+/// Table 1 of the paper, for every method and axle.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct Comparison {
+    pub rows: Vec<ComparisonRow>,
+}
+
+/// Errors of the model simulated with one method's parameters against the measurement.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct ComparisonRow {
+    /// `least_squares`, `instrumental`, `swarm` or `output_error`, in this order.
+    pub method: String,
+    pub axle: crate::bicycle::Axle,
+    pub position_max_m: f64,
+    pub position_mse_m2: f64,
+    pub velocity_max_m_s: f64,
+    pub velocity_mse_m2_s2: f64,
+    pub acceleration_max_m_s2: f64,
+    pub acceleration_mse_m2_s4: f64,
+}
+
+/// Result of the roll equations.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct RollReport {
+    /// Thinned for plotting.
+    pub t_s: Vec<f64>,
+    /// Roll angle of steady cornering, eq. (3) (rad).
+    pub steady_roll_rad: Vec<f64>,
+    /// Measured roll angle (rad), where the ride has it.
+    pub measured_roll_rad: Option<Vec<f64>>,
+    /// Roll acceleration, eq. (4) (rad/s^2).
+    pub roll_acceleration_rad_s2: Option<Vec<f64>>,
+    /// Largest and RMS difference between eq. (4) and the measured roll angle's second derivative (rad/s^2).
+    pub acceleration_error_max_rad_s2: Option<f64>,
+    pub acceleration_error_rms_rad_s2: Option<f64>,
+    /// What was lacking for a fuller result.
+    pub notes: Vec<String>,
+}

@@ -1,0 +1,240 @@
+//! Why a ride file was turned down.
+
+use std::fmt;
+
+/// A rejected ride file: where the fault lies and what was expected instead.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReadError {
+    file: String,
+    line: Option<usize>,
+    sample: Option<usize>,
+    column: Option<(usize, String)>,
+    pub problem: Box<Problem>,
+}
+
+impl ReadError {
+    /// Name of the file, as given to [`super::read`].
+    pub fn file(&self) -> &str {
+        &self.file
+    }
+
+    /// Line of the fault, counted from 1 as an editor does.
+    pub fn line(&self) -> Option<usize> {
+        self.line
+    }
+
+    /// Sample of the fault in a file without lines (.mat), counted from 1.
+    pub fn sample(&self) -> Option<usize> {
+        self.sample
+    }
+
+    /// Column of the fault, counted from 1, and its header text (empty without a header).
+    pub fn column(&self) -> Option<(usize, &str)> {
+        self.column.as_ref().map(|(n, name)| (*n, name.as_str()))
+    }
+
+    /// Stable slug of the kind of fault, for problem types.
+    pub fn kind(&self) -> &'static str {
+        self.problem.kind()
+    }
+
+    pub(super) fn in_file(mut self, file: &str) -> Self {
+        self.file = file.to_owned();
+        self
+    }
+
+    pub(super) fn at_line(mut self, line: usize) -> Self {
+        self.line = Some(line);
+        self
+    }
+
+    /// In a file without lines.
+    pub(super) fn at_sample(mut self, sample: usize) -> Self {
+        self.sample = Some(sample);
+        self
+    }
+
+    pub(super) fn in_column(mut self, number: usize, header: &str) -> Self {
+        self.column = Some((number, header.to_owned()));
+        self
+    }
+}
+
+impl From<Problem> for ReadError {
+    fn from(problem: Problem) -> Self {
+        Self {
+            file: String::new(),
+            line: None,
+            sample: None,
+            column: None,
+            problem: Box::new(problem),
+        }
+    }
+}
+
+impl std::error::Error for ReadError {}
+
+impl fmt::Display for ReadError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.file)?;
+        if let Some(line) = self.line {
+            write!(f, ", line {line}")?;
+        }
+        if let Some(sample) = self.sample {
+            write!(f, ", sample {sample}")?;
+        }
+        match &self.column {
+            Some((number, name)) if name.is_empty() => write!(f, ", column {number}")?,
+            Some((number, name)) => write!(f, ", column {number} ({name})")?,
+            None => {}
+        }
+        write!(f, ": {}", self.problem)
+    }
+}
+
+/// What is wrong, with the numbers, and what was expected.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Problem {
+    #[error("the file is empty, expected a header line and rows of numbers")]
+    EmptyFile,
+    #[error("this is {what}, expected text (CSV), gzip, zstd or a MATLAB v5/v7 .mat file")]
+    BinaryFile { what: String },
+    #[error("there is a header but no row of numbers below it")]
+    HeaderOnly,
+    #[error(
+        "there is no header, expected channel names ({known}) or a mapping by number such as z_f=2"
+    )]
+    NoHeader { known: String },
+    #[error("{bytes} bytes, expected at most {limit}")]
+    TooLarge { bytes: u64, limit: u64 },
+    #[error("more than {limit} {what}")]
+    TooMany { what: &'static str, limit: usize },
+    #[error("the line is longer than {limit} bytes")]
+    LineTooLong { limit: usize },
+    #[error("the cell is {bytes} bytes long, expected a number of at most {limit}")]
+    CellTooLong { bytes: usize, limit: usize },
+    #[error("{packed} packed bytes hold more than {limit} {what}: refused as a compression bomb")]
+    GzipBomb {
+        packed: usize,
+        what: &'static str,
+        limit: u64,
+    },
+    #[error("the {format} data is damaged: {cause}")]
+    Corrupt { format: &'static str, cause: String },
+    #[error("MATLAB v7.3 (HDF5), expected v5 or v7: save it with the flag -v7")]
+    MatV73,
+    #[error("{found} cells, expected {expected}")]
+    RaggedRow { found: usize, expected: usize },
+    #[error("the file ends within the line, expected a whole one")]
+    CutShort,
+    #[error("'{cell}' is not a number, expected one with a decimal {decimal}, or a blank cell")]
+    NotANumber { cell: String, decimal: &'static str },
+    #[error("'{cell}' is not finite, expected a number or a blank cell")]
+    NotFinite { cell: String },
+    #[error("{value} is beyond {limit:e}, expected a measured value")]
+    OutOfRange { value: f64, limit: f64 },
+    #[error("unknown unit '{unit}' for {channel}, expected {expected}")]
+    UnknownUnit {
+        unit: String,
+        channel: &'static str,
+        expected: &'static str,
+    },
+    #[error("{channel} is already in column {first}, expected it once")]
+    DuplicateColumn { channel: String, first: usize },
+    #[error("the mapping names the channel '{channel}', expected one of {known}")]
+    UnknownChannel { channel: String, known: String },
+    #[error("the mapping {channel}={column} finds no such column, expected one of {found}")]
+    MissingColumn {
+        channel: String,
+        column: String,
+        found: String,
+    },
+    #[error("option {name}: {value}, expected {expected}")]
+    BadOption {
+        name: &'static str,
+        value: String,
+        expected: &'static str,
+    },
+    #[error("rows {from}:{to} of {rows}, expected FROM before TO and both within the file")]
+    BadRows { from: usize, to: usize, rows: usize },
+    #[error("there is no time: expected a column t or a rate in Hz (found {found})")]
+    TimeMissing { found: String },
+    #[error("the time is blank beside a value, expected a time stamp")]
+    TimeBlank,
+    #[error("time goes from {before} s to {after} s, expected it to increase")]
+    TimeNotIncreasing { before: f64, after: f64 },
+    #[error("{repeated} of {stamps} time stamps repeat the one before, expected distinct ones")]
+    TimeRepeats { repeated: usize, stamps: usize },
+    #[error(
+        "{missing_s:.1} s of {total_s:.1} s are missing, expected gaps of at most a quarter; \
+         choose a whole stretch by rows FROM:TO"
+    )]
+    GapTooLong { missing_s: f64, total_s: f64 },
+    #[error(
+        "no axle has a displacement: expected z_f or z_r, or d and a that it is made from \
+         (found {found})"
+    )]
+    AxleMissing { found: String },
+    #[error(
+        "u_r is absent and u_f is given: to delay it, {missing} is needed; \
+         expected that or a column u_r"
+    )]
+    RearRoadMissing { missing: &'static str },
+    #[error("{samples} samples, expected at least {least}")]
+    TooShort { samples: usize, least: usize },
+    #[error(
+        "{samples} samples of {channel} can be trusted (the rest is clipped, missing or outside \
+         what the sensors reach), expected at least {least}"
+    )]
+    Untrusted {
+        channel: &'static str,
+        samples: usize,
+        least: usize,
+    },
+    #[error("{channel} is constant at {value}, expected it to move")]
+    Constant { channel: &'static str, value: f64 },
+    #[error(
+        "{channel} moves only by noise while road and force are constant, \
+         expected a moving road, a force or a free decay"
+    )]
+    NotExcited { channel: &'static str },
+}
+
+impl Problem {
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::EmptyFile => "empty-file",
+            Self::BinaryFile { .. } => "binary-file",
+            Self::HeaderOnly => "header-only",
+            Self::NoHeader { .. } => "no-header",
+            Self::TooLarge { .. } => "too-large",
+            Self::TooMany { .. } => "too-many",
+            Self::LineTooLong { .. } => "line-too-long",
+            Self::CellTooLong { .. } => "cell-too-long",
+            Self::GzipBomb { .. } => "gzip-bomb",
+            Self::Corrupt { .. } => "corrupt-file",
+            Self::MatV73 => "mat-v73",
+            Self::RaggedRow { .. } => "ragged-row",
+            Self::CutShort => "cut-short",
+            Self::NotANumber { .. } => "not-a-number",
+            Self::NotFinite { .. } => "not-finite",
+            Self::OutOfRange { .. } => "out-of-range",
+            Self::UnknownUnit { .. } => "unknown-unit",
+            Self::DuplicateColumn { .. } => "duplicate-column",
+            Self::UnknownChannel { .. } => "unknown-channel",
+            Self::MissingColumn { .. } => "missing-column",
+            Self::BadOption { .. } => "bad-option",
+            Self::BadRows { .. } => "bad-rows",
+            Self::TimeMissing { .. } => "time-missing",
+            Self::TimeBlank => "time-blank",
+            Self::TimeNotIncreasing { .. } | Self::TimeRepeats { .. } => "time-not-increasing",
+            Self::GapTooLong { .. } => "gap-too-long",
+            Self::AxleMissing { .. } => "axle-missing",
+            Self::RearRoadMissing { .. } => "rear-road-missing",
+            Self::TooShort { .. } => "too-short",
+            Self::Untrusted { .. } => "untrusted",
+            Self::Constant { .. } => "constant",
+            Self::NotExcited { .. } => "not-excited",
+        }
+    }
+}

@@ -1,0 +1,315 @@
+//! Channels in SI units, each on its own clock: what a table says once its times are understood.
+
+use std::collections::BTreeMap;
+
+use super::Column;
+use super::channel::Channel;
+use super::clock::{Clock, Pace};
+use super::error::{Problem, ReadError};
+use super::options::ReadOptions;
+use super::resample::roughness;
+use super::table::{Spec, Table};
+
+/// Largest share of a channel's samples that may be missing.
+const MOST_MISSING: f64 = 0.25;
+
+/// One channel.
+#[derive(Debug)]
+pub(super) struct Track {
+    pub spec: Spec,
+    /// Which of [`Recording::clocks`].
+    pub clock: usize,
+    pub values: Vec<f64>,
+}
+
+#[derive(Debug, Default)]
+pub(super) struct Recording {
+    pub clocks: Vec<Clock>,
+    pub tracks: BTreeMap<Channel, Track>,
+    pub rows: usize,
+    pub columns: Vec<Column>,
+    pub ignored: Vec<String>,
+    pub warnings: Vec<String>,
+}
+
+impl Track {
+    /// Names the column in `problem`.
+    pub fn blame(&self, problem: Problem) -> ReadError {
+        ReadError::from(problem).in_column(self.spec.number, &self.spec.header)
+    }
+}
+
+impl Recording {
+    /// Gives every column its clock.
+    pub fn new(mut table: Table, options: &ReadOptions) -> Result<Self, ReadError> {
+        let mut out = Self {
+            rows: table.rows,
+            ignored: std::mem::take(&mut table.ignored),
+            warnings: std::mem::take(&mut table.warnings),
+            ..Self::default()
+        };
+        let stamps = out.stamps(&mut table, options)?;
+        let mut known: Vec<Option<Vec<f64>>> = Vec::new();
+        let mut repeats = 0;
+        for (spec, mut values) in std::mem::take(&mut table.columns) {
+            scale(&mut values, spec.unit.scale);
+            let own = stamps.own(&mut values, &mut repeats);
+            if values.is_empty() {
+                out.warnings
+                    .push(format!("{} holds no number", spec.header));
+                out.ignored.push(spec.header);
+                continue;
+            }
+            let clock = known.iter().position(|k| *k == own).unwrap_or_else(|| {
+                out.clocks.push(match (&own, &stamps) {
+                    (Some(times), _) | (None, Stamps::Listed { times, .. }) => clock(times),
+                    (None, Stamps::Rate(rate)) => Clock::regular(*rate, values.len()),
+                });
+                known.push(own);
+                known.len() - 1
+            });
+            let span = out.clocks[clock].grid.end_s() - out.clocks[clock].grid.start_s;
+            out.columns.push(Column::new(&spec, values.len(), span));
+            let track = Track {
+                spec,
+                clock,
+                values,
+            };
+            out.tracks.insert(track.spec.channel, track);
+        }
+        if repeats > 10.max(out.rows / 100) {
+            let problem = Problem::TimeRepeats {
+                repeated: repeats,
+                stamps: out.rows,
+            };
+            return Err(match stamps {
+                Stamps::Listed { first_repeat, .. } => {
+                    table.places.blame(first_repeat.unwrap_or(0), problem)
+                }
+                Stamps::Rate(_) => problem.into(),
+            });
+        }
+        if repeats > 0 {
+            out.warnings.push(format!(
+                "{repeats} time stamp(s) repeat the one before: the first sample of each was kept"
+            ));
+        }
+        out.settle_jitter();
+        out.note_gaps()?;
+        Ok(out)
+    }
+
+    fn stamps(&mut self, table: &mut Table, options: &ReadOptions) -> Result<Stamps, ReadError> {
+        let at = (table.columns.iter()).position(|(spec, _)| spec.channel == Channel::Time);
+        let Some(at) = at else {
+            let found = self.found(&table.columns);
+            let rate = options.rate_hz.ok_or(Problem::TimeMissing { found })?;
+            return Ok(Stamps::Rate(rate));
+        };
+        let (spec, mut times) = table.columns.remove(at);
+        if options.rate_hz.is_some() {
+            self.warnings.push(format!(
+                "the rate was not used: the column {} holds the time",
+                spec.header
+            ));
+        }
+        scale(&mut times, spec.unit.scale);
+        let blame = |row: usize, problem: Problem| {
+            table
+                .places
+                .blame(row, problem)
+                .in_column(spec.number, &spec.header)
+        };
+        let mut first_repeat = None;
+        let mut before = f64::NEG_INFINITY;
+        for (row, time) in times.iter().copied().enumerate() {
+            if time.is_nan() {
+                return Err(blame(row, Problem::TimeBlank));
+            }
+            if time < before {
+                let after = time;
+                return Err(blame(row, Problem::TimeNotIncreasing { before, after }));
+            }
+            if time == before {
+                first_repeat = first_repeat.or(Some(row));
+            }
+            before = time;
+        }
+        let span = times.last().unwrap_or(&0.0) - times.first().unwrap_or(&0.0);
+        self.columns.push(Column::new(&spec, times.len(), span));
+        Ok(Stamps::Listed {
+            times,
+            first_repeat,
+        })
+    }
+
+    /// Headers in the file, for messages.
+    fn found(&self, columns: &[(Spec, Vec<f64>)]) -> String {
+        let headers = columns.iter().map(|(spec, _)| &spec.header);
+        list(headers.chain(&self.ignored))
+    }
+
+    /// Where stamps jitter, decides whether the samples were taken at those stamps or evenly: the
+    /// channels that the identification stands on are smoother placed where they were taken.
+    fn settle_jitter(&mut self) {
+        for (index, clock) in self.clocks.iter_mut().enumerate() {
+            let Pace::Jitter { rms_s } = clock.pace else {
+                continue;
+            };
+            let tracks = || self.tracks.values().filter(|t| t.clock == index);
+            let names: Vec<&str> = tracks().map(|t| t.spec.channel.name()).collect();
+            let names = names.join(", ");
+            let mut evidence = 0.0;
+            for track in tracks().filter(|t| t.spec.channel.is_essential()) {
+                let n = track.values.len();
+                let even: Vec<f64> = match &clock.even_knots {
+                    Some(knots) => knots.clone(),
+                    None => (0..n).map(|k| k as f64).collect(),
+                };
+                let stamped = clock.knots.as_deref().unwrap_or(&even);
+                let (a, b) = (
+                    roughness(stamped, &track.values),
+                    roughness(&even, &track.values),
+                );
+                if a > 0.0 && b > 0.0 {
+                    evidence += (a / b).ln();
+                }
+            }
+            let rate = clock.grid.rate_hz();
+            let jitter = format!(
+                "the time stamps of {names} jitter by {:.3} ms rms about {rate:.6} Hz",
+                rms_s * 1e3
+            );
+            if evidence > 0.1 {
+                clock.knots = clock.even_knots.take();
+                self.warnings.push(format!(
+                    "{jitter}; the samples fit equal steps better and were taken so"
+                ));
+            } else {
+                self.warnings.push(format!(
+                    "{jitter}; brought to equal steps by cubic spline through the stamps"
+                ));
+            }
+        }
+    }
+
+    fn note_gaps(&mut self) -> Result<(), ReadError> {
+        for (index, clock) in self.clocks.iter().enumerate() {
+            let missing = clock.missing();
+            if missing == 0 {
+                continue;
+            }
+            let tracks = || self.tracks.values().filter(|t| t.clock == index);
+            let essential = tracks().find(|t| t.spec.channel.is_essential());
+            if missing as f64 > MOST_MISSING * clock.grid.count as f64
+                && let Some(track) = essential
+            {
+                return Err(track.blame(Problem::GapTooLong {
+                    missing_s: missing as f64 * clock.grid.step_s,
+                    total_s: clock.grid.count as f64 * clock.grid.step_s,
+                }));
+            }
+            let names: Vec<&str> = tracks().map(|t| t.spec.channel.name()).collect();
+            let spans: Vec<String> = (clock.gaps.iter().take(3))
+                .map(|g| format!("{:.3} s to {:.3} s", g.from_s, g.to_s))
+                .collect();
+            let more = match clock.gaps.len().saturating_sub(spans.len()) {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            };
+            self.warnings.push(format!(
+                "{}: {missing} sample(s) missing from {}{more}; bridged and not trusted",
+                names.join(", "),
+                spans.join(", ")
+            ));
+        }
+        Ok(())
+    }
+}
+
+enum Stamps {
+    Listed {
+        times: Vec<f64>,
+        first_repeat: Option<usize>,
+    },
+    Rate(f64),
+}
+
+impl Stamps {
+    /// Leaves only the samples that are there in `values`. Their times, unless they are all there.
+    fn own(&self, values: &mut Vec<f64>, repeats: &mut usize) -> Option<Vec<f64>> {
+        let repeating = matches!(
+            self,
+            Self::Listed {
+                first_repeat: Some(_),
+                ..
+            }
+        );
+        if !repeating && !values.iter().any(|v| v.is_nan()) {
+            return None;
+        }
+        let mut own: Vec<f64> = Vec::new();
+        let mut repeated = 0;
+        for row in 0..values.len() {
+            let time = match self {
+                Self::Listed { times, .. } => times[row],
+                Self::Rate(rate) => row as f64 / rate,
+            };
+            if values[row].is_nan() {
+                continue;
+            }
+            if own.last() == Some(&time) {
+                repeated += 1;
+                continue;
+            }
+            values[own.len()] = values[row];
+            own.push(time);
+        }
+        values.truncate(own.len());
+        *repeats = repeated.max(*repeats);
+        Some(own)
+    }
+}
+
+fn clock(times: &[f64]) -> Clock {
+    match times {
+        [] => Clock::instant(0.0),
+        [time] => Clock::instant(*time),
+        times => Clock::fit(times),
+    }
+}
+
+fn scale(values: &mut [f64], factor: f64) {
+    if factor != 1.0 {
+        values.iter_mut().for_each(|v| *v *= factor);
+    }
+}
+
+impl Column {
+    /// `samples` spread over `span_s` seconds.
+    pub(super) fn new(spec: &Spec, samples: usize, span_s: f64) -> Self {
+        Self {
+            header: spec.header.clone(),
+            channel: spec.channel.name().to_owned(),
+            unit: spec.unit.name.clone(),
+            scale: spec.unit.scale,
+            samples,
+            rate_hz: if span_s > 0.0 {
+                samples.saturating_sub(1) as f64 / span_s
+            } else {
+                0.0
+            },
+        }
+    }
+}
+
+/// At most twenty names, for messages.
+pub(super) fn list<'a>(names: impl Iterator<Item = &'a String>) -> String {
+    let short = |n: &'a String| n.chars().take(40).collect::<String>();
+    let names: Vec<String> = names.take(20).map(short).collect();
+    if names.is_empty() {
+        "none".to_owned()
+    } else {
+        names.join(", ")
+    }
+}

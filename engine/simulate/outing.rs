@@ -1,0 +1,373 @@
+//! Whole simulated rides of the plain model, with everything known: for tests, for `veloid simulate`
+//! and for the figures in the documentation.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::Serialize;
+
+use super::linear::{Input, simulate};
+use super::road::{Bump, Profile, Roughness};
+use crate::EngineError;
+use crate::bicycle::{Axle, PerAxle};
+use crate::ride::{AxleRecord, Ride, RideSummary};
+use crate::settings::within;
+
+/// One axle of the simulated bicycle.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Spring {
+    pub mass_kg: f64,
+    pub k_n_m: f64,
+    pub b_n_s_m: f64,
+}
+
+/// What excites the bicycle.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Excitation {
+    /// Riding at constant speed over a road with bumps, rough or else flat.
+    Road {
+        roughness: Option<Roughness>,
+        bumps: Vec<Bump>,
+    },
+    /// A sine force on each axle mass whose frequency rises evenly; the ground is at rest.
+    Shaker {
+        amplitude_n: f64,
+        from_hz: f64,
+        to_hz: f64,
+    },
+    /// Let go from a displaced position; the ground is at rest.
+    Release { displacement_m: f64 },
+}
+
+/// A ride to simulate. The default is the paper's bicycle for a minute on an ISO class B road.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Outing {
+    pub duration_s: f64,
+    pub rate_hz: f64,
+    pub speed_m_s: f64,
+    pub wheelbase_m: f64,
+    pub front: Option<Spring>,
+    pub rear: Option<Spring>,
+    pub excitation: Excitation,
+    /// Standard deviation of the white noise on z and on u (m).
+    pub noise_displacement_m: f64,
+    pub noise_road_m: f64,
+    pub seed: u64,
+}
+
+impl Default for Outing {
+    fn default() -> Self {
+        let spring = |mass_kg| {
+            Some(Spring {
+                mass_kg,
+                k_n_m: 110e3,
+                b_n_s_m: 1150.0,
+            })
+        };
+        Self {
+            duration_s: 60.0,
+            rate_hz: 100.0,
+            speed_m_s: 5.0,
+            wheelbase_m: 1.101,
+            front: spring(23.0),
+            rear: spring(63.0),
+            excitation: Excitation::Road {
+                roughness: Some(Roughness::B),
+                bumps: Vec::new(),
+            },
+            noise_displacement_m: 0.0,
+            noise_road_m: 0.0,
+            seed: 1,
+        }
+    }
+}
+
+/// Exact steps of the model within one sample interval; road and force are splines through them.
+const FINE: usize = 8;
+
+/// What drives one axle, and how it moves, at the samples and without noise.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Motion {
+    /// u (m), F (N), z (m), z' (m/s), z'' (m/s^2).
+    pub road: Vec<f64>,
+    pub force: Option<Vec<f64>>,
+    pub displacement: Vec<f64>,
+    pub velocity: Vec<f64>,
+    pub acceleration: Vec<f64>,
+}
+
+/// Samples that one simulation may write.
+const MOST_SAMPLES: f64 = 1e7;
+
+impl Outing {
+    /// Rejects what cannot be simulated.
+    ///
+    /// # Errors
+    /// A number that is out of range.
+    pub fn validate(&self) -> Result<(), EngineError> {
+        let (least, most) = (f64::MIN_POSITIVE, f64::MAX);
+        within("rate", self.rate_hz, least, 1e6)?;
+        within(
+            "duration x rate",
+            self.duration_s * self.rate_hz,
+            10.0,
+            MOST_SAMPLES,
+        )?;
+        for spring in [self.front, self.rear].into_iter().flatten() {
+            within("mass", spring.mass_kg, least, most)?;
+            within("stiffness", spring.k_n_m, -most, most)?;
+            within("damping", spring.b_n_s_m, -most, most)?;
+        }
+        within("wheelbase", self.wheelbase_m, 0.0, 100.0)?;
+        within("noise", self.noise_displacement_m, 0.0, most)?;
+        within("road noise", self.noise_road_m, 0.0, most)?;
+        match &self.excitation {
+            Excitation::Road { bumps, .. } => {
+                within("speed", self.speed_m_s, 0.1, 100.0)?;
+                bumps.iter().try_for_each(|bump| {
+                    within("place of a bump", bump.at_m, 0.0, most)?;
+                    within("length of a bump", bump.length_m, 1e-3, most)?;
+                    within("height of a bump", bump.height_m, -most, most)
+                })
+            }
+            Excitation::Shaker {
+                amplitude_n,
+                from_hz,
+                to_hz,
+            } => {
+                within("force of the shaker", *amplitude_n, -most, most)?;
+                // Half the sampling rate is the most that its samples can show.
+                within("frequency of the shaker", *from_hz, 0.0, 0.5 * self.rate_hz)?;
+                within("frequency of the shaker", *to_hz, 0.0, 0.5 * self.rate_hz)
+            }
+            Excitation::Release { displacement_m } => {
+                within("release", *displacement_m, -most, most)
+            }
+        }
+    }
+
+    pub fn samples(&self) -> usize {
+        (self.duration_s * self.rate_hz).round() as usize + 1
+    }
+
+    fn spring(&self, axle: Axle) -> Option<Spring> {
+        match axle {
+            Axle::Front => self.front,
+            Axle::Rear => self.rear,
+        }
+    }
+
+    /// The motion without noise.
+    pub fn motion(&self) -> PerAxle<Motion> {
+        let fine_step = 1.0 / (self.rate_hz * FINE as f64);
+        let samples = (self.samples() - 1) * FINE + 1;
+        let profile = self.profile(fine_step);
+        let mut motion = PerAxle::default();
+        for axle in Axle::BOTH {
+            let Some(spring) = self.spring(axle) else {
+                continue;
+            };
+            let behind = if axle == Axle::Rear {
+                self.wheelbase_m
+            } else {
+                0.0
+            };
+            let time = |i: usize| i as f64 * fine_step;
+            let road: Vec<f64> = (0..samples)
+                .map(|i| profile.height(self.speed_m_s * time(i) - behind))
+                .collect();
+            let force = self.force(samples, fine_step);
+            motion.set(axle, self.run(spring, &road, force.as_deref(), fine_step));
+        }
+        motion
+    }
+
+    fn profile(&self, fine_step: f64) -> Profile {
+        match &self.excitation {
+            Excitation::Road { roughness, bumps } => {
+                let length = self.speed_m_s * self.duration_s;
+                let highest = (0.2 * self.rate_hz / self.speed_m_s).min(4.0);
+                let spacing = self.speed_m_s * fine_step;
+                let road = match roughness {
+                    Some(class) => Profile::iso(*class, length, spacing, highest, self.seed),
+                    None => Profile::flat(length, spacing),
+                };
+                road.with_bumps(bumps)
+            }
+            Excitation::Shaker { .. } | Excitation::Release { .. } => Profile::flat(1.0, 0.1),
+        }
+    }
+
+    fn force(&self, samples: usize, fine_step: f64) -> Option<Vec<f64>> {
+        let Excitation::Shaker {
+            amplitude_n,
+            from_hz,
+            to_hz,
+        } = self.excitation
+        else {
+            return None;
+        };
+        let rise = (to_hz - from_hz) / self.duration_s;
+        Some(
+            (0..samples)
+                .map(|i| {
+                    let t = i as f64 * fine_step;
+                    let cycles = from_hz * t + 0.5 * rise * t * t;
+                    amplitude_n * (2.0 * std::f64::consts::PI * cycles).sin()
+                })
+                .collect(),
+        )
+    }
+
+    fn run(&self, spring: Spring, road: &[f64], force: Option<&[f64]>, fine_step: f64) -> Motion {
+        let start = match self.excitation {
+            Excitation::Release { displacement_m } => displacement_m,
+            _ => 0.0,
+        };
+        let (kappa, beta, per_mass) = (
+            spring.k_n_m / spring.mass_kg,
+            spring.b_n_s_m / spring.mass_kg,
+            1.0 / spring.mass_kg,
+        );
+        let input = Input::new(road, force, fine_step);
+        let (z, v) = simulate(&input, kappa, beta, per_mass, 0.0, [start, 0.0]);
+        let at_samples = |x: &[f64]| x.iter().step_by(FINE).copied().collect::<Vec<_>>();
+        let acceleration = (0..z.len())
+            .step_by(FINE)
+            .map(|i| {
+                kappa * (road[i] - z[i])
+                    + beta * (input.road_slope[i] - v[i])
+                    + per_mass * force.map_or(0.0, |f| f[i])
+            })
+            .collect();
+        Motion {
+            road: at_samples(road),
+            force: force.map(at_samples),
+            displacement: at_samples(&z),
+            velocity: at_samples(&v),
+            acceleration,
+        }
+    }
+
+    /// The ride as it would be recorded.
+    pub fn ride(&self) -> Ride {
+        let samples = self.samples();
+        let mut noise = Normal::new(self.seed.wrapping_add(0x6e6f_6973_6500));
+        let mut noisy = |clean: &[f64], size: f64| -> Vec<f64> {
+            clean.iter().map(|x| x + size * noise.draw()).collect()
+        };
+        let axles = self.motion().map(|_, m| AxleRecord {
+            road: match self.excitation {
+                Excitation::Road { .. } => noisy(&m.road, self.noise_road_m),
+                _ => m.road.clone(),
+            },
+            force: m.force.clone(),
+            displacement: noisy(&m.displacement, self.noise_displacement_m),
+            acceleration: None,
+            valid: vec![true; samples],
+        });
+        Ride {
+            start_s: 0.0,
+            step_s: 1.0 / self.rate_hz,
+            samples,
+            axles,
+            speed: matches!(self.excitation, Excitation::Road { .. })
+                .then(|| vec![self.speed_m_s; samples]),
+            cadence: None,
+            roll: None,
+            steer: None,
+            yaw_rate: None,
+            lateral_speed: None,
+            summary: RideSummary {
+                samples,
+                rows: samples,
+                duration_s: self.duration_s,
+                rate_hz: self.rate_hz,
+                ..RideSummary::default()
+            },
+        }
+    }
+}
+
+/// Standard normal numbers by Box and Muller's transform.
+pub struct Normal {
+    random: ChaCha8Rng,
+    spare: Option<f64>,
+}
+
+impl Normal {
+    pub fn new(seed: u64) -> Self {
+        Self {
+            random: ChaCha8Rng::seed_from_u64(seed),
+            spare: None,
+        }
+    }
+
+    pub fn draw(&mut self) -> f64 {
+        if let Some(spare) = self.spare.take() {
+            return spare;
+        }
+        let radius = (-2.0 * (1.0 - self.random.random::<f64>()).ln()).sqrt();
+        let (sin, cos) = (2.0 * std::f64::consts::PI * self.random.random::<f64>()).sin_cos();
+        self.spare = Some(radius * sin);
+        radius * cos
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn rear_meets_the_road_one_wheelbase_later() {
+        let outing = Outing {
+            speed_m_s: 11.01,
+            duration_s: 5.0,
+            ..Outing::default()
+        };
+        let m = outing.motion();
+        let (f, r) = (m.front.unwrap(), m.rear.unwrap());
+        for i in 0..400 {
+            assert!((f.road[i] - r.road[i + 10]).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn motion_obeys_the_model() {
+        let outing = Outing {
+            duration_s: 10.0,
+            rate_hz: 1000.0,
+            ..Outing::default()
+        };
+        let m = outing.motion().front.unwrap();
+        for i in 1..m.displacement.len() - 1 {
+            let v = (m.displacement[i + 1] - m.displacement[i - 1]) * 500.0;
+            let a = (m.velocity[i + 1] - m.velocity[i - 1]) * 500.0;
+            assert!((v - m.velocity[i]).abs() < 2e-3);
+            assert!((a - m.acceleration[i]).abs() < 0.5);
+        }
+    }
+
+    #[test]
+    fn noise_is_as_large_as_asked() {
+        let quiet = Outing::default();
+        let noisy = Outing {
+            noise_displacement_m: 5e-5,
+            ..quiet.clone()
+        };
+        let (a, b) = (
+            quiet.ride().axles.rear.unwrap(),
+            noisy.ride().axles.rear.unwrap(),
+        );
+        let n = a.displacement.len() as f64;
+        let difference = a
+            .displacement
+            .iter()
+            .zip(&b.displacement)
+            .map(|(a, b)| b - a);
+        let rms = (difference.map(|d| d * d).sum::<f64>() / n).sqrt();
+        assert!((rms / 5e-5 - 1.0).abs() < 0.03, "{rms}");
+        assert_eq!(a.road, b.road);
+    }
+}

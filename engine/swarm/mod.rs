@@ -1,0 +1,104 @@
+//! Particle swarm, paper eqs. (24) to (30): parameters whose simulated motion comes nearest to the
+//! measured one in position, velocity and acceleration, over the whole horizon and both axles.
+//!
+//! The three readings of the errors of eq. (26) are in [`crate::Objective`]. The search box is even
+//! in log(k/m) and log(B/m), a factor around the instrumental-variable estimate.
+
+mod benchmark;
+mod kernel;
+mod search;
+#[cfg(test)]
+mod straight;
+mod target;
+mod unknowns;
+
+pub use benchmark::{Line, benchmark};
+
+use crate::EngineError;
+use crate::bicycle::{Bike, PerAxle};
+use crate::identify::{Observed, Progress};
+use crate::report::Trial;
+use crate::ride::Ride;
+use crate::settings::Settings;
+use kernel::{Kernel, Width};
+use search::{Axis, Rules, minimise};
+use target::Target;
+use unknowns::Unknowns;
+
+/// A ride made ready for its trials: what all of them share.
+pub struct Swarm {
+    unknowns: Unknowns,
+    axes: Vec<Axis>,
+    kernels: PerAxle<Kernel>,
+    rules: Rules,
+    seed: u64,
+}
+
+impl Swarm {
+    /// # Errors
+    /// An axle without anything to compare with.
+    pub fn new(
+        ride: &Ride,
+        bike: &Bike,
+        settings: &Settings,
+        observed: &Observed,
+    ) -> Result<Self, EngineError> {
+        let unknowns = Unknowns::new(bike, &observed.instrumental);
+        let axes = unknowns.axes(settings.search_factor, ride.step_s, ride.samples);
+        let middle: Vec<f64> = axes.iter().map(|a| a.at(0.5)).collect();
+        let kernels = ride.axles.try_map(|axle, record| {
+            let theta = unknowns.theta(axle, &middle);
+            let target = Target::new(axle, record, ride, settings, theta)?;
+            Ok(Kernel::new(&target, Width::widest()).with_lags(theta))
+        })?;
+        Ok(Self {
+            unknowns,
+            axes,
+            kernels,
+            rules: Rules {
+                particles: settings.particles,
+                iterations: settings.iterations,
+                cognitive: settings.cognitive,
+                social: settings.social,
+                inertia: (settings.inertia_min, settings.inertia_max),
+                ratio: (settings.ratio_min, settings.ratio_max),
+            },
+            seed: settings.seed,
+        })
+    }
+
+    /// One swarm, from the first seed + `index`.
+    ///
+    /// # Errors
+    /// Cancellation.
+    pub fn trial(&self, index: usize, progress: &dyn Progress) -> Result<Trial, EngineError> {
+        let (particles, groups) = (self.rules.particles, self.unknowns.groups());
+        let seed = self.seed.wrapping_add(index as u64);
+        let course = minimise(
+            &self.axes,
+            &groups,
+            &self.rules,
+            seed,
+            |values, costs| {
+                costs.fill(0.0);
+                for (i, (axle, kernel)) in self.kernels.iter().enumerate() {
+                    let positions = values.chunks(self.axes.len());
+                    let thetas: Vec<_> = positions.map(|x| self.unknowns.theta(axle, x)).collect();
+                    let group = i.min(groups.len() - 1) * particles;
+                    kernel.add_costs(&thetas, &mut costs[group..][..particles]);
+                }
+            },
+            |iteration, best| {
+                progress.iteration(index, iteration, best);
+                if progress.cancelled() {
+                    return Err(EngineError::Cancelled);
+                }
+                Ok(())
+            },
+        )?;
+        Ok(self.unknowns.trial(seed, course))
+    }
+}
+
+#[cfg(test)]
+mod tests;

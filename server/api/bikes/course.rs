@@ -1,0 +1,28 @@
+use axum::Json;
+use axum::extract::State;
+
+use crate::api::App;
+use crate::api::extract::Path;
+use crate::api::problem::Problem;
+use crate::fleet::{self, BikeHistory};
+use crate::store::bike;
+
+/// Rides that are looked at.
+pub const RIDES: i64 = 500;
+
+/// The course of a bicycle's stiffness and damping over its latest 500 rides.
+///
+/// Pooled over the rides with what they differ by, with a trend and a test for a step.
+#[utoipa::path(get, path = "/v1/bikes/{bike}/course", operation_id = "bike_course", tag = "fleet", params(("bike" = String, Path)),
+    responses(
+        (status = 200, description = "One course per axle and parameter", body = BikeHistory),
+        (status = 404, description = "No such bike", body = Problem, content_type = "application/problem+json")))]
+pub async fn course(
+    State(server): App,
+    Path(name): Path<String>,
+) -> Result<Json<BikeHistory>, Problem> {
+    if bike::find(&server.db, &name).await?.is_none() {
+        return Err(Problem::not_found("the bike"));
+    }
+    Ok(Json(fleet::history(&server.db, &name, RIDES).await?))
+}

@@ -1,0 +1,30 @@
+use axum::extract::{OriginalUri, State};
+use axum::response::Response;
+
+use crate::api::App;
+use crate::api::extract::{Path, Query};
+use crate::api::list::Page;
+use crate::api::parameters::{ParameterView, Params, respond};
+use crate::api::problem::Problem;
+use crate::store::bike;
+
+/// Everything that was identified about a bicycle, newest first.
+#[utoipa::path(get, path = "/v1/bikes/{bike}/history", operation_id = "bike_history", tag = "fleet",
+    params(("bike" = String, Path), Params),
+    responses(
+        (status = 200, description = "A page of parameters", content(
+            (Page<ParameterView> = "application/json"), (String = "text/csv"), (Vec<u8> = "application/vnd.apache.parquet"))),
+        (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json"),
+        (status = 404, description = "No such bike", body = Problem, content_type = "application/problem+json")))]
+pub async fn history(
+    State(server): App,
+    OriginalUri(uri): OriginalUri,
+    Path(name): Path<String>,
+    Query(mut params): Query<Params>,
+) -> Result<Response, Problem> {
+    if bike::find(&server.db, &name).await?.is_none() {
+        return Err(Problem::not_found("the bike"));
+    }
+    params.bike = Some(name);
+    respond(&server, &uri, &params).await
+}

@@ -1,0 +1,39 @@
+//! The fleet as a whole.
+
+use axum::Json;
+use axum::extract::State;
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use super::problem::Problem;
+use super::{App, Server};
+use crate::fleet::{FleetSpread, PooledBike, against_the_fleet, histories};
+use crate::store::bike;
+
+/// Bikes and, of each, the latest rides that are looked at.
+const BIKES: i64 = 1000;
+const RIDES: i64 = 20;
+
+/// Every bicycle beside every other.
+#[derive(Serialize, ToSchema)]
+pub struct Fleet {
+    /// How stiffness and damping scatter over the bikes.
+    pub spread: Vec<FleetSpread>,
+    /// Each bike's latest 20 rides, pooled, and its distance from the fleet's median.
+    pub bikes: Vec<PooledBike>,
+}
+
+/// Every bicycle's pooled parameters, and which of them stand out.
+#[utoipa::path(get, path = "/v1/fleet", operation_id = "get_fleet", tag = "fleet",
+    responses((status = 200, description = "The fleet, by name, at most 1000 bikes", body = Fleet)))]
+pub async fn fleet(State(server): App) -> Result<Json<Fleet>, Problem> {
+    Ok(Json(look(&server).await?))
+}
+
+pub async fn look(server: &Server) -> Result<Fleet, Problem> {
+    let bikes = bike::page(&server.db, "", BIKES).await?;
+    let names: Vec<String> = bikes.into_iter().map(|bike| bike.name).collect();
+    let histories = histories(&server.db, &names, RIDES).await?;
+    let (spread, bikes) = against_the_fleet(&histories);
+    Ok(Fleet { spread, bikes })
+}

@@ -1,0 +1,50 @@
+//! Whether the server lives and can work, and its figures.
+
+use axum::extract::State;
+use axum::http::header;
+use axum::response::IntoResponse;
+
+use super::App;
+use super::problem::{Kind, Problem};
+use crate::store::{job, worker};
+
+/// The process is alive.
+#[utoipa::path(get, path = "/healthz", tag = "operations",
+    responses((status = 200, description = "Alive", body = String, content_type = "text/plain")))]
+pub async fn healthz() -> &'static str {
+    "ok\n"
+}
+
+/// The server can take uploads: the database answers, and it is not shutting down.
+#[utoipa::path(get, path = "/readyz", tag = "operations",
+    responses(
+        (status = 200, description = "Ready", body = String, content_type = "text/plain"),
+        (status = 503, description = "Not ready", body = Problem, content_type = "application/problem+json")))]
+pub async fn readyz(State(server): App) -> Result<&'static str, Problem> {
+    if server.stop.is_cancelled() {
+        return Err(Problem::new(Kind::Unavailable, "shutting down"));
+    }
+    server.db.ping().await.map_err(|error| {
+        tracing::error!(%error, "database does not answer");
+        Problem::new(Kind::Unavailable, "the database does not answer")
+    })?;
+    Ok("ready\n")
+}
+
+/// Figures for Prometheus.
+#[utoipa::path(get, path = "/metrics", tag = "operations",
+    responses((status = 200, description = "Prometheus text format", body = String, content_type = "text/plain")))]
+pub async fn metrics(State(server): App) -> Result<impl IntoResponse, Problem> {
+    let counts = job::counts(&server.db).await?;
+    for state in ["queued", "running", "succeeded", "failed", "cancelled"] {
+        let count = counts
+            .iter()
+            .find(|(s, _)| s == state)
+            .map_or(0, |(_, n)| *n);
+        metrics::gauge!("veloid_jobs", "state" => state).set(count as f64);
+    }
+    metrics::gauge!("veloid_workers").set(worker::count(&server.db).await? as f64);
+    metrics::gauge!("veloid_build_info", "version" => env!("CARGO_PKG_VERSION")).set(1.0);
+    let kind = "text/plain; version=0.0.4; charset=utf-8";
+    Ok(([(header::CONTENT_TYPE, kind)], server.metrics.render()))
+}

@@ -1,0 +1,33 @@
+use axum::Json;
+use axum::extract::State;
+use uuid::Uuid;
+
+use super::view::{JobView, find};
+use crate::api::App;
+use crate::api::extract::Path;
+use crate::api::problem::{Kind, Problem};
+use crate::jobs::give_up;
+use crate::store::job::State as JobState;
+
+/// Cancels a job: what waits is not begun, what runs stops within a swarm iteration.
+#[utoipa::path(delete, path = "/v1/jobs/{id}", operation_id = "cancel_job", tag = "jobs", params(("id" = Uuid, Path)),
+    responses(
+        (status = 200, description = "Cancelled, now or before", body = JobView),
+        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
+        (status = 409, description = "The job has succeeded or failed", body = Problem, content_type = "application/problem+json")))]
+pub async fn cancel(State(server): App, Path(id): Path<Uuid>) -> Result<Json<JobView>, Problem> {
+    let mut tx = server.db.begin().await?;
+    let cancelled = give_up(&server.queue, &mut tx, id, None).await?;
+    tx.commit().await?;
+    if cancelled {
+        server.hub.close(id);
+    }
+    let view = find(&server.db, id).await?;
+    match view.state {
+        JobState::Cancelled => Ok(Json(view)),
+        state => Err(Problem::new(
+            Kind::WrongState,
+            format!("the job has {}, it cannot be cancelled", state.name()),
+        )),
+    }
+}

@@ -1,0 +1,53 @@
+use axum::extract::{OriginalUri, State};
+use axum::response::Response;
+use serde::Deserialize;
+use utoipa::IntoParams;
+use uuid::Uuid;
+
+use super::view::JobView;
+use crate::api::App;
+use crate::api::extract::Query;
+use crate::api::list::{Page, limit, without_cursor};
+use crate::api::problem::Problem;
+use crate::store::job::{self, State as JobState};
+
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+pub struct Params {
+    /// Only jobs in this state.
+    state: Option<JobState>,
+    /// Only jobs of this bike.
+    bike: Option<String>,
+    /// Only jobs with this verdict.
+    verdict: Option<String>,
+    /// Only jobs of this ride.
+    ride: Option<Uuid>,
+    /// Items per page: 50 unless asked otherwise.
+    #[param(minimum = 1, maximum = 1000)]
+    limit: Option<i64>,
+    /// `next` of the page before.
+    cursor: Option<Uuid>,
+}
+
+/// Jobs, newest first.
+#[utoipa::path(get, path = "/v1/jobs", operation_id = "list_jobs", tag = "jobs", params(Params),
+    responses(
+        (status = 200, description = "A page of jobs", body = Page<JobView>),
+        (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json")))]
+pub async fn list(
+    State(server): App,
+    OriginalUri(uri): OriginalUri,
+    Query(params): Query<Params>,
+) -> Result<Response, Problem> {
+    let filter = job::Filter {
+        state: params.state,
+        bike: params.bike.as_deref(),
+        verdict: params.verdict.as_deref(),
+        ride: params.ride,
+        before: params.cursor,
+    };
+    let limit = limit(params.limit)?;
+    let rows = job::page(&server.db, &filter, limit + 1).await?;
+    let page = Page::cut(rows, limit, |row| row.id.to_string(), JobView::from);
+    Ok(page.respond(&without_cursor(&uri)))
+}

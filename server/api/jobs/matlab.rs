@@ -1,0 +1,151 @@
+//! The identified model as a script for MATLAB and Octave that simulates it along the ride.
+
+use std::fmt::Write;
+
+use veloid_engine::bicycle::Axle;
+use veloid_engine::report::{Estimate, Report};
+
+/// What does not depend on the ride: the exact solution for inputs that are cubic splines.
+const SIMULATE: &str = "
+function z = simulate(t, u, F, zm, m, k, B, rest_point)
+  % m z'' = k (u - z) + B (u' - z') + F, exact for cubic splines u and F: on every interval the
+  % spline's derivatives are states of their own.
+  h = t(2) - t(1);
+  A = [0 1; -k/m -B/m];
+  N = diag(ones(3, 1), 1);
+  road = expm(h * [A, [0 0 0 0; k/m B/m 0 0]; zeros(4, 2), N]);
+  push = expm(h * [A, [0 0 0 0; 1/m 0 0 0]; zeros(4, 2), N]);
+  x = zeros(2, numel(t));
+  free = zeros(2, numel(t), 3);
+  free(1, 1, 1) = 1;
+  free(2, 1, 2) = 1;
+  Au = derivatives(t, u);
+  AF = derivatives(t, F);
+  step = expm(h * [A, [0; 1]; 0 0 0]);
+  for i = 1:numel(t) - 1
+    x(:, i + 1) = road(1:2, :) * [x(:, i); Au(:, i)] + push(1:2, 3:6) * AF(:, i);
+    for j = 1:3
+      free(:, i + 1, j) = step(1:2, 1:2) * free(:, i, j) + (j == 3) * step(1:2, 3);
+    end
+  end
+  % The initial state, and on a shaker the rest point, that suit the measurement best.
+  G = squeeze(free(1, :, 1:2 + rest_point));
+  z = x(1, :)' + G * (G \\ (zm - x(1, :)'));
+end
+
+function D = derivatives(t, y)
+  c = ppval_coefficients(spline(t, y));
+  D = [c(:, 4), c(:, 3), 2 * c(:, 2), 6 * c(:, 1)]';
+end
+
+function c = ppval_coefficients(pp)
+  [~, c] = unmkpp(pp);
+end
+";
+
+/// The script; `file` is the ride's name.
+pub fn script(report: &Report, file: &str) -> String {
+    let mut out = String::new();
+    // Writing to a String cannot fail.
+    let _ = write(&mut out, report, file);
+    out
+}
+
+fn write(out: &mut String, report: &Report, file: &str) -> std::fmt::Result {
+    writeln!(out, "function [t, z] = veloid_model(file)")?;
+    writeln!(
+        out,
+        "% Simulates the identified plain model (output error) along the ride."
+    )?;
+    writeln!(
+        out,
+        "% veloid {}, bike {}. The ride is a CSV with commas, a header line and even time",
+        report.veloid,
+        quoted(&report.bike.bike)
+    )?;
+    writeln!(out, "% stamps; z holds one column per axle (m).")?;
+    for effect in report.diagnosis.iter().flat_map(|d| &d.effects) {
+        writeln!(
+            out,
+            "% Left out here: {}, {:?}",
+            effect.id,
+            effect
+                .parameters
+                .iter()
+                .map(|(name, p)| format!("{name} = {} {}", p.value, p.unit))
+                .collect::<Vec<_>>()
+        )?;
+    }
+    writeln!(out, "  if nargin < 1, file = {}; end", quoted(file))?;
+    writeln!(out, "  ride = importdata(file, ',', 1);")?;
+    writeln!(out, "  t = ride.data(:, {});", column(report, "t"))?;
+    writeln!(out, "  none = zeros(size(t));")?;
+    writeln!(out, "  z = [];")?;
+    for (axle, estimate) in report.output_error.iter() {
+        axle_lines(out, report, axle, estimate)?;
+    }
+    writeln!(
+        out,
+        "  if nargout == 0, plot(t, z); xlabel('time (s)'); ylabel('displacement (m)'); end"
+    )?;
+    writeln!(out, "end")?;
+    out.write_str(SIMULATE)
+}
+
+fn axle_lines(out: &mut String, report: &Report, axle: Axle, e: &Estimate) -> std::fmt::Result {
+    let letter = if axle == Axle::Front { 'f' } else { 'r' };
+    let channel = |name: &str| {
+        let channel = format!("{name}_{letter}");
+        let found = report.ride.columns.iter().find(|c| c.channel == channel)?;
+        Some(format!(
+            "{:?} * ride.data(:, {})",
+            found.scale,
+            column(report, &channel)
+        ))
+    };
+    let none = || "none".to_owned();
+    let (road, force) = (channel("u"), channel("force"));
+    let rest_point = force.is_some() || road.is_none();
+    writeln!(
+        out,
+        "  % {axle} axle: mass (kg), stiffness (N/m), damping (N s/m)"
+    )?;
+    writeln!(
+        out,
+        "  u = {}; F = {}; zm = {};",
+        road.unwrap_or_else(none),
+        force.unwrap_or_else(none),
+        channel("z").unwrap_or_else(none)
+    )?;
+    writeln!(
+        out,
+        "  z(:, end + 1) = simulate(t, u, F, zm, {:?}, {:?}, {:?}, {});",
+        e.mass_kg,
+        e.k_n_m,
+        e.b_n_s_m,
+        u8::from(rest_point)
+    )
+}
+
+/// Expression for a channel's column in the file, found by its header.
+fn column(report: &Report, channel: &str) -> String {
+    let header = report.ride.columns.iter().find(|c| c.channel == channel);
+    let header = header.map_or(channel, |c| c.header.as_str());
+    format!("strcmp(strtrim(ride.colheaders), {})", quoted(header))
+}
+
+/// A MATLAB string, whatever the text holds.
+fn quoted(text: &str) -> String {
+    let plain: String = text.chars().filter(|c| !c.is_control()).collect();
+    format!("'{}'", plain.replace('\'', "''"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::quoted;
+
+    #[test]
+    fn no_name_leaves_its_quotes() {
+        assert_eq!(quoted("a'); system('x\n"), "'a''); system(''x'");
+    }
+}

@@ -1,0 +1,11 @@
+pub mod cancel;
+pub mod events;
+pub mod get;
+pub mod list;
+mod matlab;
+pub mod model;
+pub mod report;
+pub mod retry;
+pub mod series;
+pub mod trials;
+pub mod view;

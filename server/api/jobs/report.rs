@@ -1,0 +1,44 @@
+use axum::extract::State;
+use axum::http::{HeaderMap, header};
+use axum::response::{IntoResponse, Response};
+use uuid::Uuid;
+use veloid_engine::report::Report;
+
+use super::view::no_such_job;
+use crate::api::App;
+use crate::api::extract::{Path, etag, matches, not_modified, tagged};
+use crate::api::problem::{Kind, Problem};
+use crate::store::{job, result};
+
+/// The report, as `veloid identify --json` writes it, number for number.
+#[utoipa::path(get, path = "/v1/jobs/{id}/report", operation_id = "get_report", tag = "jobs", params(("id" = Uuid, Path)),
+    responses(
+        (status = 200, description = "The report", body = Report),
+        (status = 304, description = "The client has it"),
+        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
+        (status = 409, description = "The job has no report (yet)", body = Problem, content_type = "application/problem+json")))]
+pub async fn report(
+    State(server): App,
+    Path(id): Path<Uuid>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let (revision, _) = job::revision(&server.db, id)
+        .await?
+        .ok_or_else(no_such_job)?;
+    let tag = etag(revision);
+    if matches(&headers, &tag) {
+        return Ok(not_modified(&tag));
+    }
+    let Some(text) = result::text(&server.db, id, result::REPORT).await? else {
+        return Err(not_finished());
+    };
+    let json = [(header::CONTENT_TYPE, "application/json")];
+    Ok(tagged(&tag, (json, text).into_response()))
+}
+
+pub fn not_finished() -> Problem {
+    Problem::new(
+        Kind::NotFinished,
+        "the report is there when the job has succeeded; least squares stand in the job before",
+    )
+}

@@ -1,0 +1,40 @@
+use axum::Json;
+use axum::extract::State;
+use axum::http::{StatusCode, header};
+use axum::response::IntoResponse;
+use uuid::Uuid;
+
+use super::view::{JobView, find};
+use crate::api::App;
+use crate::api::extract::Path;
+use crate::api::problem::{Kind, Problem};
+use crate::store::{job, result, trial};
+
+/// Begins a failed or cancelled job anew.
+#[utoipa::path(post, path = "/v1/jobs/{id}/retry", operation_id = "retry_job", tag = "jobs", params(("id" = Uuid, Path)),
+    responses(
+        (status = 202, description = "Queued again", body = JobView, headers(("Location" = String))),
+        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
+        (status = 409, description = "The job has neither failed nor been cancelled", body = Problem, content_type = "application/problem+json")))]
+pub async fn retry(State(server): App, Path(id): Path<Uuid>) -> Result<impl IntoResponse, Problem> {
+    let before = find(&server.db, id).await?;
+    let mut tx = server.db.begin().await?;
+    if !job::reset(&mut tx, id).await? {
+        return Err(Problem::new(
+            Kind::WrongState,
+            format!(
+                "the job is {}, only failed and cancelled ones begin anew",
+                before.state.name()
+            ),
+        ));
+    }
+    trial::delete(&mut tx, id).await?;
+    result::clear(&mut tx, id).await?;
+    let row = server.queue.observe(&mut tx, id).await?;
+    job::enter(&mut tx, id, job::Stage::Observe, row).await?;
+    tx.commit().await?;
+    server.queue.wake();
+    let view: JobView = find(&server.db, id).await?;
+    let location = [(header::LOCATION, view.links.job.clone())];
+    Ok((StatusCode::ACCEPTED, location, Json(view)))
+}

@@ -1,0 +1,83 @@
+use axum::Json;
+use axum::extract::State;
+use axum::http::HeaderMap;
+use axum::response::Response;
+use serde::Deserialize;
+use utoipa::IntoParams;
+use uuid::Uuid;
+use veloid_engine::report::{Quantity, Report, Series, Window};
+
+use super::report::not_finished;
+use super::view::no_such_job;
+use crate::api::extract::{Path, Query, etag, matches, not_modified, tagged};
+use crate::api::problem::{Kind, Problem};
+use crate::api::{App, Server};
+use crate::store::job::{self, JobRow};
+use crate::store::result;
+
+const POINTS: usize = 2000;
+const MOST_POINTS: usize = 100_000;
+
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+pub struct Params {
+    /// Begin and end of the part to show (s); the whole ride unless given.
+    t0: Option<f64>,
+    t1: Option<f64>,
+    /// About so many values per curve, 2000 unless asked otherwise; longer ones are thinned to the
+    /// smallest and largest value of every stretch.
+    #[param(minimum = 2, maximum = 100_000)]
+    points: Option<usize>,
+    /// `displacement` unless asked otherwise.
+    quantity: Option<Quantity>,
+}
+
+/// Measured and simulated motion of both axles, and what is left between them.
+#[utoipa::path(get, path = "/v1/jobs/{id}/series", operation_id = "get_series", tag = "jobs", params(("id" = Uuid, Path), Params),
+    responses(
+        (status = 200, description = "Curves by axle and name", body = Window),
+        (status = 304, description = "The client has it"),
+        (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json"),
+        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
+        (status = 409, description = "The job has no report (yet)", body = Problem, content_type = "application/problem+json")))]
+pub async fn series(
+    State(server): App,
+    Path(id): Path<Uuid>,
+    Query(params): Query<Params>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let points = params.points.unwrap_or(POINTS);
+    if !(2..=MOST_POINTS).contains(&points) {
+        let detail = format!("points: {points}, expected 2 to {MOST_POINTS}");
+        return Err(Problem::new(Kind::BadRequest, detail));
+    }
+    let job = job::find(&server.db, id).await?.ok_or_else(no_such_job)?;
+    let tag = etag(job.revision);
+    if matches(&headers, &tag) {
+        return Ok(not_modified(&tag));
+    }
+    let quantity = params.quantity.unwrap_or_default();
+    let key = format!("{id} {} {quantity:?}", job.revision);
+    let series = server
+        .series
+        .get(key, async || simulate(&server, &job, quantity).await)
+        .await?;
+    let window: Window = series.window(params.t0, params.t1, points);
+    Ok(tagged(&tag, Json(window)))
+}
+
+async fn simulate(server: &Server, job: &JobRow, quantity: Quantity) -> Result<Series, Problem> {
+    let text = result::text(&server.db, job.id, result::REPORT).await?;
+    let text = text.ok_or_else(not_finished)?;
+    let ride = server
+        .rides
+        .get(&job.sha256, &job.ride_name, &job.request)
+        .await?;
+    let simulated = tokio::task::spawn_blocking(move || {
+        let report: Report = serde_json::from_str(&text)?;
+        Ok(Series::of(&ride, &report, quantity))
+    });
+    simulated
+        .await?
+        .map_err(|error: serde_json::Error| Problem::internal(error))
+}

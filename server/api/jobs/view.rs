@@ -1,0 +1,137 @@
+//! A job as the API shows it.
+
+use serde::Serialize;
+use utoipa::ToSchema;
+use uuid::Uuid;
+use veloid_engine::bicycle::PerAxle;
+use veloid_engine::report::Estimate;
+use veloid_engine::ride::RideSummary;
+
+use crate::api::problem::Problem;
+use crate::api::time;
+use crate::options::Options;
+use crate::store::Db;
+use crate::store::job::{self, Failure, JobRow, Stage, State};
+
+/// An identification: where it stands and what is known so far.
+#[derive(Clone, Serialize, ToSchema)]
+#[schema(as = Job)]
+pub struct JobView {
+    pub id: Uuid,
+    pub state: State,
+    pub stage: Stage,
+    /// From 0 to 1.
+    pub progress: f64,
+    pub trials: Trials,
+    pub ride: RideOf,
+    /// Name of the bike in the fleet.
+    pub bike: String,
+    pub options: Options,
+    /// The first estimate, there before the swarm has finished.
+    pub least_squares: Option<PerAxle<Estimate>>,
+    /// `nothing_missing`, `named`, `ambiguous` or `unnamed`, at the end of a diagnosis.
+    pub verdict: Option<String>,
+    /// Why the job failed.
+    pub failure: Option<Failure>,
+    /// Rises with every change; the ETag.
+    pub revision: i64,
+    #[schema(format = DateTime)]
+    pub created_at: String,
+    /// When a worker took it up.
+    #[schema(format = DateTime)]
+    pub started_at: Option<String>,
+    /// When least squares were there.
+    #[schema(format = DateTime)]
+    pub observed_at: Option<String>,
+    #[schema(format = DateTime)]
+    pub finished_at: Option<String>,
+    pub links: Links,
+}
+
+/// Swarm trials.
+#[derive(Clone, Serialize, ToSchema)]
+pub struct Trials {
+    pub total: i64,
+    pub done: i64,
+}
+
+/// The ride of a job.
+#[derive(Clone, Serialize, ToSchema)]
+#[schema(as = JobRide)]
+pub struct RideOf {
+    pub id: Uuid,
+    pub name: String,
+    /// What was understood of the file.
+    pub summary: RideSummary,
+}
+
+/// Addresses that belong to a job.
+#[derive(Clone, Serialize, ToSchema)]
+pub struct Links {
+    pub job: String,
+    pub trials: String,
+    pub report: String,
+    pub series: String,
+    pub events: String,
+    pub page: String,
+}
+
+impl From<JobRow> for JobView {
+    fn from(row: JobRow) -> Self {
+        let job = format!("/v1/jobs/{}", row.id);
+        Self {
+            id: row.id,
+            state: row.state,
+            stage: row.stage,
+            progress: progress(&row),
+            trials: Trials {
+                total: row.trials_total,
+                done: row.trials_done,
+            },
+            ride: RideOf {
+                id: row.ride_id,
+                name: row.ride_name,
+                summary: row.summary.0,
+            },
+            bike: row.bike,
+            options: row.request.0.options,
+            least_squares: row.least_squares.map(|json| json.0),
+            verdict: row.verdict,
+            failure: row.failure.map(|json| json.0),
+            revision: row.revision,
+            created_at: time::text(row.created_at),
+            started_at: row.started_at.map(time::text),
+            observed_at: row.observed_at.map(time::text),
+            finished_at: row.finished_at.map(time::text),
+            links: Links {
+                trials: format!("{job}/trials"),
+                report: format!("{job}/report"),
+                series: format!("{job}/series"),
+                events: format!("{job}/events"),
+                page: format!("/jobs/{}", row.id),
+                job,
+            },
+        }
+    }
+}
+
+/// Stages weigh roughly as their usual share of the time.
+fn progress(row: &JobRow) -> f64 {
+    match (row.state, row.stage) {
+        (State::Succeeded, _) => 1.0,
+        (_, Stage::Observe) => 0.0,
+        (_, Stage::Trial) => 0.05 + 0.55 * row.trials_done as f64 / row.trials_total.max(1) as f64,
+        (_, Stage::Conclude) => 0.6,
+        (_, Stage::Diagnose) => 0.65,
+    }
+}
+
+/// The job, or the problem that there is none.
+pub async fn find(db: &Db, id: Uuid) -> Result<JobView, Problem> {
+    let row = job::find(db, id).await?;
+    row.map(JobView::from).ok_or_else(no_such_job)
+}
+
+pub fn no_such_job() -> Problem {
+    Problem::not_found("the job")
+}

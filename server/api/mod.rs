@@ -1,0 +1,50 @@
+//! The HTTP API: one file per route, folders by noun. The handlers' documentation is the API's
+//! documentation, served as `/openapi.json` and committed as `openapi/openapi.json`.
+
+pub mod bikes;
+pub mod extract;
+pub mod fleet;
+pub mod health;
+pub mod jobs;
+pub mod list;
+pub mod parameters;
+mod parquet;
+pub mod problem;
+pub mod rides;
+mod router;
+mod telemetry;
+pub mod time;
+
+use metrics_exporter_prometheus::PrometheusHandle;
+use std::sync::Arc;
+use tokio::sync::Semaphore;
+use tokio_util::sync::CancellationToken;
+
+use veloid_engine::report::Series;
+
+pub use router::{document, router};
+
+use crate::files::Files;
+use crate::jobs::{Hub, Queue, RideCache};
+use crate::lru::Lru;
+use crate::store::Db;
+
+/// What the handlers share.
+pub struct Server {
+    pub db: Db,
+    pub files: Files,
+    pub rides: RideCache,
+    /// Simulated motion of the jobs that were looked at last.
+    pub series: Lru<Series>,
+    pub queue: Queue,
+    pub hub: Hub,
+    /// Uploads that may be read, and so lie in memory, at the same time.
+    pub readers: Semaphore,
+    /// Largest upload (bytes).
+    pub max_upload: u64,
+    pub metrics: PrometheusHandle,
+    /// Ends long answers when the server stops.
+    pub stop: CancellationToken,
+}
+
+pub type App = axum::extract::State<Arc<Server>>;

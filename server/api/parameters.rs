@@ -1,0 +1,271 @@
+//! Every identified parameter of every ride, as JSON, CSV or Parquet.
+
+use axum::extract::{OriginalUri, State};
+use axum::http::{Uri, header};
+use axum::response::{IntoResponse, Response};
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
+use uuid::Uuid;
+
+use super::extract::Query;
+use super::list::{Page, limit_to, next_link, without_cursor};
+use super::problem::{Kind, Problem};
+use super::{App, Server, parquet, time};
+use crate::store::parameter::{self, Filter, Key, ParameterRow};
+
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+pub struct Params {
+    /// Only of this bike.
+    pub bike: Option<String>,
+    /// Only by this method: `least_squares`, `instrumental`, `swarm`, `output_error`, `extended`.
+    pub method: Option<String>,
+    /// Only of this axle: `front`, `rear`, `both`.
+    pub axle: Option<String>,
+    /// Only this parameter: `k_n_m`, `b_n_s_m`, `mass_kg`, or `effect.parameter`.
+    pub name: Option<String>,
+    /// Only parameters of this effect, such as `coulomb_friction`.
+    pub effect: Option<String>,
+    /// Only of jobs with this verdict.
+    pub verdict: Option<String>,
+    /// Only of this job.
+    pub job: Option<Uuid>,
+    /// Identified at this time or later (RFC 3339).
+    #[param(format = DateTime)]
+    pub from: Option<String>,
+    /// Identified before this time (RFC 3339).
+    #[param(format = DateTime)]
+    pub to: Option<String>,
+    #[param(inline)]
+    pub format: Option<Format>,
+    /// Items per page: 50 unless asked otherwise.
+    #[param(minimum = 1, maximum = 100_000)]
+    pub limit: Option<i64>,
+    /// `next` of the page before.
+    #[param(
+        pattern = "^[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}/[a-z_]+/[a-z]+/.+$"
+    )]
+    pub cursor: Option<String>,
+}
+
+/// `json` unless asked otherwise.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Format {
+    #[default]
+    Json,
+    Csv,
+    Parquet,
+}
+
+/// One identified parameter.
+#[derive(Serialize, ToSchema)]
+#[schema(as = IdentifiedParameter)]
+pub struct ParameterView {
+    pub job: Uuid,
+    pub bike: String,
+    #[schema(format = DateTime)]
+    pub identified_at: String,
+    pub method: String,
+    pub axle: String,
+    pub name: String,
+    pub value: f64,
+    pub std_error: Option<f64>,
+    pub unit: String,
+    pub verdict: Option<String>,
+    /// Version of veloid that identified it.
+    pub version: String,
+}
+
+impl From<ParameterRow> for ParameterView {
+    fn from(row: ParameterRow) -> Self {
+        Self {
+            job: row.job_id,
+            bike: row.bike,
+            identified_at: time::text(row.identified_at),
+            method: row.method,
+            axle: row.axle,
+            name: row.name,
+            value: row.value,
+            std_error: row.std_error,
+            unit: row.unit,
+            verdict: row.verdict,
+            version: row.version,
+        }
+    }
+}
+
+/// Every identified parameter of every ride, newest first.
+#[utoipa::path(get, path = "/v1/parameters", operation_id = "list_parameters", tag = "fleet", params(Params),
+    responses(
+        (status = 200, description = "A page of parameters; `Link` names the next one", content(
+            (Page<ParameterView> = "application/json"), (String = "text/csv"), (Vec<u8> = "application/vnd.apache.parquet"))),
+        (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json")))]
+pub async fn list(
+    State(server): App,
+    OriginalUri(uri): OriginalUri,
+    Query(params): Query<Params>,
+) -> Result<Response, Problem> {
+    respond(&server, &uri, &params).await
+}
+
+/// Most rows of one answer.
+const MOST: i64 = 100_000;
+
+/// The page that the parameters ask for.
+pub async fn respond(server: &Server, uri: &Uri, params: &Params) -> Result<Response, Problem> {
+    let limit = limit_to(params.limit, MOST)?;
+    let rows = rows(server, params, limit).await?;
+    let next = Page::cut(rows, limit, cursor, |row| row);
+    let address = without_cursor(uri);
+    let (kind, name, body) = match params.format.unwrap_or_default() {
+        Format::Json => {
+            let items = next.items.into_iter().map(ParameterView::from).collect();
+            let page: Page<ParameterView> = Page {
+                items,
+                next: next.next,
+            };
+            return Ok(page.respond(&address));
+        }
+        Format::Csv => {
+            let items: Vec<_> = next.items.into_iter().map(ParameterView::from).collect();
+            (
+                "text/csv; charset=utf-8",
+                "parameters.csv",
+                to_csv(&items).into_bytes(),
+            )
+        }
+        Format::Parquet => {
+            let rows = next.items;
+            let file = tokio::task::spawn_blocking(move || parquet::file(rows)).await?;
+            let file = file.map_err(Problem::internal)?;
+            ("application/vnd.apache.parquet", "parameters.parquet", file)
+        }
+    };
+    let attachment = format!("attachment; filename=\"{name}\"");
+    let headers = [
+        (header::CONTENT_TYPE, kind.to_owned()),
+        (header::CONTENT_DISPOSITION, attachment),
+    ];
+    let mut response = (headers, body).into_response();
+    if let Some(link) = next_link(&address, next.next.as_deref()) {
+        response.headers_mut().insert(header::LINK, link);
+    }
+    Ok(response)
+}
+
+/// The rows that the parameters ask for, and one more where there are more.
+pub async fn rows(
+    server: &Server,
+    params: &Params,
+    limit: i64,
+) -> Result<Vec<ParameterRow>, Problem> {
+    let at = |name, text: &Option<String>| {
+        text.as_deref()
+            .map(|text| time::parse(name, text))
+            .transpose()
+    };
+    let after = params
+        .cursor
+        .as_deref()
+        .map(|cursor| parse_cursor(cursor).ok_or_else(bad_cursor))
+        .transpose()?;
+    let filter = Filter {
+        bike: params.bike.as_deref(),
+        method: params.method.as_deref(),
+        axle: params.axle.as_deref(),
+        name: params.name.as_deref(),
+        effect: params.effect.as_deref(),
+        verdict: params.verdict.as_deref(),
+        job: params.job,
+        from_ms: at("from", &params.from)?,
+        to_ms: at("to", &params.to)?,
+        after: after.as_ref(),
+    };
+    Ok(parameter::page(&server.db, &filter, limit + 1).await?)
+}
+
+pub fn cursor(row: &ParameterRow) -> String {
+    format!("{}/{}/{}/{}", row.job_id, row.method, row.axle, row.name)
+}
+
+fn parse_cursor(cursor: &str) -> Option<Key> {
+    let mut parts = cursor.splitn(4, '/');
+    Some(Key {
+        job_id: parts.next()?.parse().ok()?,
+        method: parts.next()?.to_owned(),
+        axle: parts.next()?.to_owned(),
+        name: parts.next()?.to_owned(),
+    })
+}
+
+fn bad_cursor() -> Problem {
+    Problem::new(
+        Kind::BadRequest,
+        "cursor: expected the `next` of an earlier page",
+    )
+}
+
+fn to_csv(items: &[ParameterView]) -> String {
+    let mut csv =
+        "job,bike,identified_at,method,axle,name,value,std_error,unit,verdict,version\n".to_owned();
+    for item in items {
+        let std_error = item.std_error.map(|e| e.to_string()).unwrap_or_default();
+        let cells = [
+            item.job.to_string(),
+            cell(&item.bike),
+            item.identified_at.clone(),
+            item.method.clone(),
+            item.axle.clone(),
+            cell(&item.name),
+            item.value.to_string(),
+            std_error,
+            cell(&item.unit),
+            item.verdict.clone().unwrap_or_default(),
+            item.version.clone(),
+        ];
+        csv.push_str(&cells.join(","));
+        csv.push('\n');
+    }
+    csv
+}
+
+/// A text cell, quoted where it must be, and never a formula to a spreadsheet.
+fn cell(text: &str) -> String {
+    let guard = if text.starts_with(['=', '+', '-', '@', '\t', '\r']) {
+        "'"
+    } else {
+        ""
+    };
+    if guard.is_empty() && !text.contains([',', '"', '\n', '\r']) {
+        return text.to_owned();
+    }
+    format!("\"{guard}{}\"", text.replace('"', "\"\""))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_cursors_are_cursors() {
+        let id = Uuid::now_v7();
+        let key = Key {
+            job_id: id,
+            method: "extended".into(),
+            axle: "front".into(),
+            name: "a/b".into(),
+        };
+        assert_eq!(parse_cursor(&format!("{id}/extended/front/a/b")), Some(key));
+        for bad in ["", "zz", "x/extended/front/a", &format!("{id}/front/a")] {
+            assert_eq!(parse_cursor(bad), None, "{bad}");
+        }
+    }
+
+    #[test]
+    fn text_cells_are_quoted_and_no_formulas() {
+        assert_eq!(cell("lab-7"), "lab-7");
+        assert_eq!(cell("a,\"b\""), "\"a,\"\"b\"\"\"");
+        assert_eq!(cell("=HYPERLINK(1)"), "\"'=HYPERLINK(1)\"");
+    }
+}

@@ -1,0 +1,238 @@
+//! Every error of the API: RFC 9457 `application/problem+json` with a stable `type`.
+
+use axum::extract::rejection::{PathRejection, QueryRejection};
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde::Serialize;
+use utoipa::ToSchema;
+use veloid_engine::EngineError;
+use veloid_engine::ride::ReadError;
+
+use crate::jobs::Fault;
+use crate::options::OptionsError;
+
+/// An error as RFC 9457 has it.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct Problem {
+    #[serde(rename = "type")]
+    pub kind: Kind,
+    /// The kind of problem in words.
+    #[schema(value_type = String)]
+    pub title: &'static str,
+    pub status: u16,
+    /// What is wrong this time, and what was expected.
+    pub detail: String,
+    /// Where in the uploaded file the fault lies.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub place: Option<Box<Place>>,
+}
+
+/// The kinds of problem, as the `type` that clients may rely on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+pub enum Kind {
+    #[serde(rename = "urn:veloid:problem:bad-request")]
+    BadRequest,
+    #[serde(rename = "urn:veloid:problem:not-found")]
+    NotFound,
+    #[serde(rename = "urn:veloid:problem:method-not-allowed")]
+    MethodNotAllowed,
+    #[serde(rename = "urn:veloid:problem:too-large")]
+    TooLarge,
+    #[serde(rename = "urn:veloid:problem:unreadable-ride")]
+    UnreadableRide,
+    #[serde(rename = "urn:veloid:problem:bad-bike")]
+    BadBike,
+    #[serde(rename = "urn:veloid:problem:bad-option")]
+    BadOption,
+    #[serde(rename = "urn:veloid:problem:idempotency-key-reused")]
+    IdempotencyKeyReused,
+    #[serde(rename = "urn:veloid:problem:not-finished")]
+    NotFinished,
+    #[serde(rename = "urn:veloid:problem:wrong-state")]
+    WrongState,
+    #[serde(rename = "urn:veloid:problem:foreign")]
+    Foreign,
+    #[serde(rename = "urn:veloid:problem:unavailable")]
+    Unavailable,
+    #[serde(rename = "urn:veloid:problem:internal")]
+    Internal,
+}
+
+impl Kind {
+    fn status_and_title(self) -> (StatusCode, &'static str) {
+        match self {
+            Kind::BadRequest => (StatusCode::BAD_REQUEST, "The request is malformed"),
+            Kind::NotFound => (StatusCode::NOT_FOUND, "There is no such thing"),
+            Kind::MethodNotAllowed => (
+                StatusCode::METHOD_NOT_ALLOWED,
+                "The address does not know this method",
+            ),
+            Kind::TooLarge => (StatusCode::PAYLOAD_TOO_LARGE, "The upload is too large"),
+            Kind::UnreadableRide => (
+                StatusCode::UNPROCESSABLE_ENTITY,
+                "The ride file cannot be used",
+            ),
+            Kind::BadBike => (
+                StatusCode::UNPROCESSABLE_ENTITY,
+                "The bike file cannot be used",
+            ),
+            Kind::BadOption => (StatusCode::UNPROCESSABLE_ENTITY, "An option is not allowed"),
+            Kind::IdempotencyKeyReused => (
+                StatusCode::UNPROCESSABLE_ENTITY,
+                "The idempotency key belongs to another request",
+            ),
+            Kind::NotFinished => (StatusCode::CONFLICT, "The job has no report yet"),
+            Kind::WrongState => (StatusCode::CONFLICT, "The job's state does not allow this"),
+            Kind::Foreign => (StatusCode::FORBIDDEN, "Another site sent this form"),
+            Kind::Unavailable => (StatusCode::SERVICE_UNAVAILABLE, "Not ready"),
+            Kind::Internal => (
+                StatusCode::INTERNAL_SERVER_ERROR,
+                "Something went wrong on the server",
+            ),
+        }
+    }
+}
+
+/// Where in an uploaded file a fault lies.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+#[schema(as = RidePlace)]
+pub struct Place {
+    /// Kind of fault, stable: `not-a-number`, `time-not-increasing`, `gzip-bomb` ...
+    #[schema(value_type = String)]
+    pub fault: &'static str,
+    pub file: String,
+    /// Line and column, counted from 1.
+    pub line: Option<usize>,
+    pub column: Option<usize>,
+    /// Header text of the column.
+    pub header: Option<String>,
+}
+
+impl Problem {
+    pub fn new(kind: Kind, detail: impl Into<String>) -> Self {
+        let (status, title) = kind.status_and_title();
+        Self {
+            kind,
+            title,
+            status: status.as_u16(),
+            detail: detail.into(),
+            place: None,
+        }
+    }
+
+    pub fn not_found(what: &str) -> Self {
+        Self::new(Kind::NotFound, format!("{what} was not found"))
+    }
+
+    /// The cause goes to the log, not to the client.
+    pub fn internal(cause: impl std::fmt::Display) -> Self {
+        tracing::error!(%cause, "internal error");
+        Self::new(Kind::Internal, "the cause is in the server's log")
+    }
+}
+
+impl IntoResponse for Problem {
+    fn into_response(self) -> Response {
+        let status = StatusCode::from_u16(self.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
+        let body = serde_json::to_vec(&self).unwrap_or_default();
+        let json = HeaderValue::from_static("application/problem+json");
+        (status, [(header::CONTENT_TYPE, json)], body).into_response()
+    }
+}
+
+impl From<sqlx::Error> for Problem {
+    fn from(error: sqlx::Error) -> Self {
+        match error {
+            sqlx::Error::PoolTimedOut => {
+                Self::new(Kind::Unavailable, "the database is busy; try again")
+            }
+            // Two requests with one idempotency key met; the second one will find the first's job.
+            sqlx::Error::Database(error) if error.is_unique_violation() => Self::new(
+                Kind::Unavailable,
+                "an equal request is being stored; try again",
+            ),
+            error => Self::internal(error),
+        }
+    }
+}
+
+impl From<std::io::Error> for Problem {
+    fn from(error: std::io::Error) -> Self {
+        Self::internal(error)
+    }
+}
+
+impl From<riverqueue::Error> for Problem {
+    fn from(error: riverqueue::Error) -> Self {
+        Self::internal(error)
+    }
+}
+
+impl From<tokio::task::JoinError> for Problem {
+    fn from(error: tokio::task::JoinError) -> Self {
+        Self::internal(error)
+    }
+}
+
+impl From<Fault> for Problem {
+    fn from(fault: Fault) -> Self {
+        match fault {
+            Fault::Read(error) => error.into(),
+            Fault::Engine(error) => error.into(),
+            Fault::Database(error) => error.into(),
+            fault => Self::internal(fault),
+        }
+    }
+}
+
+impl From<OptionsError> for Problem {
+    fn from(error: OptionsError) -> Self {
+        Self::new(Kind::BadOption, error.to_string())
+    }
+}
+
+impl From<EngineError> for Problem {
+    fn from(error: EngineError) -> Self {
+        let kind = match error {
+            EngineError::Bike(_) => Kind::BadBike,
+            EngineError::Setting { .. } => Kind::BadOption,
+            EngineError::Ride { .. } => Kind::UnreadableRide,
+            error => return Self::internal(error),
+        };
+        Self::new(kind, error.to_string())
+    }
+}
+
+impl From<ReadError> for Problem {
+    fn from(error: ReadError) -> Self {
+        let column = error.column();
+        let mut problem = Self::new(Kind::UnreadableRide, error.to_string());
+        problem.place = Some(Box::new(Place {
+            fault: error.kind(),
+            file: error.file().to_owned(),
+            line: error.line(),
+            column: column.map(|(number, _)| number),
+            header: column.map(|(_, header)| header.to_owned()),
+        }));
+        problem
+    }
+}
+
+impl From<multer::Error> for Problem {
+    fn from(error: multer::Error) -> Self {
+        Self::new(Kind::BadRequest, format!("form: {error}"))
+    }
+}
+
+impl From<QueryRejection> for Problem {
+    fn from(rejection: QueryRejection) -> Self {
+        Self::new(Kind::BadRequest, rejection.body_text())
+    }
+}
+
+impl From<PathRejection> for Problem {
+    /// An id that is no id names nothing.
+    fn from(rejection: PathRejection) -> Self {
+        Self::new(Kind::NotFound, rejection.body_text())
+    }
+}

@@ -1,0 +1,53 @@
+use axum::Json;
+use axum::extract::State;
+use serde::Serialize;
+use utoipa::ToSchema;
+use uuid::Uuid;
+
+use crate::api::extract::Path;
+use crate::api::jobs::view::JobView;
+use crate::api::list::MOST;
+use crate::api::problem::Problem;
+use crate::api::{App, time};
+use crate::store::{job, ride};
+
+/// An uploaded ride.
+#[derive(Serialize, ToSchema)]
+pub struct RideView {
+    pub id: Uuid,
+    /// Name of the file as its sender calls it.
+    pub name: String,
+    pub sha256: String,
+    pub bytes: i64,
+    #[schema(format = DateTime)]
+    pub uploaded_at: String,
+    /// Address of the bytes.
+    pub file: String,
+    /// Its identifications, newest first.
+    pub jobs: Vec<JobView>,
+}
+
+/// An uploaded ride and its identifications.
+#[utoipa::path(get, path = "/v1/rides/{id}", operation_id = "get_ride", tag = "rides", params(("id" = Uuid, Path)),
+    responses(
+        (status = 200, description = "The ride", body = RideView),
+        (status = 404, description = "No such ride", body = Problem, content_type = "application/problem+json")))]
+pub async fn get(State(server): App, Path(id): Path<Uuid>) -> Result<Json<RideView>, Problem> {
+    let ride = ride::find(&server.db, id)
+        .await?
+        .ok_or_else(|| Problem::not_found("the ride"))?;
+    let filter = job::Filter {
+        ride: Some(id),
+        ..job::Filter::default()
+    };
+    let jobs = job::page(&server.db, &filter, MOST).await?;
+    Ok(Json(RideView {
+        file: format!("/v1/rides/{id}/file"),
+        id,
+        name: ride.name,
+        sha256: ride.sha256,
+        bytes: ride.bytes,
+        uploaded_at: time::text(ride.uploaded_at),
+        jobs: jobs.into_iter().map(JobView::from).collect(),
+    }))
+}

@@ -1,0 +1,8 @@
+pub mod file;
+pub mod get;
+pub mod preview;
+mod receive;
+mod submit;
+pub mod upload;
+
+pub use upload::submit_upload;

@@ -1,0 +1,28 @@
+use axum::Json;
+use axum::extract::{Request, State};
+use veloid_engine::ride::{self, Preview};
+
+use super::receive::receive;
+use crate::api::App;
+use crate::api::problem::Problem;
+use crate::options::Options;
+
+/// Says what would be understood of a ride file, without keeping it.
+///
+/// Takes what `POST /v1/rides` takes; the bike may be left out.
+#[utoipa::path(post, path = "/v1/rides/preview", operation_id = "preview_ride", tag = "rides",
+    request_body(content((super::upload::Upload = "multipart/form-data"), (String = "text/csv"), (Vec<u8> = "application/octet-stream"))),
+    responses(
+        (status = 200, description = "What was understood", body = Preview),
+        (status = 400, description = "Malformed request", body = Problem, content_type = "application/problem+json"),
+        (status = 413, description = "Too large", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "The file is no table, or an option is not allowed", body = Problem, content_type = "application/problem+json")))]
+pub async fn preview(State(server): App, request: Request) -> Result<Json<Preview>, Problem> {
+    let mut received = receive(&server, request).await?;
+    let options = Options::try_from(std::mem::take(&mut received.options))?;
+    let _permit = server.readers.acquire().await.map_err(Problem::internal)?;
+    let bytes = received.incoming.contents().await?;
+    let name = received.name.clone();
+    let read = move || ride::preview(&bytes, &name, &options.reading);
+    Ok(Json(tokio::task::spawn_blocking(read).await??))
+}

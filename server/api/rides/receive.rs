@@ -1,0 +1,229 @@
+//! Takes an upload in: the file straight to disk, the small parts into memory.
+
+use std::time::Duration;
+
+use axum::body::{BodyDataStream, Bytes};
+use axum::extract::Request;
+use axum::http::{HeaderMap, header};
+use futures_util::{Stream, StreamExt};
+use multer::{Field, Multipart};
+use serde_json::{Map, Value};
+
+use crate::api::Server;
+use crate::api::problem::{Kind, Problem};
+use crate::files::Incoming;
+use crate::options::Options;
+
+/// Most that a part other than the file may hold (bytes).
+const SMALL: usize = 64 << 10;
+/// What is still read, and for how long, of a body that is refused (bytes).
+const DRAIN: usize = 1 << 30;
+const DRAIN_TIME: Duration = Duration::from_secs(20);
+
+/// An upload that has arrived but is not kept yet.
+pub struct Received {
+    pub incoming: Incoming,
+    /// Name of the file as its sender calls it.
+    pub name: String,
+    /// The bike file, or the name of a bike of the fleet.
+    pub bike: Option<String>,
+    pub options: Map<String, Value>,
+    /// Identify again even where the same request has a job.
+    pub again: bool,
+}
+
+/// Receives a multipart form or a raw body.
+pub async fn receive(server: &Server, request: Request) -> Result<Received, Problem> {
+    let (head, body) = request.into_parts();
+    let mut body = body.into_data_stream();
+    let outcome = parts(server, &head.headers, head.uri.query(), &mut body).await;
+    if outcome.is_err() {
+        // The client may still be sending; closing on it now could cost it the answer.
+        tokio::spawn(tokio::time::timeout(DRAIN_TIME, drain(body)));
+    }
+    outcome?.done()
+}
+
+async fn drain(mut body: BodyDataStream) {
+    let mut read = 0;
+    while let Some(Ok(chunk)) = body.next().await {
+        read += chunk.len();
+        if read > DRAIN {
+            return;
+        }
+    }
+}
+
+async fn parts(
+    server: &Server,
+    headers: &HeaderMap,
+    query: Option<&str>,
+    body: &mut BodyDataStream,
+) -> Result<Parts, Problem> {
+    let text = |name| headers.get(name).and_then(|value| value.to_str().ok());
+    let length: Option<u64> = text(header::CONTENT_LENGTH).and_then(|text| text.parse().ok());
+    if length.is_some_and(|length| length > server.max_upload + SMALL as u64 * 4) {
+        return Err(too_large(server.max_upload));
+    }
+    let mut parts = Parts::default();
+    for (key, value) in form_urlencoded::parse(query.unwrap_or_default().as_bytes()) {
+        parts.add(&key, &value)?;
+    }
+    parts.add_headers(headers)?;
+    let kind = text(header::CONTENT_TYPE).unwrap_or_default();
+    if kind.starts_with("multipart/form-data") {
+        let boundary = multer::parse_boundary(kind)?;
+        from_form(server, Multipart::new(body, boundary), &mut parts).await?;
+    } else {
+        parts.incoming = Some(store(server, body).await?);
+    }
+    Ok(parts)
+}
+
+async fn from_form(
+    server: &Server,
+    mut form: Multipart<'_>,
+    parts: &mut Parts,
+) -> Result<(), Problem> {
+    while let Some(field) = form.next_field().await? {
+        let key = field.name().unwrap_or_default().to_owned();
+        if key != "file" {
+            let value = small(&key, field).await?;
+            parts.add(&key, &value)?;
+            continue;
+        }
+        if parts.incoming.is_some() {
+            return Err(Problem::new(
+                Kind::BadRequest,
+                "two parts named `file`, expected one; send one request per ride",
+            ));
+        }
+        if let Some(name) = field.file_name() {
+            parts.name = Some(name.to_owned());
+        }
+        parts.incoming = Some(store(server, field).await?);
+    }
+    Ok(())
+}
+
+/// Writes a stream to disk as it comes, up to the limit.
+async fn store<S, E>(server: &Server, stream: S) -> Result<Incoming, Problem>
+where
+    S: Stream<Item = Result<Bytes, E>>,
+    E: std::fmt::Display,
+{
+    let mut incoming = server.files.begin().await?;
+    let mut stream = std::pin::pin!(stream);
+    while let Some(chunk) = stream.next().await {
+        let chunk = chunk.map_err(|error| {
+            Problem::new(Kind::BadRequest, format!("the upload broke off: {error}"))
+        })?;
+        if incoming.bytes() + chunk.len() as u64 > server.max_upload {
+            return Err(too_large(server.max_upload));
+        }
+        incoming.write(&chunk).await?;
+    }
+    Ok(incoming)
+}
+
+async fn small(key: &str, mut field: Field<'_>) -> Result<String, Problem> {
+    let mut bytes = Vec::new();
+    while let Some(chunk) = field.chunk().await? {
+        if bytes.len() + chunk.len() > SMALL {
+            return Err(Problem::new(
+                Kind::TooLarge,
+                format!("part `{key}` is larger than {SMALL} bytes"),
+            ));
+        }
+        bytes.extend_from_slice(&chunk);
+    }
+    String::from_utf8(bytes)
+        .map_err(|_| Problem::new(Kind::BadRequest, format!("part `{key}` is not UTF-8 text")))
+}
+
+fn too_large(limit: u64) -> Problem {
+    Problem::new(
+        Kind::TooLarge,
+        format!("the file is larger than {limit} bytes"),
+    )
+}
+
+#[derive(Default)]
+struct Parts {
+    incoming: Option<Incoming>,
+    name: Option<String>,
+    bike: Option<String>,
+    options: Map<String, Value>,
+    again: bool,
+}
+
+impl Parts {
+    /// A part of the form, a query parameter. Blank ones are left out, as forms send them.
+    fn add(&mut self, key: &str, value: &str) -> Result<(), Problem> {
+        let value = value.trim();
+        match key {
+            _ if value.is_empty() => {}
+            "bike" => self.bike = Some(value.to_owned()),
+            "name" => self.name = Some(value.to_owned()),
+            "again" => self.again = value != "false",
+            "options" => self.options.extend(Options::document(value)?),
+            _ => Options::add_pair(&mut self.options, key, value)?,
+        }
+        Ok(())
+    }
+
+    /// `Veloid-Bike` and `Veloid-Options`, for whoever sends the file as the body.
+    fn add_headers(&mut self, headers: &HeaderMap) -> Result<(), Problem> {
+        for (header, key) in [("veloid-bike", "bike"), ("veloid-options", "options")] {
+            if let Some(value) = headers.get(header) {
+                let value = value.to_str().map_err(|_| {
+                    Problem::new(Kind::BadRequest, format!("header {header} is not ASCII"))
+                })?;
+                self.add(key, value)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn done(self) -> Result<Received, Problem> {
+        let Some(incoming) = self.incoming else {
+            return Err(Problem::new(
+                Kind::BadRequest,
+                "no part named `file`, expected the ride file",
+            ));
+        };
+        Ok(Received {
+            incoming,
+            name: self
+                .name
+                .map_or_else(|| "ride".to_owned(), |name| tidy(&name)),
+            bike: self.bike,
+            options: self.options,
+            again: self.again,
+        })
+    }
+}
+
+/// A file name fit to be shown: its last component without control characters.
+fn tidy(name: &str) -> String {
+    let last = name.rsplit(['/', '\\']).next().unwrap_or_default();
+    let shown: String = last.chars().filter(|c| !c.is_control()).take(200).collect();
+    if shown.is_empty() {
+        "ride".to_owned()
+    } else {
+        shown
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::tidy;
+
+    #[test]
+    fn names_are_only_shown() {
+        assert_eq!(tidy("../../etc/passwd"), "passwd");
+        assert_eq!(tidy("C:\\rides\\a b.csv"), "a b.csv");
+        assert_eq!(tidy("x\0y\u{7f}\n"), "xy");
+        assert_eq!(tidy("/"), "ride");
+    }
+}

@@ -1,0 +1,127 @@
+//! Turns a received upload into a queued job: checked, kept on disk, committed; in this order.
+
+use std::sync::Arc;
+
+use sha2::{Digest, Sha256};
+use uuid::Uuid;
+use veloid_engine::bicycle::Bike;
+
+use super::receive::Received;
+use crate::api::Server;
+use crate::api::problem::{Kind, Problem};
+use crate::files::hex;
+use crate::jobs;
+use crate::options::Options;
+use crate::store::job::{self, NewJob, Request};
+use crate::store::{bike, idempotency_key, ride};
+
+/// Name in the fleet of bikes whose file does not name them.
+const UNNAMED: &str = "unnamed";
+/// Longest name of a bike (bytes).
+const LONGEST_NAME: usize = 200;
+
+/// The job of this upload: a new one, or the one that the same request has already.
+pub async fn submit(
+    server: &Arc<Server>,
+    mut received: Received,
+    key: Option<&str>,
+) -> Result<Uuid, Problem> {
+    let options = Options::try_from(std::mem::take(&mut received.options))?;
+    options.validate()?;
+    let bike = the_bike(server, received.bike.as_deref()).await?;
+    let request = Request { bike, options };
+
+    let name = fleet_name(&request.bike)?;
+
+    let permit = server.readers.acquire().await.map_err(Problem::internal)?;
+    let bytes = received.incoming.contents().await?;
+    let parsed = jobs::read(bytes, received.name.clone(), request.clone()).await??;
+    drop(permit);
+
+    let kept = server.files.keep(received.incoming).await?;
+    let fingerprint = fingerprint(&kept.sha256, &request);
+
+    let mut tx = server.db.begin().await?;
+    if let Some(key) = key
+        && let Some((used_for, id)) = idempotency_key::find(&mut tx, key).await?
+    {
+        if used_for == fingerprint {
+            return Ok(id);
+        }
+        return Err(Problem::new(
+            Kind::IdempotencyKeyReused,
+            format!("the key was used for job {id} with another file, bike or options"),
+        ));
+    }
+    let equal = match received.again {
+        true => None,
+        false => job::find_equal(&mut tx, &fingerprint).await?,
+    };
+    let id = match equal {
+        Some(id) => id,
+        None => {
+            bike::upsert(&mut tx, name, &request.bike).await?;
+            let ride =
+                ride::upsert(&mut tx, &kept.sha256, &received.name, kept.bytes as i64).await?;
+            let new = NewJob {
+                id: Uuid::now_v7(),
+                ride,
+                bike: name,
+                fingerprint: &fingerprint,
+                request: &request,
+                summary: &parsed.summary,
+            };
+            job::insert(&mut tx, &new).await?;
+            let row = server.queue.observe(&mut tx, new.id).await?;
+            job::enter(&mut tx, new.id, job::Stage::Observe, row).await?;
+            new.id
+        }
+    };
+    if let Some(key) = key {
+        idempotency_key::insert(&mut tx, key, &fingerprint, id).await?;
+    }
+    tx.commit().await?;
+    server.rides.put(&kept.sha256, &request, Arc::new(parsed));
+    server.queue.wake();
+    Ok(id)
+}
+
+/// The bike's name in the fleet.
+fn fleet_name(bike: &Bike) -> Result<&str, Problem> {
+    match bike.bike.trim() {
+        "" => Ok(UNNAMED),
+        name if name.len() > LONGEST_NAME || name.contains(char::is_control) => Err(Problem::new(
+            Kind::BadBike,
+            format!(
+                "bike: expected a name of at most {LONGEST_NAME} bytes without control characters"
+            ),
+        )),
+        name => Ok(name),
+    }
+}
+
+/// The bike file that came along, or the fleet's bike of that name.
+async fn the_bike(server: &Server, text: Option<&str>) -> Result<Bike, Problem> {
+    let Some(text) = text else {
+        return Err(Problem::new(
+            Kind::BadBike,
+            "no bike, expected a bike file or the name of a bike of the fleet as `bike`",
+        ));
+    };
+    if text.starts_with('{') {
+        return Ok(Bike::from_json(text)?);
+    }
+    let known = bike::find(&server.db, text).await?;
+    known.map(|row| row.document.0).ok_or_else(|| {
+        Problem::new(
+            Kind::BadBike,
+            format!("'{text}' is no bike of the fleet, expected one or a bike file as JSON"),
+        )
+    })
+}
+
+/// Names everything that determines the report.
+fn fingerprint(sha256: &str, request: &Request) -> String {
+    let all = serde_json::json!([sha256, request, env!("CARGO_PKG_VERSION")]);
+    hex(&Sha256::digest(all.to_string()))
+}

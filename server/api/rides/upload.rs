@@ -1,0 +1,87 @@
+use std::sync::Arc;
+
+use axum::Json;
+use axum::extract::{Request, State};
+use axum::http::{HeaderMap, HeaderName, StatusCode, header};
+use axum::response::IntoResponse;
+use utoipa::ToSchema;
+use uuid::Uuid;
+
+use super::receive::receive;
+use super::submit::submit;
+use crate::api::jobs::view::{JobView, find};
+use crate::api::problem::Problem;
+use crate::api::{App, Server};
+
+/// A ride with its bike and how to treat them.
+#[derive(ToSchema)]
+#[expect(
+    dead_code,
+    reason = "describes the form; `receive` reads it as a stream"
+)]
+pub struct Upload {
+    /// The ride: CSV (also gzip or zstd) or MATLAB v5/v7.
+    #[schema(value_type = String, format = Binary, content_media_type = "application/octet-stream")]
+    file: Vec<u8>,
+    /// The bike file (JSON), or the name of a bike of the fleet.
+    bike: String,
+    /// Settings and reading options (JSON object); each may also be a part of its own.
+    options: Option<crate::options::Options>,
+    /// Identify again even where the same file, bike and options have a job.
+    again: Option<bool>,
+}
+
+/// Uploads a ride and queues its identification.
+///
+/// As a form with the parts `file`, `bike` and `options`, or as the raw file with `bike` and options
+/// in the query or in the headers `Veloid-Bike` and `Veloid-Options`. The file is checked at once; the
+/// answer 202 comes when it is safe on disk and the job is committed. The same file, bike and options
+/// give the same job unless `again` is set.
+#[utoipa::path(post, path = "/v1/rides", operation_id = "upload_ride", tag = "rides",
+    params(
+        ("Idempotency-Key" = Option<String>, Header,
+            description = "The same key with the same content gives the same job"),
+        ("bike" = Option<String>, Query, description = "Bike file (JSON) or name, with a raw body"),
+        ("name" = Option<String>, Query, description = "File name, with a raw body"),
+        ("again" = Option<bool>, Query, description = "Identify again")),
+    request_body(content((Upload = "multipart/form-data"), (String = "text/csv"), (Vec<u8> = "application/octet-stream"))),
+    responses(
+        (status = 202, description = "Queued", body = JobView, headers(
+            ("Location" = String, description = "Address of the job"),
+            ("Retry-After" = u32, description = "Seconds to wait before asking again"))),
+        (status = 400, description = "Malformed request", body = Problem, content_type = "application/problem+json"),
+        (status = 413, description = "Too large", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "Ride, bike or options cannot be used", body = Problem, content_type = "application/problem+json")))]
+pub async fn upload(State(server): App, request: Request) -> Result<impl IntoResponse, Problem> {
+    let id = submit_upload(&server, request).await?;
+    let job = find(&server.db, id).await?;
+    let headers: [(HeaderName, String); 2] = [
+        (header::LOCATION, job.links.job.clone()),
+        (header::RETRY_AFTER, "1".to_owned()),
+    ];
+    Ok((StatusCode::ACCEPTED, headers, Json(job)))
+}
+
+/// Receives, checks, keeps and queues an upload; gives its job.
+pub async fn submit_upload(server: &Arc<Server>, request: Request) -> Result<Uuid, Problem> {
+    let key = idempotency_key(request.headers());
+    let outcome = async {
+        let received = receive(server, request).await?;
+        metrics::histogram!("veloid_upload_size_bytes").record(received.incoming.bytes() as f64);
+        submit(server, received, key.as_deref()).await
+    }
+    .await;
+    let label = if outcome.is_ok() {
+        "accepted"
+    } else {
+        "refused"
+    };
+    metrics::counter!("veloid_uploads_total", "outcome" => label).increment(1);
+    outcome
+}
+
+/// The key without the quotes that the draft asks for and few send.
+fn idempotency_key(headers: &HeaderMap) -> Option<String> {
+    let value = headers.get("idempotency-key")?.to_str().ok()?;
+    Some(value.trim_matches('"').chars().take(200).collect())
+}

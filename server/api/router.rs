@@ -1,0 +1,105 @@
+use std::any::Any;
+use std::sync::Arc;
+
+use axum::Router;
+use axum::middleware::from_fn;
+use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+use tower_http::catch_panic::CatchPanicLayer;
+use tower_http::compression::CompressionLayer;
+use utoipa::OpenApi;
+use utoipa::openapi::OpenApi as Document;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+use utoipa_swagger_ui::{Config, SwaggerUi};
+use veloid_engine::diagnosis::{Excerpt, ResidualSpectrum, Surface};
+
+use super::problem::{Kind, Problem};
+use super::{Server, bikes, fleet, health, jobs, parameters, rides, telemetry};
+use crate::pages;
+
+#[derive(OpenApi)]
+#[openapi(
+    info(
+        title = "veloid",
+        description = "A ride goes in, a verdict comes out: the bicycle's stiffness and damping, how \
+                       sure they are, and the physics that the model leaves out. Units are SI and \
+                       stand in the names. Errors are RFC 9457 problems with a stable `type`.",
+        license(name = "MIT OR Apache-2.0", identifier = "MIT OR Apache-2.0"),
+    ),
+    // What only stands inside of a generic type is not found by itself.
+    components(schemas(Excerpt, ResidualSpectrum, Surface)),
+    tags(
+        (name = "rides", description = "Upload and fetch rides"),
+        (name = "jobs", description = "Follow, cancel and retry identifications; fetch their results"),
+        (name = "fleet", description = "Bicycles and everything that was identified about them"),
+        (name = "operations", description = "For operators"),
+    )
+)]
+struct Base;
+
+fn routes() -> OpenApiRouter<Arc<Server>> {
+    OpenApiRouter::with_openapi(Base::openapi())
+        .routes(routes!(rides::upload::upload))
+        .routes(routes!(rides::preview::preview))
+        .routes(routes!(rides::get::get))
+        .routes(routes!(rides::file::file))
+        .routes(routes!(jobs::list::list))
+        .routes(routes!(jobs::get::get, jobs::cancel::cancel))
+        .routes(routes!(jobs::retry::retry))
+        .routes(routes!(jobs::trials::trials))
+        .routes(routes!(jobs::report::report))
+        .routes(routes!(jobs::model::model))
+        .routes(routes!(jobs::series::series))
+        .routes(routes!(jobs::events::events))
+        .routes(routes!(bikes::list::list))
+        .routes(routes!(bikes::get::get))
+        .routes(routes!(bikes::history::history))
+        .routes(routes!(bikes::course::course))
+        .routes(routes!(fleet::fleet))
+        .routes(routes!(parameters::list))
+        .routes(routes!(health::healthz))
+        .routes(routes!(health::readyz))
+        .routes(routes!(health::metrics))
+}
+
+/// The OpenAPI document.
+pub fn document() -> Document {
+    routes().into_openapi()
+}
+
+/// The whole service.
+pub fn router(server: Arc<Server>) -> Router {
+    let (router, document) = routes().split_for_parts();
+    let swagger = SwaggerUi::new("/docs").config(Config::from("/openapi.json"));
+    router
+        .merge(pages::routes())
+        .route("/openapi.json", get(|| async { axum::Json(document) }))
+        .with_state(server)
+        .merge(swagger)
+        .fallback(not_found)
+        .method_not_allowed_fallback(method_not_allowed)
+        .layer(CompressionLayer::new())
+        .layer(CatchPanicLayer::custom(panicked))
+        .layer(from_fn(telemetry::measure))
+}
+
+async fn not_found(uri: axum::http::Uri) -> Problem {
+    Problem::not_found(uri.path())
+}
+
+async fn method_not_allowed(method: axum::http::Method, uri: axum::http::Uri) -> Problem {
+    Problem::new(
+        Kind::MethodNotAllowed,
+        format!("{} does not know {method}", uri.path()),
+    )
+}
+
+fn panicked(panic: Box<dyn Any + Send + 'static>) -> Response {
+    let cause = panic
+        .downcast_ref::<String>()
+        .map(String::as_str)
+        .or_else(|| panic.downcast_ref::<&str>().copied())
+        .unwrap_or("no message");
+    Problem::internal(format!("panic: {cause}")).into_response()
+}

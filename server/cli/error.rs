@@ -1,0 +1,63 @@
+use std::path::PathBuf;
+
+use veloid_engine::EngineError;
+use veloid_engine::ride::ReadError;
+
+use crate::jobs::Fault;
+use crate::options::OptionsError;
+use crate::store::MigrateError;
+
+/// Why a command ended badly.
+#[derive(Debug, thiserror::Error)]
+pub enum CliError {
+    /// A file that the user named cannot be read or written.
+    #[error("{}: {source}", .path.display())]
+    File {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    /// The bike file; the message holds line and column.
+    #[error("{}: {source}", .path.display())]
+    Bike { path: PathBuf, source: EngineError },
+    #[error(transparent)]
+    Ride(#[from] ReadError),
+    #[error(transparent)]
+    Options(#[from] OptionsError),
+    #[error(transparent)]
+    Engine(#[from] EngineError),
+    #[error("{}: another veloid works on this data; PostgreSQL lets many do so", .0.display())]
+    Locked(PathBuf),
+    #[error("database: {0}")]
+    Database(#[from] sqlx::Error),
+    #[error(transparent)]
+    Migrate(#[from] MigrateError),
+    #[error(transparent)]
+    Work(#[from] Fault),
+    #[error("compute threads: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+    #[error("metrics: {0}")]
+    Metrics(#[from] metrics_exporter_prometheus::BuildError),
+    #[error("queue: {0}")]
+    Queue(#[from] riverqueue::Error),
+    #[error("request: {0}")]
+    Request(#[from] reqwest::Error),
+    #[error("report: {0}")]
+    Json(#[from] serde_json::Error),
+    #[error("{0}")]
+    Io(#[from] std::io::Error),
+}
+
+impl CliError {
+    /// 2 where the input is at fault, 1 for anything else.
+    pub fn exit_status(&self) -> u8 {
+        match self {
+            CliError::Bike { .. } | CliError::Ride(_) | CliError::Options(_) => 2,
+            CliError::File { source, .. } => match source.kind() {
+                std::io::ErrorKind::NotFound | std::io::ErrorKind::InvalidData => 2,
+                _ => 1,
+            },
+            CliError::Engine(error) if error.is_input() => 2,
+            _ => 1,
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! The command line: one file per subcommand.
+
+mod bench;
+mod demo;
+mod error;
+mod identify;
+mod migrate;
+mod openapi;
+mod ride_csv;
+mod seed;
+mod serve;
+mod simulate;
+mod storage;
+mod summary;
+mod worker;
+
+use std::io::IsTerminal;
+
+use clap::{Parser, Subcommand};
+pub use error::CliError;
+use tracing_subscriber::EnvFilter;
+
+/// Turns a bicycle's ride log into its stiffness and damping, and names the physics left out.
+#[derive(Parser)]
+#[command(version, propagate_version = true)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    /// What to log to stderr, as `info` or `veloid=debug,sqlx=warn`.
+    #[arg(
+        long,
+        global = true,
+        env = "VELOID_LOG",
+        default_value = "info,riverqueue=warn"
+    )]
+    log: String,
+    /// Log JSON lines.
+    #[arg(long, global = true, env = "VELOID_LOG_JSON")]
+    log_json: bool,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Serve(serve::Serve),
+    Worker(worker::Worker),
+    Identify(identify::Identify),
+    Simulate(simulate::Simulate),
+    Migrate(migrate::Migrate),
+    Openapi(openapi::Openapi),
+    Bench(bench::Bench),
+    Seed(seed::Seed),
+}
+
+impl Cli {
+    pub fn run(self) -> Result<(), CliError> {
+        self.start_log();
+        match self.command {
+            Command::Serve(command) => runtime()?.block_on(command.run()),
+            Command::Worker(command) => runtime()?.block_on(command.run()),
+            Command::Identify(command) => command.run(),
+            Command::Simulate(command) => command.run(),
+            Command::Migrate(command) => runtime()?.block_on(command.run()),
+            Command::Openapi(command) => command.run(),
+            Command::Bench(command) => command.run(),
+            Command::Seed(command) => runtime()?.block_on(command.run()),
+        }
+    }
+
+    fn start_log(&self) {
+        let log = tracing_subscriber::fmt()
+            .with_env_filter(EnvFilter::new(&self.log))
+            .with_ansi(std::io::stderr().is_terminal())
+            .with_writer(std::io::stderr);
+        if self.log_json {
+            log.json().init();
+        } else {
+            log.init();
+        }
+    }
+}
+
+fn runtime() -> Result<tokio::runtime::Runtime, CliError> {
+    Ok(tokio::runtime::Builder::new_multi_thread()
+        .enable_all()
+        .build()?)
+}

@@ -1,0 +1,112 @@
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use clap::Args;
+use metrics_exporter_prometheus::{Matcher, PrometheusBuilder};
+use tokio::net::TcpListener;
+use tokio::sync::Semaphore;
+use tokio_util::sync::CancellationToken;
+
+use super::CliError;
+use super::demo;
+use super::storage::Storage;
+use super::worker::{WorkLimits, asked_to_stop, cores};
+use crate::api::{self, Server};
+use crate::jobs::{self, Hub, Queue, RideCache};
+use crate::lru::Lru;
+use crate::pages;
+
+/// Uploads that are read, and so lie in memory, at the same time.
+const READERS: usize = 2;
+/// Jobs whose simulated motion is kept at hand.
+const SERIES: usize = 8;
+/// Time that answers in progress get at the end.
+const DRAIN: Duration = Duration::from_secs(5);
+
+/// Buckets of the histograms.
+const SECONDS: [f64; 9] = [0.001, 0.005, 0.02, 0.1, 0.5, 2.0, 10.0, 60.0, 300.0];
+const BYTES: [f64; 6] = [1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
+
+/// HTTP API, web pages and, unless `--workers 0`, workers in the same process.
+#[derive(Args)]
+pub struct Serve {
+    #[command(flatten)]
+    storage: Storage,
+    #[command(flatten)]
+    limits: WorkLimits,
+    /// Address to listen on.
+    #[arg(long, env = "VELOID_LISTEN", default_value = "127.0.0.1:8080")]
+    listen: SocketAddr,
+    /// Threads that run swarms and diagnoses; by default one per core; 0 leaves the work to others.
+    #[arg(long, env = "VELOID_WORKERS")]
+    workers: Option<usize>,
+    /// Largest upload (bytes).
+    #[arg(long, env = "VELOID_MAX_UPLOAD", default_value_t = 256 << 20)]
+    max_upload: u64,
+    /// Upload an example ride through the API and print the address of its result.
+    #[arg(long)]
+    demo: bool,
+}
+
+impl Serve {
+    pub async fn run(self) -> Result<(), CliError> {
+        let metrics = PrometheusBuilder::new()
+            .set_buckets_for_metric(Matcher::Suffix("_seconds".to_owned()), &SECONDS)?
+            .set_buckets_for_metric(Matcher::Suffix("_bytes".to_owned()), &BYTES)?
+            .install_recorder()?;
+        let (db, files) = self.storage.open().await?;
+        let (rides, hub) = (RideCache::new(files.clone()), Hub::new());
+        let threads = self.workers.unwrap_or_else(cores);
+        let lock = match threads {
+            0 => None,
+            _ => self.storage.lock_for_work(&db)?,
+        };
+        let running = match threads {
+            0 => None,
+            _ => Some(jobs::start(self.limits.work(&db, &rides, &hub, threads)?).await?),
+        };
+        let queue = match &running {
+            Some(running) => running.queue.clone(),
+            None => Queue(db.river().build()?),
+        };
+
+        tokio::task::spawn_blocking(pages::assets::prepare);
+        let stop = CancellationToken::new();
+        let server = Arc::new(Server {
+            db,
+            files,
+            rides,
+            series: Lru::new(SERIES),
+            queue,
+            hub,
+            readers: Semaphore::new(READERS),
+            max_upload: self.max_upload,
+            metrics,
+            stop: stop.clone(),
+        });
+        let listener = TcpListener::bind(self.listen).await?;
+        let address = listener.local_addr()?;
+        println!("veloid listens on http://{address}");
+        let served = axum::serve(listener, api::router(server))
+            .with_graceful_shutdown(stop.clone().cancelled_owned());
+        let mut http = tokio::spawn(served.into_future());
+        if self.demo {
+            tokio::spawn(demo::run(format!("http://{address}")));
+        }
+
+        tokio::select! {
+            asked = asked_to_stop() => asked?,
+            ended = &mut http => return ended.map_err(std::io::Error::other)?.map_err(CliError::from),
+        }
+        eprintln!("veloid stops");
+        stop.cancel();
+        if let Some(running) = running {
+            running.stop().await?;
+        }
+        // Whoever still downloads after that is cut off.
+        let _ = tokio::time::timeout(DRAIN, http).await;
+        drop(lock);
+        Ok(())
+    }
+}

@@ -1,0 +1,255 @@
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use clap::{Args, ValueEnum};
+use veloid_engine::bicycle::{Axle, Bike};
+use veloid_engine::simulate::outing::{Excitation, Outing, Spring};
+use veloid_engine::simulate::road::{Bump, Roughness};
+
+use super::{CliError, ride_csv};
+
+/// Writes a simulated ride, and what is true of it.
+///
+/// By default the paper's bicycle rides for a minute over a road of ISO 8608 class B. The ride is as a
+/// logger would record it: `veloid identify RIDE.csv --bike BIKE.json` reads it. The same arguments give
+/// the same bytes.
+#[derive(Args)]
+pub struct Simulate {
+    /// Where to write the ride (CSV); `-` is stdout.
+    ride: PathBuf,
+    /// Where to write the bike file.
+    #[arg(long, value_name = "JSON")]
+    bike: Option<PathBuf>,
+    /// Where to write the truth: stiffness and damping, and all else that made the ride.
+    #[arg(long, value_name = "JSON")]
+    truth: Option<PathBuf>,
+    /// Length of the ride (s).
+    #[arg(long, default_value_t = 60.0)]
+    duration: f64,
+    /// Sampling rate (Hz).
+    #[arg(long, default_value_t = 100.0)]
+    rate: f64,
+    /// Riding speed (m/s).
+    #[arg(long, default_value_t = 5.0)]
+    speed: f64,
+    /// Roughness of the road, a class of ISO 8608; `flat` for bumps alone.
+    #[arg(long, value_enum, ignore_case = true, default_value = "B")]
+    road: Road,
+    /// A rounded bump: where it begins, its length and its height (m; negative for a hole); may be
+    /// given more than once.
+    #[arg(long, value_name = "AT:LENGTH:HEIGHT", allow_hyphen_values = true)]
+    bump: Vec<Triple>,
+    /// In place of a road a shaker: a sine force on each axle mass (N), its frequency rising evenly
+    /// (Hz).
+    #[arg(long, value_name = "FORCE:FROM:TO", conflicts_with_all = ["bump", "release"])]
+    shaker: Option<Triple>,
+    /// In place of a road a free decay from this displacement (m).
+    #[arg(
+        long,
+        value_name = "M",
+        conflicts_with = "bump",
+        allow_hyphen_values = true
+    )]
+    release: Option<f64>,
+    /// Mass on the front and the rear wheel (kg).
+    #[arg(long, value_name = "FRONT:REAR", default_value = "23:63")]
+    mass: Pair,
+    /// Vertical stiffness (N/m); one number stands for both axles.
+    #[arg(long, value_name = "FRONT:REAR", default_value = "110000")]
+    stiffness: Pair,
+    /// Vertical damping (N s/m); one number stands for both axles.
+    #[arg(long, value_name = "FRONT:REAR", default_value = "1150")]
+    damping: Pair,
+    /// Distance from the centre of gravity to the wheels (m).
+    #[arg(long, value_name = "FRONT:REAR", default_value = "0.808:0.293")]
+    lengths: Pair,
+    /// Record one axle only.
+    #[arg(long, value_enum)]
+    only: Option<OneAxle>,
+    /// Standard deviation of the white noise on the displacement (m).
+    #[arg(long, default_value_t = 0.0)]
+    noise: f64,
+    /// Standard deviation of the white noise on the road (m).
+    #[arg(long, default_value_t = 0.0)]
+    road_noise: f64,
+    /// Seed of the road and of the noise.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Road {
+    Flat,
+    A,
+    B,
+    C,
+    D,
+    E,
+    F,
+    G,
+    H,
+}
+
+impl Road {
+    fn roughness(self) -> Option<Roughness> {
+        Some(match self {
+            Road::Flat => return None,
+            Road::A => Roughness::A,
+            Road::B => Roughness::B,
+            Road::C => Roughness::C,
+            Road::D => Roughness::D,
+            Road::E => Roughness::E,
+            Road::F => Roughness::F,
+            Road::G => Roughness::G,
+            Road::H => Roughness::H,
+        })
+    }
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum OneAxle {
+    Front,
+    Rear,
+}
+
+impl Simulate {
+    pub fn run(self) -> Result<(), CliError> {
+        let outing = self.outing();
+        outing.validate()?;
+        let ride = ride_csv::text(&outing.ride());
+        if self.ride.as_os_str() == "-" {
+            io::stdout().write_all(ride.as_bytes())?;
+        } else {
+            write(&self.ride, &ride)?;
+        }
+        if let Some(path) = &self.bike {
+            write(
+                path,
+                &(serde_json::to_string_pretty(&self.bicycle())? + "\n"),
+            )?;
+        }
+        if let Some(path) = &self.truth {
+            write(path, &(serde_json::to_string_pretty(&outing)? + "\n"))?;
+        }
+        Ok(())
+    }
+
+    fn outing(&self) -> Outing {
+        let spring = |axle: Axle| {
+            let left_out = match axle {
+                Axle::Front => OneAxle::Rear,
+                Axle::Rear => OneAxle::Front,
+            };
+            (self.only != Some(left_out)).then(|| Spring {
+                mass_kg: self.mass.of(axle),
+                k_n_m: self.stiffness.of(axle),
+                b_n_s_m: self.damping.of(axle),
+            })
+        };
+        let excitation = match (self.shaker, self.release) {
+            (Some(Triple([amplitude_n, from_hz, to_hz])), _) => Excitation::Shaker {
+                amplitude_n,
+                from_hz,
+                to_hz,
+            },
+            (None, Some(displacement_m)) => Excitation::Release { displacement_m },
+            (None, None) => Excitation::Road {
+                roughness: self.road.roughness(),
+                bumps: self.bump.iter().map(Triple::bump).collect(),
+            },
+        };
+        Outing {
+            duration_s: self.duration,
+            rate_hz: self.rate,
+            speed_m_s: self.speed,
+            wheelbase_m: self.lengths.0.iter().sum(),
+            front: spring(Axle::Front),
+            rear: spring(Axle::Rear),
+            excitation,
+            noise_displacement_m: self.noise,
+            noise_road_m: self.road_noise,
+            seed: self.seed,
+        }
+    }
+
+    fn bicycle(&self) -> Bike {
+        Bike {
+            bike: "simulated".to_owned(),
+            mass_front_kg: Some(self.mass.of(Axle::Front)),
+            mass_rear_kg: Some(self.mass.of(Axle::Rear)),
+            l_front_m: Some(self.lengths.of(Axle::Front)),
+            l_rear_m: Some(self.lengths.of(Axle::Rear)),
+            ..Bike::default()
+        }
+    }
+}
+
+fn write(path: &Path, text: &str) -> Result<(), CliError> {
+    std::fs::write(path, text).map_err(|source| CliError::File {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+/// A number for each axle, as `FRONT:REAR` or as one for both.
+#[derive(Clone, Copy)]
+struct Pair([f64; 2]);
+
+impl Pair {
+    fn of(self, axle: Axle) -> f64 {
+        match axle {
+            Axle::Front => self.0[0],
+            Axle::Rear => self.0[1],
+        }
+    }
+}
+
+impl FromStr for Pair {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match numbers(text)?[..] {
+            [both] => Ok(Pair([both; 2])),
+            [front, rear] => Ok(Pair([front, rear])),
+            _ => Err("expected FRONT:REAR".to_owned()),
+        }
+    }
+}
+
+/// Three numbers with colons between them.
+#[derive(Clone, Copy)]
+struct Triple([f64; 3]);
+
+impl Triple {
+    fn bump(&self) -> Bump {
+        let [at_m, length_m, height_m] = self.0;
+        Bump {
+            at_m,
+            length_m,
+            height_m,
+        }
+    }
+}
+
+impl FromStr for Triple {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers = numbers(text)?;
+        numbers
+            .try_into()
+            .map(Triple)
+            .map_err(|_| "expected three numbers with colons between them".to_owned())
+    }
+}
+
+fn numbers(text: &str) -> Result<Vec<f64>, String> {
+    text.split(':')
+        .map(|part| {
+            part.trim()
+                .parse()
+                .map_err(|_| format!("'{part}' is not a number"))
+        })
+        .collect()
+}

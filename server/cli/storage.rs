@@ -1,0 +1,53 @@
+//! Where a process keeps things, and who may work there.
+
+use std::fs::{File, TryLockError};
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::CliError;
+use crate::files::Files;
+use crate::store::Db;
+
+#[derive(Args)]
+pub struct Storage {
+    /// Folder of the raw files and of the SQLite database; made when absent.
+    #[arg(long, env = "VELOID_DATA", default_value = "data")]
+    data: PathBuf,
+    /// Database: `postgres://...` or `sqlite:FILE`; by default `veloid.db` in the data folder.
+    #[arg(long, env = "DATABASE_URL", hide_env_values = true)]
+    database_url: Option<String>,
+}
+
+impl Storage {
+    /// Opens the file store and the database, with its schema up to date.
+    pub async fn open(&self) -> Result<(Db, Files), CliError> {
+        let files = Files::open(&self.data).await?;
+        let url = self
+            .database_url
+            .clone()
+            .unwrap_or_else(|| format!("sqlite:{}", self.data.join("veloid.db").display()));
+        // SQLite's migrator takes no lock of its own.
+        let lock = File::create(self.data.join("migrate.lock"))?;
+        lock.lock()?;
+        let db = Db::connect(&url).await?;
+        db.migrate().await?;
+        lock.unlock()?;
+        Ok((db, files))
+    }
+
+    /// On SQLite one process works at a time, which is how it knows at its start that what is
+    /// `running` belongs to one that is gone. The lock lasts as long as what this returns.
+    pub fn lock_for_work(&self, db: &Db) -> Result<Option<File>, CliError> {
+        if !db.is_sqlite() {
+            return Ok(None);
+        }
+        let path = self.data.join("work.lock");
+        let lock = File::create(&path)?;
+        match lock.try_lock() {
+            Ok(()) => Ok(Some(lock)),
+            Err(TryLockError::WouldBlock) => Err(CliError::Locked(path)),
+            Err(TryLockError::Error(error)) => Err(error.into()),
+        }
+    }
+}

@@ -1,0 +1,83 @@
+use std::sync::Arc;
+use std::time::Duration;
+
+use clap::Args;
+use tokio::signal::unix::{SignalKind, signal};
+
+use super::CliError;
+use super::storage::Storage;
+use crate::files::Files;
+use crate::jobs::{self, Compute, Hub, RideCache, Work};
+use crate::lru::Lru;
+use crate::store::Db;
+
+/// Jobs whose swarms are kept ready: those that trials may be running of.
+const SWARMS: usize = 4;
+
+/// Works on queued jobs, without HTTP: for more machines on one PostgreSQL database.
+#[derive(Args)]
+pub struct Worker {
+    #[command(flatten)]
+    storage: Storage,
+    #[command(flatten)]
+    limits: WorkLimits,
+    /// Threads that run swarms and diagnoses; by default one per core.
+    #[arg(long, env = "VELOID_WORKERS")]
+    workers: Option<usize>,
+}
+
+#[derive(Args, Clone, Copy)]
+pub struct WorkLimits {
+    /// Time that one stage of a job may take (s).
+    #[arg(long, env = "VELOID_STAGE_TIMEOUT", default_value_t = 1800)]
+    stage_timeout: u64,
+}
+
+impl WorkLimits {
+    /// All that a working process needs.
+    pub fn work(
+        self,
+        db: &Db,
+        rides: &RideCache,
+        hub: &Hub,
+        threads: usize,
+    ) -> Result<Arc<Work>, CliError> {
+        Ok(Arc::new(Work {
+            db: db.clone(),
+            rides: rides.clone(),
+            swarms: Lru::new(SWARMS),
+            compute: Compute::new(threads)?,
+            hub: hub.clone(),
+            limit: Duration::from_secs(self.stage_timeout),
+        }))
+    }
+}
+
+impl Worker {
+    pub async fn run(self) -> Result<(), CliError> {
+        let (db, files): (Db, Files) = self.storage.open().await?;
+        let _lock = self.storage.lock_for_work(&db)?;
+        let threads = self.workers.unwrap_or_else(cores).max(1);
+        let work = self
+            .limits
+            .work(&db, &RideCache::new(files), &Hub::new(), threads)?;
+        let running = jobs::start(work).await?;
+        eprintln!("veloid works with {threads} threads");
+        asked_to_stop().await?;
+        Ok(running.stop().await?)
+    }
+}
+
+/// Cores of this machine.
+pub fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// Returns at SIGTERM or Ctrl-C.
+pub async fn asked_to_stop() -> std::io::Result<()> {
+    let mut terminate = signal(SignalKind::terminate())?;
+    tokio::select! {
+        interrupt = tokio::signal::ctrl_c() => interrupt,
+        _ = terminate.recv() => Ok(()),
+    }
+}

@@ -1,0 +1,29 @@
+//! What many rides of one bicycle, and many bicycles, say together.
+
+mod change;
+mod history;
+mod outliers;
+mod pool;
+mod trend;
+
+pub use history::{BikeHistory, Course, FOLLOWED, histories, history};
+pub use outliers::{FleetSpread, PooledBike, against_the_fleet};
+
+/// Mean and variance weighted.
+fn weighted(values: impl Iterator<Item = (f64, f64)> + Clone) -> (f64, f64) {
+    let total: f64 = values.clone().map(|(_, weight)| weight).sum();
+    let mean = values.map(|(value, weight)| weight * value).sum::<f64>() / total;
+    (mean, total)
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    if values.is_empty() {
+        return f64::NAN;
+    }
+    values.sort_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    match values.len() % 2 {
+        0 => 0.5 * (values[middle - 1] + values[middle]),
+        _ => values[middle],
+    }
+}

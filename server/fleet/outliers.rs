@@ -1,0 +1,140 @@
+//! Each bicycle against the fleet, by median and median absolute deviation, which a few broken bikes
+//! cannot move.
+
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use super::history::{BikeHistory, FOLLOWED};
+use super::median;
+use super::pool::Pooled;
+
+/// Robust deviations beyond which a bicycle is called an outlier (Iglewicz and Hoaglin, 1993).
+const FAR: f64 = 3.5;
+/// Makes the median absolute deviation of a normal scatter its standard deviation.
+const NORMAL: f64 = 1.4826;
+/// Fewest bikes that make a fleet.
+const LEAST: usize = 5;
+
+/// How one parameter scatters over the fleet.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct FleetSpread {
+    pub axle: String,
+    pub name: String,
+    pub unit: String,
+    pub bikes: usize,
+    pub median: f64,
+    /// Robust standard deviation over the bikes.
+    pub scatter: f64,
+}
+
+/// One bicycle's pooled parameters.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct PooledBike {
+    pub bike: String,
+    pub parameters: Vec<PooledParameter>,
+}
+
+#[derive(Debug, Serialize, ToSchema)]
+pub struct PooledParameter {
+    pub axle: String,
+    pub name: String,
+    pub unit: String,
+    pub pooled: Pooled,
+    /// Distance from the fleet's median in robust standard deviations, the bike's own error included.
+    pub deviations: Option<f64>,
+    pub outlier: bool,
+}
+
+/// The spread of every parameter, and every bike's place in it.
+pub fn against_the_fleet(histories: &[BikeHistory]) -> (Vec<FleetSpread>, Vec<PooledBike>) {
+    let pooled = |axle: &str, name: &str, history: &BikeHistory| {
+        let course = history
+            .courses
+            .iter()
+            .find(|c| c.axle == axle && c.name == name)?;
+        Some((course.unit.clone(), course.pooled.clone()?))
+    };
+    let spreads: Vec<FleetSpread> = FOLLOWED
+        .into_iter()
+        .filter_map(|(axle, name)| {
+            let found: Vec<_> = histories
+                .iter()
+                .filter_map(|h| pooled(axle, name, h))
+                .collect();
+            let values: Vec<f64> = found.iter().map(|(_, p)| p.value).collect();
+            let middle = median(values.clone());
+            let distances = values.iter().map(|value| (value - middle).abs()).collect();
+            Some(FleetSpread {
+                axle: axle.to_owned(),
+                name: name.to_owned(),
+                unit: found.first()?.0.clone(),
+                bikes: values.len(),
+                median: middle,
+                scatter: NORMAL * median(distances),
+            })
+        })
+        .collect();
+    let place = |history: &BikeHistory| PooledBike {
+        bike: history.bike.clone(),
+        parameters: spreads
+            .iter()
+            .filter_map(|spread| {
+                let (unit, pooled) = pooled(&spread.axle, &spread.name, history)?;
+                let scatter = spread.scatter.hypot(pooled.std_error);
+                let deviations = (spread.bikes >= LEAST && scatter > 0.0)
+                    .then(|| (pooled.value - spread.median) / scatter);
+                Some(PooledParameter {
+                    axle: spread.axle.clone(),
+                    name: spread.name.clone(),
+                    unit,
+                    outlier: deviations.is_some_and(|d| d.abs() > FAR),
+                    deviations,
+                    pooled,
+                })
+            })
+            .collect(),
+    };
+    let bikes = histories.iter().map(place).collect();
+    (spreads, bikes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fleet::Course;
+
+    fn bike(name: usize, k: f64) -> BikeHistory {
+        BikeHistory {
+            bike: format!("bike-{name}"),
+            courses: vec![Course {
+                axle: "front".into(),
+                name: "k_n_m".into(),
+                unit: "N/m".into(),
+                points: Vec::new(),
+                pooled: Pooled::of(&[(k, 10.0)]),
+                trend: None,
+                change: None,
+            }],
+        }
+    }
+
+    #[test]
+    fn one_soft_tyre_stands_out_and_does_not_hide_itself() {
+        let stiffness = [100e3, 101e3, 99e3, 100.5e3, 99.5e3, 60e3];
+        let fleet: Vec<_> = stiffness
+            .iter()
+            .enumerate()
+            .map(|(i, k)| bike(i, *k))
+            .collect();
+        let (spreads, bikes) = against_the_fleet(&fleet);
+        assert!((spreads[0].median - 99.75e3).abs() < 1.0);
+        let outliers: Vec<bool> = bikes.iter().map(|b| b.parameters[0].outlier).collect();
+        assert_eq!(outliers, [false, false, false, false, false, true]);
+    }
+
+    #[test]
+    fn few_bikes_are_no_fleet() {
+        let (_, bikes) = against_the_fleet(&[bike(0, 1.0), bike(1, 9e9)]);
+        assert!(bikes.iter().all(|b| b.parameters[0].deviations.is_none()));
+    }
+}

@@ -1,0 +1,185 @@
+//! Computing, away from the async threads: two rayon pools, one for the quick stages and one for the
+//! heavy ones, each with as many permits as threads.
+
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
+use tokio::sync::{Semaphore, oneshot};
+use tokio_util::sync::CancellationToken;
+use uuid::Uuid;
+use veloid_engine::{EngineError, Progress};
+
+use super::hub::{Hub, Iteration};
+use super::stage::Fault;
+
+/// Threads for the quick stages; they take turns with the heavy ones by the system's scheduler.
+pub const QUICK_THREADS: usize = 4;
+
+/// The pools of one process.
+pub struct Compute {
+    pub quick: Lane,
+    pub heavy: Lane,
+}
+
+impl Compute {
+    pub fn new(heavy_threads: usize) -> Result<Self, ThreadPoolBuildError> {
+        Ok(Self {
+            quick: Lane::new("quick", QUICK_THREADS)?,
+            heavy: Lane::new("heavy", heavy_threads)?,
+        })
+    }
+}
+
+/// One pool and its permits.
+pub struct Lane {
+    pool: ThreadPool,
+    permits: Arc<Semaphore>,
+    pub threads: usize,
+}
+
+impl Lane {
+    fn new(name: &'static str, threads: usize) -> Result<Self, ThreadPoolBuildError> {
+        Ok(Self {
+            pool: ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .thread_name(move |index| format!("{name}-{index}"))
+                .build()?,
+            permits: Arc::new(Semaphore::new(threads)),
+            threads,
+        })
+    }
+
+    /// Runs `work` on the pool. The permit travels with it: should River give the async side up, the
+    /// thread stays counted until it really ends.
+    pub async fn run<T, F>(&self, control: Control, work: F) -> Result<T, Fault>
+    where
+        T: Send + 'static,
+        F: FnOnce(&dyn Progress) -> Result<T, EngineError> + Send + 'static,
+    {
+        let permit = Arc::clone(&self.permits)
+            .acquire_owned()
+            .await
+            .map_err(|_| Fault::Stopped)?;
+        let (send, receive) = oneshot::channel();
+        let control = control.started();
+        let limit = control.limit;
+        let reached = control.clone();
+        self.pool.spawn(move || {
+            let outcome = catch_unwind(AssertUnwindSafe(|| work(&control)));
+            drop(permit);
+            let _ = send.send(outcome);
+        });
+        match receive.await.map_err(|_| Fault::Stopped)? {
+            Ok(Ok(value)) => Ok(value),
+            Ok(Err(EngineError::Cancelled)) if reached.late() => Err(Fault::Deadline(limit)),
+            Ok(Err(EngineError::Cancelled)) => Err(Fault::Stopped),
+            Ok(Err(error)) => Err(Fault::Engine(error)),
+            Err(panic) => Err(Fault::Panic(panic_text(&*panic))),
+        }
+    }
+}
+
+/// What a computation may ask while it runs, and where it tells how far it is.
+#[derive(Clone)]
+pub struct Control {
+    pub hub: Hub,
+    pub job: Uuid,
+    pub token: CancellationToken,
+    /// Time that the stage may take.
+    pub limit: Duration,
+    pub deadline: Option<Instant>,
+}
+
+impl Control {
+    fn started(mut self) -> Self {
+        self.deadline = Some(Instant::now() + self.limit);
+        self
+    }
+
+    fn late(&self) -> bool {
+        self.deadline
+            .is_some_and(|deadline| Instant::now() >= deadline)
+    }
+}
+
+impl Progress for Control {
+    fn iteration(&self, trial: usize, iteration: usize, best_cost: f64) {
+        self.hub.iteration(
+            self.job,
+            Iteration {
+                trial,
+                iteration,
+                best_cost,
+            },
+        );
+    }
+
+    fn cancelled(&self) -> bool {
+        self.token.is_cancelled() || self.late()
+    }
+}
+
+fn panic_text(panic: &(dyn Any + Send)) -> String {
+    panic
+        .downcast_ref::<&str>()
+        .map(|text| (*text).to_owned())
+        .or_else(|| panic.downcast_ref::<String>().cloned())
+        .unwrap_or_else(|| "no message".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn control(limit: Duration) -> Control {
+        Control {
+            hub: Hub::new(),
+            job: Uuid::now_v7(),
+            token: CancellationToken::new(),
+            limit,
+            deadline: None,
+        }
+    }
+
+    fn until_told(progress: &dyn Progress) -> Result<(), EngineError> {
+        while !progress.cancelled() {
+            std::thread::yield_now();
+        }
+        Err(EngineError::Cancelled)
+    }
+
+    #[tokio::test]
+    async fn a_panic_is_a_fault_and_the_pool_lives_on() {
+        let compute = Compute::new(1).unwrap();
+        let minute = Duration::from_secs(60);
+        for _ in 0..3 {
+            let fault = compute
+                .heavy
+                .run::<(), _>(control(minute), |_| panic!("numbers ran out"))
+                .await
+                .unwrap_err();
+            assert!(matches!(fault, Fault::Panic(text) if text == "numbers ran out"));
+        }
+        let answer = compute
+            .heavy
+            .run(control(minute), |_| Ok(42))
+            .await
+            .unwrap();
+        assert_eq!(answer, 42);
+    }
+
+    #[tokio::test]
+    async fn the_deadline_and_the_token_end_a_loop_that_asks() {
+        let compute = Compute::new(1).unwrap();
+        let late = compute.heavy.run(control(Duration::ZERO), until_told).await;
+        assert!(matches!(late, Err(Fault::Deadline(_))));
+        let stopped = control(Duration::from_secs(60));
+        stopped.token.cancel();
+        let fault = compute.heavy.run(stopped, until_told).await;
+        assert!(matches!(fault, Err(Fault::Stopped)));
+    }
+}

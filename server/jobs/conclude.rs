@@ -1,0 +1,93 @@
+use riverqueue::jiff::Timestamp;
+use riverqueue::{BoxError, Job, WorkContext, WorkError, WorkOutcome, Worker};
+use uuid::Uuid;
+use veloid_engine::Observed;
+
+use super::finish::finish;
+use super::queue::Conclude;
+use super::run::Stages;
+use super::stage::{Fault, backoff, complete, queue};
+use crate::store::job::{self, Stage};
+use crate::store::{result, trial};
+
+/// Third stage: the swarm's best, the output-error fit, the comparison. Queues the diagnosis, or
+/// ends the job where none is wanted.
+impl Worker<Conclude> for Stages {
+    type Error = BoxError;
+
+    fn next_retry(
+        &self,
+        job: &Job<Conclude>,
+        _: &WorkError,
+        _: Timestamp,
+    ) -> Option<std::time::Duration> {
+        backoff(&job.row)
+    }
+
+    async fn work(
+        &self,
+        context: WorkContext,
+        job: Job<Conclude>,
+    ) -> Result<WorkOutcome, BoxError> {
+        let id = job.args.job;
+        let outcome = self.conclude(&context, id).await;
+        self.0.settle(&context, &job.row, id, outcome).await
+    }
+}
+
+impl Stages {
+    async fn conclude(&self, context: &WorkContext, id: Uuid) -> Result<(), Fault> {
+        let work = &self.0;
+        let Some(job) = work.active(id).await? else {
+            return Ok(());
+        };
+        let ride = work.ride(&job).await?;
+        let observed: Observed = result::get(&work.db, id, result::OBSERVED).await?;
+        let trials = trial::list(&work.db, id)
+            .await?
+            .into_iter()
+            .filter_map(|row| row.result.map(|json| json.0))
+            .collect();
+        let request = job.request.0;
+        let diagnosed = request.options.settings.diagnosis;
+        let computed = work
+            .compute
+            .quick
+            .run(work.control(context, id), move |_| {
+                let (bike, settings) = (&request.bike, &request.options.settings);
+                let conclusion = veloid_engine::conclude(&ride, bike, settings, &observed, trials)?;
+                let report = (!diagnosed).then(|| {
+                    veloid_engine::assemble(
+                        &ride,
+                        bike,
+                        settings,
+                        observed,
+                        conclusion.clone(),
+                        None,
+                    )
+                });
+                Ok((conclusion, report))
+            })
+            .await?;
+
+        let queue = queue(context)?;
+        let mut tx = work.db.begin().await?;
+        complete(context, &mut tx).await?;
+        match computed {
+            (_, Some(report)) => finish(&mut tx, id, &job.bike, &report).await?,
+            (conclusion, None) => {
+                result::put(&mut tx, id, result::CONCLUSION, &conclusion).await?;
+                let row = queue.diagnose(&mut tx, id).await?;
+                job::enter(&mut tx, id, Stage::Diagnose, row).await?;
+            }
+        }
+        tx.commit().await?;
+        queue.wake();
+        if diagnosed {
+            work.hub.changed(id);
+        } else {
+            work.hub.close(id);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,130 @@
+//! The end of a job that went well: report, verdict and the fleet's parameters in one transaction.
+
+use serde_json::Value;
+use uuid::Uuid;
+use veloid_engine::bicycle::PerAxle;
+use veloid_engine::diagnosis::{Diagnosis, Place};
+use veloid_engine::report::{Estimate, Report};
+
+use crate::store::parameter::{self, Parameter};
+use crate::store::{Tx, job, result};
+
+/// Publishes the report of a running job; does nothing for one that was cancelled meanwhile.
+pub async fn finish(tx: &mut Tx, id: Uuid, bike: &str, report: &Report) -> sqlx::Result<()> {
+    let verdict = report.diagnosis.as_ref().and_then(verdict_name);
+    if job::succeed(tx, id, verdict.as_deref()).await? {
+        // The report holds what the stages handed on.
+        result::clear(tx, id).await?;
+        result::put(tx, id, result::REPORT, report).await?;
+        parameter::insert(tx, id, bike, verdict.as_deref(), &parameters(report)).await?;
+    }
+    Ok(())
+}
+
+/// The verdict as the report spells it.
+fn verdict_name(diagnosis: &Diagnosis) -> Option<String> {
+    match serde_json::to_value(diagnosis.verdict) {
+        Ok(Value::String(name)) => Some(name),
+        _ => None,
+    }
+}
+
+/// Every finite parameter that the report holds.
+fn parameters(report: &Report) -> Vec<Parameter> {
+    let swarm = PerAxle {
+        front: report.swarm.front.clone(),
+        rear: report.swarm.rear.clone(),
+    };
+    let mut found = Vec::new();
+    for (method, estimates) in [
+        ("least_squares", &report.least_squares),
+        ("instrumental", &report.instrumental),
+        ("swarm", &swarm),
+        ("output_error", &report.output_error),
+    ] {
+        found.extend(of_estimates(method, estimates));
+    }
+    if let Some(diagnosis) = &report.diagnosis {
+        found.extend(of_estimates("extended", &diagnosis.extended));
+        for effect in &diagnosis.effects {
+            let axle = match effect.axle {
+                Place::Front => "front",
+                Place::Rear => "rear",
+                Place::Both => "both",
+            };
+            found.extend(effect.parameters.iter().map(|(name, parameter)| Parameter {
+                method: "extended",
+                axle,
+                name: format!("{}.{name}", effect.id),
+                value: parameter.value,
+                std_error: Some(parameter.std_error),
+                unit: parameter.unit.clone(),
+            }));
+        }
+    }
+    found.retain(|parameter| parameter.value.is_finite());
+    for parameter in &mut found {
+        parameter.std_error = parameter.std_error.filter(|e| e.is_finite());
+    }
+    found
+}
+
+fn of_estimates(method: &'static str, estimates: &PerAxle<Estimate>) -> Vec<Parameter> {
+    estimates
+        .iter()
+        .flat_map(|(axle, estimate)| {
+            let parameter = |name: &str, value, std_error, unit: &str| Parameter {
+                method,
+                axle: axle.name(),
+                name: name.to_owned(),
+                value,
+                std_error,
+                unit: unit.to_owned(),
+            };
+            let mass = estimate
+                .mass_std_kg
+                .map(|std| parameter("mass_kg", estimate.mass_kg, Some(std), "kg"));
+            [
+                parameter("k_n_m", estimate.k_n_m, Some(estimate.k_std_n_m), "N/m"),
+                parameter(
+                    "b_n_s_m",
+                    estimate.b_n_s_m,
+                    Some(estimate.b_std_n_s_m),
+                    "N s/m",
+                ),
+            ]
+            .into_iter()
+            .chain(mass)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_estimate_gives_its_parameters_and_an_estimated_mass() {
+        let estimates = PerAxle {
+            front: Some(Estimate {
+                k_n_m: 1.0,
+                mass_kg: 23.0,
+                mass_std_kg: Some(0.1),
+                ..Estimate::default()
+            }),
+            rear: Some(Estimate::default()),
+        };
+        let found = of_estimates("swarm", &estimates);
+        let keys: Vec<_> = found.iter().map(|p| (p.axle, p.name.as_str())).collect();
+        assert_eq!(
+            keys,
+            [
+                ("front", "k_n_m"),
+                ("front", "b_n_s_m"),
+                ("front", "mass_kg"),
+                ("rear", "k_n_m"),
+                ("rear", "b_n_s_m"),
+            ]
+        );
+    }
+}

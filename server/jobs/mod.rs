@@ -1,0 +1,22 @@
+//! The work: one River kind per stage of an identification. A stage computes on a rayon pool, then
+//! stores its result, completes its River row and queues what comes next in one transaction.
+
+mod cache;
+mod compute;
+mod conclude;
+mod diagnose;
+mod finish;
+mod hub;
+mod observe;
+mod queue;
+mod run;
+mod stage;
+mod takeover;
+mod trial;
+
+pub use cache::{RideCache, read};
+pub use compute::Compute;
+pub use hub::{Hub, HubEvent};
+pub use queue::Queue;
+pub use run::{Work, start};
+pub use stage::{Fault, give_up};

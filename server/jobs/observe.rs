@@ -1,0 +1,68 @@
+use riverqueue::jiff::Timestamp;
+use riverqueue::{BoxError, Job, WorkContext, WorkError, WorkOutcome, Worker};
+use uuid::Uuid;
+
+use super::queue::Observe;
+use super::run::Stages;
+use super::stage::{Fault, backoff, complete, queue};
+use crate::store::{job, result, trial};
+
+/// First stage: observer and least squares. Queues the trials.
+impl Worker<Observe> for Stages {
+    type Error = BoxError;
+
+    fn next_retry(
+        &self,
+        job: &Job<Observe>,
+        _: &WorkError,
+        _: Timestamp,
+    ) -> Option<std::time::Duration> {
+        backoff(&job.row)
+    }
+
+    async fn work(&self, context: WorkContext, job: Job<Observe>) -> Result<WorkOutcome, BoxError> {
+        let id = job.args.job;
+        let outcome = self.observe(&context, id).await;
+        self.0.settle(&context, &job.row, id, outcome).await
+    }
+}
+
+impl Stages {
+    async fn observe(&self, context: &WorkContext, id: Uuid) -> Result<(), Fault> {
+        let work = &self.0;
+        let Some(job) = work.active(id).await? else {
+            return Ok(());
+        };
+        let mut tx = work.db.begin().await?;
+        job::start(&mut tx, id).await?;
+        tx.commit().await?;
+        work.hub.changed(id);
+
+        let ride = work.ride(&job).await?;
+        let request = job.request.0;
+        let settings = request.options.settings.clone();
+        let observed = work
+            .compute
+            .quick
+            .run(work.control(context, id), move |_| {
+                veloid_engine::observe(&ride, &request.bike, &request.options.settings)
+            })
+            .await?;
+
+        let queue = queue(context)?;
+        let mut tx = work.db.begin().await?;
+        complete(context, &mut tx).await?;
+        if job::observed(&mut tx, id, &observed.least_squares).await? {
+            result::put(&mut tx, id, result::OBSERVED, &observed).await?;
+            let rows = queue.trials(&mut tx, id, settings.trials).await?;
+            for (index, row) in rows.into_iter().enumerate() {
+                let seed = settings.seed.wrapping_add(index as u64);
+                trial::insert(&mut tx, id, index as i64, seed, row).await?;
+            }
+        }
+        tx.commit().await?;
+        queue.wake();
+        work.hub.changed(id);
+        Ok(())
+    }
+}

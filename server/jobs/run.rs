@@ -1,0 +1,147 @@
+//! A working process: River's client with our four workers, its heartbeat, and its orderly end.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use riverqueue::{MaintenanceConfig, QueueConfig, Retention, RunHandle, Workers};
+use tokio::task::JoinHandle;
+use tokio_util::sync::CancellationToken;
+use uuid::Uuid;
+use veloid_engine::swarm::Swarm;
+
+use super::cache::RideCache;
+use super::compute::{Compute, QUICK_THREADS};
+use super::hub::Hub;
+use super::queue::{Conclude, Diagnose, HEAVY, Observe, POLL, QUICK, Queue, Trial};
+use super::stage::Fault;
+use super::takeover::sweep;
+use crate::lru::Lru;
+use crate::store::{Db, river, worker};
+
+const BEAT: Duration = Duration::from_secs(2);
+/// A worker that has not beaten for so long is gone; four beats.
+const LEASE_MS: i64 = 8_000;
+/// Running stages get this long after a stop is asked for; then they hand their work back.
+const SOFT_STOP: Duration = Duration::from_secs(8);
+/// River steps in so much later than our own deadline, which ends the loop from inside.
+const GRACE: Duration = Duration::from_secs(60);
+
+/// What the stages work with.
+pub struct Work {
+    pub db: Db,
+    pub rides: RideCache,
+    /// What the trials of a job share.
+    pub swarms: Lru<Swarm>,
+    pub compute: Compute,
+    pub hub: Hub,
+    /// Time that one stage may take.
+    pub limit: Duration,
+}
+
+/// The four workers.
+#[derive(Clone)]
+pub(super) struct Stages(pub(super) Arc<Work>);
+
+/// A process at work.
+pub struct Running {
+    pub queue: Queue,
+    db: Db,
+    river: RunHandle,
+    heart: JoinHandle<()>,
+    stop: CancellationToken,
+}
+
+/// Begins to work. On SQLite the caller holds the data folder's work lock: whatever is `running`
+/// belongs to a process that is gone.
+pub async fn start(work: Arc<Work>) -> Result<Running, Fault> {
+    let db = work.db.clone();
+    let hub = work.hub.clone();
+    let heavy = work.compute.heavy.threads;
+    let id = format!("veloid-{}", Uuid::now_v7().simple());
+    let queue = Queue(client(&id, work)?);
+
+    let mut tx = db.begin().await?;
+    if db.is_sqlite() {
+        worker::expire(&mut tx, 0).await?;
+        river::forget_leader(&mut tx).await?;
+    }
+    // Before the first row is fetched, or others would take it over at once.
+    let slots = (heavy + QUICK_THREADS) as i64;
+    worker::beat(&mut tx, &id, slots).await?;
+    tx.commit().await?;
+    sweep(&db, &queue, &hub).await?;
+
+    let river = queue.0.start()?;
+    let stop = CancellationToken::new();
+    let heart = tokio::spawn(live(db.clone(), queue.clone(), hub, slots, stop.clone()));
+    Ok(Running {
+        queue,
+        db,
+        river,
+        heart,
+        stop,
+    })
+}
+
+impl Running {
+    /// Lets running stages finish for a while, hands the others back, and leaves.
+    pub async fn stop(mut self) -> Result<(), Fault> {
+        let stopped = self.river.stop().await;
+        self.stop.cancel();
+        self.heart.await?;
+        let mut tx = self.db.begin().await?;
+        worker::leave(&mut tx, self.queue.0.id()).await?;
+        tx.commit().await?;
+        Ok(stopped?)
+    }
+}
+
+fn client(id: &str, work: Arc<Work>) -> Result<riverqueue::Client, Fault> {
+    let timeout = work.limit + GRACE;
+    let heavy = work.compute.heavy.threads;
+    let builder = work.db.river();
+    let stages = Stages(work);
+    let mut workers = Workers::new();
+    workers.add::<Observe, _>(stages.clone())?;
+    workers.add::<Trial, _>(stages.clone())?;
+    workers.add::<Conclude, _>(stages.clone())?;
+    workers.add::<Diagnose, _>(stages)?;
+    let slots = |count| QueueConfig::new(count).with_fetch_poll_interval(POLL);
+    let maintenance = MaintenanceConfig::default()
+        .with_elect_interval(Duration::from_secs(1))
+        .with_scheduler_interval(Duration::from_secs(1))
+        .with_completed_job_retention(Retention::DeleteAfter(Duration::from_secs(3600)))
+        .with_rescue_after(timeout * 2);
+    Ok(builder
+        .id(id)
+        .workers(workers)
+        .queue(QUICK, slots(QUICK_THREADS))
+        .queue(HEAVY, slots(heavy))
+        .fetch_cooldown(Duration::from_millis(1))
+        .job_timeout(timeout)
+        .soft_stop_timeout(SOFT_STOP)
+        .maintenance(maintenance)
+        .build()?)
+}
+
+/// Beats, and on PostgreSQL looks for the work of those who no longer do.
+async fn live(db: Db, queue: Queue, hub: Hub, slots: i64, stop: CancellationToken) {
+    let mut ticks = tokio::time::interval(BEAT);
+    ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+    while stop.run_until_cancelled(ticks.tick()).await.is_some() {
+        if let Err(error) = beat(&db, &queue, &hub, slots).await {
+            tracing::error!(%error, "heartbeat failed");
+        }
+    }
+}
+
+async fn beat(db: &Db, queue: &Queue, hub: &Hub, slots: i64) -> Result<(), Fault> {
+    let mut tx = db.begin().await?;
+    worker::beat(&mut tx, queue.0.id(), slots).await?;
+    // On SQLite nobody else works, and a process that was stopped for a while is not gone.
+    if !db.is_sqlite() {
+        worker::expire(&mut tx, LEASE_MS).await?;
+    }
+    tx.commit().await?;
+    sweep(db, queue, hub).await
+}

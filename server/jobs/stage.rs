@@ -1,0 +1,156 @@
+//! What the four stages share: how an attempt begins, how it fails, and what a failure means.
+
+use std::io;
+use std::sync::Arc;
+use std::time::Duration;
+
+use riverqueue::{BoxError, JobRow as RiverRow, WorkCancelled, WorkContext, WorkOutcome};
+use uuid::Uuid;
+use veloid_engine::EngineError;
+use veloid_engine::ride::{ReadError, Ride};
+
+use super::compute::Control;
+use super::queue::Queue;
+use super::run::Work;
+use crate::store::job::{self, Failure, JobRow};
+use crate::store::{Tx, on, trial};
+
+/// Why a stage did not end well.
+#[derive(Debug, thiserror::Error)]
+pub enum Fault {
+    #[error(transparent)]
+    Engine(EngineError),
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    #[error("the stage took longer than {} s", .0.as_secs())]
+    Deadline(Duration),
+    #[error("the computation broke down: {0}")]
+    Panic(String),
+    /// Asked to stop: the job was cancelled, or this process shuts down.
+    #[error("stopped")]
+    Stopped,
+    #[error("the queue's row has no client")]
+    NoClient,
+    #[error("file store: {0}")]
+    Files(#[from] io::Error),
+    #[error("database: {0}")]
+    Database(#[from] sqlx::Error),
+    #[error("queue: {0}")]
+    Queue(#[from] riverqueue::Error),
+    #[error("task: {0}")]
+    Task(#[from] tokio::task::JoinError),
+}
+
+impl Fault {
+    /// The reason for the user where another attempt could only end the same way.
+    fn lasting(&self) -> Option<Failure> {
+        let kind = match self {
+            Fault::Engine(error) if error.is_input() => "input",
+            Fault::Engine(_) => "engine",
+            Fault::Read(_) => "input",
+            Fault::Deadline(_) => "deadline",
+            Fault::Panic(_) => "crash",
+            _ => return None,
+        };
+        Some(Failure::new(kind, self.to_string()))
+    }
+}
+
+impl Work {
+    /// The job, when there is still something to do for it.
+    pub(super) async fn active(&self, id: Uuid) -> Result<Option<JobRow>, Fault> {
+        Ok(job::find(&self.db, id)
+            .await?
+            .filter(|job| !job.state.is_final()))
+    }
+
+    pub(super) async fn ride(&self, job: &JobRow) -> Result<Arc<Ride>, Fault> {
+        self.rides
+            .get(&job.sha256, &job.ride_name, &job.request)
+            .await
+    }
+
+    pub(super) fn control(&self, context: &WorkContext, job: Uuid) -> Control {
+        Control {
+            hub: self.hub.clone(),
+            job,
+            token: context.cancellation_token().clone(),
+            limit: self.limit,
+            deadline: None,
+        }
+    }
+
+    /// Turns the end of an attempt into River's terms: done, to be tried again, or given up.
+    pub(super) async fn settle(
+        &self,
+        context: &WorkContext,
+        row: &RiverRow,
+        job: Uuid,
+        outcome: Result<(), Fault>,
+    ) -> Result<WorkOutcome, BoxError> {
+        let fault = match outcome {
+            Ok(()) => return Ok(WorkOutcome::Complete),
+            Err(Fault::Stopped) => return Err(WorkCancelled.into()),
+            Err(Fault::Queue(riverqueue::Error::JobNotRunning { state })) => {
+                tracing::warn!(%job, kind = row.kind, %state, "result came too late and is refused");
+                metrics::counter!("veloid_stale_completions_total").increment(1);
+                return Ok(WorkOutcome::Complete);
+            }
+            Err(fault) => fault,
+        };
+        let failure = match fault.lasting() {
+            Some(failure) => failure,
+            None if row.attempt < row.max_attempts => return Err(fault.into()),
+            None => Failure::new(
+                "internal",
+                format!("gave up after {} attempts", row.attempt),
+            ),
+        };
+        tracing::warn!(%job, kind = row.kind, %fault, "job fails");
+        let mut tx = self.db.begin().await?;
+        complete(context, &mut tx).await?;
+        give_up(&queue(context)?, &mut tx, job, Some(&failure)).await?;
+        tx.commit().await?;
+        self.hub.close(job);
+        Ok(WorkOutcome::Complete)
+    }
+}
+
+/// Completes the attempt's own row. To be called first in the transaction that stores a result: it
+/// locks the row and fails unless the row is running, so that a result which comes after a takeover
+/// is refused.
+pub(super) async fn complete(context: &WorkContext, tx: &mut Tx) -> Result<(), Fault> {
+    on!(tx, t => context.job_complete_tx(t).await)?;
+    Ok(())
+}
+
+pub(super) fn queue(context: &WorkContext) -> Result<Queue, Fault> {
+    context.client().cloned().map(Queue).ok_or(Fault::NoClient)
+}
+
+/// Ends a job as failed, or as cancelled without a reason, and all work that is queued for it; false
+/// when it was at its end.
+pub async fn give_up(
+    queue: &Queue,
+    tx: &mut Tx,
+    id: Uuid,
+    failure: Option<&Failure>,
+) -> Result<bool, Fault> {
+    let Some(row) = job::lock(tx, id).await? else {
+        return Ok(false);
+    };
+    if !job::end(tx, id, failure).await? {
+        return Ok(false);
+    }
+    let mut rows = trial::unfinished(tx, id).await?;
+    rows.extend(row.river_id);
+    queue.cancel(tx, &rows).await?;
+    Ok(true)
+}
+
+/// Wait before another attempt: a second, then four, in place of River's attempt^4.
+pub(super) fn backoff(row: &RiverRow) -> Option<Duration> {
+    Some(Duration::from_secs(
+        u64::from(row.attempt.unsigned_abs()).pow(2),
+    ))
+}

@@ -1,0 +1,95 @@
+//! Work of processes that are gone. A takeover makes a NEW River row and discards the old one: River
+//! checks only that a row is running when its result comes, so a late owner of a row used again could
+//! publish, while the result of a discarded row is refused.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+use uuid::Uuid;
+
+use super::hub::Hub;
+use super::queue::{Queue, Trial};
+use super::stage::{Fault, give_up};
+use crate::store::job::{self, Failure, Stage};
+use crate::store::river::{self, Orphan};
+use crate::store::{Db, Tx, trial};
+
+/// Times that a process may go while it works on a job before the job is held to be the cause.
+const MOST: i64 = 3;
+
+/// What the four kinds of work have in their arguments.
+#[derive(Deserialize)]
+struct Args {
+    job: Uuid,
+    index: Option<usize>,
+}
+
+/// Takes over what no live worker holds, and fails jobs that the queue has nothing for any more.
+pub async fn sweep(db: &Db, queue: &Queue, hub: &Hub) -> Result<(), Fault> {
+    let mut tx = db.begin().await?;
+    let mut orphaned = BTreeMap::<Uuid, Vec<(Orphan, Option<usize>)>>::new();
+    for orphan in river::orphans(&mut tx).await? {
+        if river::discard(&mut tx, orphan.id).await? {
+            let args: Args = serde_json::from_str(&orphan.args).map_err(riverqueue::Error::from)?;
+            orphaned
+                .entry(args.job)
+                .or_default()
+                .push((orphan, args.index));
+        }
+    }
+    for (id, rows) in &orphaned {
+        take_over(&mut tx, queue, *id, rows).await?;
+    }
+    let strays = river::strays(&mut tx).await?;
+    for id in &strays {
+        let failure = Failure::new("internal", "the queue gave the job up");
+        give_up(queue, &mut tx, *id, Some(&failure)).await?;
+    }
+    tx.commit().await?;
+
+    if !orphaned.is_empty() {
+        let rows = orphaned.values().map(Vec::len).sum::<usize>();
+        tracing::warn!(rows, "took over the work of a process that is gone");
+        metrics::counter!("veloid_job_rescues_total").increment(rows as u64);
+        queue.wake();
+    }
+    for id in orphaned.into_keys().chain(strays) {
+        hub.changed(id);
+    }
+    Ok(())
+}
+
+async fn take_over(
+    tx: &mut Tx,
+    queue: &Queue,
+    id: Uuid,
+    rows: &[(Orphan, Option<usize>)],
+) -> Result<(), Fault> {
+    let Some(takeovers) = job::count_takeover(tx, id).await? else {
+        return Ok(());
+    };
+    if takeovers > MOST {
+        let detail = format!("{takeovers} times the process that worked on it was gone");
+        give_up(queue, tx, id, Some(&Failure::new("crash", detail))).await?;
+        return Ok(());
+    }
+    for (orphan, index) in rows {
+        let (stage, row) = match (orphan.kind.as_str(), index) {
+            ("trial", Some(index)) => {
+                let again = Trial {
+                    job: id,
+                    index: *index,
+                };
+                let row = queue.trial_again(tx, again).await?;
+                trial::hand_over(tx, id, *index as i64, row).await?;
+                continue;
+            }
+            ("observe", _) => (Stage::Observe, queue.observe(tx, id).await?),
+            ("conclude", _) => (Stage::Conclude, queue.conclude(tx, id).await?),
+            ("diagnose", _) => (Stage::Diagnose, queue.diagnose(tx, id).await?),
+            _ => continue,
+        };
+        job::enter(tx, id, stage, row).await?;
+    }
+    Ok(())
+}

@@ -1,0 +1,73 @@
+use riverqueue::jiff::Timestamp;
+use riverqueue::{BoxError, Job, WorkContext, WorkError, WorkOutcome, Worker};
+use uuid::Uuid;
+use veloid_engine::swarm::Swarm;
+use veloid_engine::{Observed, Progress};
+
+use super::queue::Trial;
+use super::run::Stages;
+use super::stage::{Fault, backoff, complete, queue};
+use crate::store::job::{self, Stage};
+use crate::store::{result, trial};
+
+/// Second stage, once per seed: a swarm. The last one to finish queues the conclusion.
+impl Worker<Trial> for Stages {
+    type Error = BoxError;
+
+    fn next_retry(
+        &self,
+        job: &Job<Trial>,
+        _: &WorkError,
+        _: Timestamp,
+    ) -> Option<std::time::Duration> {
+        backoff(&job.row)
+    }
+
+    async fn work(&self, context: WorkContext, job: Job<Trial>) -> Result<WorkOutcome, BoxError> {
+        let Trial { job: id, index } = job.args;
+        let outcome = self.trial(&context, id, index).await;
+        self.0.settle(&context, &job.row, id, outcome).await
+    }
+}
+
+impl Stages {
+    async fn trial(&self, context: &WorkContext, id: Uuid, index: usize) -> Result<(), Fault> {
+        let work = &self.0;
+        let Some(job) = work.active(id).await? else {
+            return Ok(());
+        };
+        let swarm = work.swarms.get(id.to_string(), async || {
+            let ride = work.ride(&job).await?;
+            let observed: Observed = result::get(&work.db, id, result::OBSERVED).await?;
+            let request = job.request.0.clone();
+            let control = work.control(context, id);
+            let make = move |_: &dyn Progress| {
+                Swarm::new(&ride, &request.bike, &request.options.settings, &observed)
+            };
+            work.compute.heavy.run(control, make).await
+        });
+        let swarm = swarm.await?;
+        work.hub.open(id, index);
+        let found = work
+            .compute
+            .heavy
+            .run(work.control(context, id), move |progress| {
+                swarm.trial(index, progress)
+            })
+            .await?;
+
+        let queue = queue(context)?;
+        let mut tx = work.db.begin().await?;
+        complete(context, &mut tx).await?;
+        if trial::finish(&mut tx, id, index as i64, &found).await?
+            && job::count_trial(&mut tx, id).await?
+        {
+            let row = queue.conclude(&mut tx, id).await?;
+            job::enter(&mut tx, id, Stage::Conclude, row).await?;
+        }
+        tx.commit().await?;
+        queue.wake();
+        work.hub.changed(id);
+        Ok(())
+    }
+}

@@ -1,0 +1,26 @@
+//! `veloid`: turns a bicycle's ride log into its stiffness and damping, and says what physics the
+//! model leaves out. See `docs/architecture.md` for the way through the folders.
+
+mod api;
+mod cli;
+mod files;
+mod fleet;
+mod jobs;
+mod lru;
+mod options;
+mod pages;
+mod store;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+fn main() -> ExitCode {
+    match cli::Cli::parse().run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("veloid: {error}");
+            ExitCode::from(error.exit_status())
+        }
+    }
+}

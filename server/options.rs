@@ -1,0 +1,181 @@
+//! What the user may ask of one identification besides the ride and the bike: the engine's settings
+//! and how to read the file, in one flat set of keys that the CLI, the API's `options` document, its
+//! query parameters and the web form share.
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+use utoipa::openapi::schema::AdditionalProperties;
+use utoipa::openapi::{Object, RefOr, Schema};
+use utoipa::{PartialSchema, ToSchema};
+use veloid_engine::ride::ReadOptions;
+use veloid_engine::{EngineError, Settings};
+
+/// Settings of the identification and of reading the file, side by side.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Map<String, Value>")]
+pub struct Options {
+    #[serde(flatten)]
+    pub settings: Settings,
+    #[serde(flatten)]
+    pub reading: ReadOptions,
+}
+
+impl PartialSchema for Options {
+    /// One object with the keys of both: as `allOf` each part would forbid the other's keys.
+    fn schema() -> RefOr<Schema> {
+        let mut merged = Object::new();
+        merged.description = Some("Settings and how to read the file; all optional.".to_owned());
+        for part in [Settings::schema(), ReadOptions::schema()] {
+            if let RefOr::T(Schema::Object(part)) = part {
+                merged.properties.extend(part.properties);
+            }
+        }
+        merged.additional_properties = Some(Box::new(AdditionalProperties::FreeForm(false)));
+        merged.into()
+    }
+}
+
+impl ToSchema for Options {
+    fn schemas(schemas: &mut Vec<(String, RefOr<Schema>)>) {
+        Settings::schemas(schemas);
+        ReadOptions::schemas(schemas);
+    }
+}
+
+#[derive(Debug, thiserror::Error)]
+pub enum OptionsError {
+    #[error("options: {0}")]
+    Shape(#[from] serde_json::Error),
+    #[error("rows: '{0}', expected FROM:TO with two whole numbers")]
+    Rows(String),
+    #[error("map: '{0}', expected CHANNEL=COLUMN such as z_f=V2")]
+    Map(String),
+    #[error(transparent)]
+    Range(#[from] EngineError),
+}
+
+/// Keys of [`ReadOptions`]; every other key is a setting.
+const READING: [&str; 5] = ["map", "rate_hz", "rows", "deflection_sign", "band_hz"];
+
+impl TryFrom<Map<String, Value>> for Options {
+    type Error = OptionsError;
+
+    /// Reads a flat document; an unknown key or a wrong type is an error that names it.
+    fn try_from(document: Map<String, Value>) -> Result<Self, OptionsError> {
+        let (reading, settings): (Map<_, _>, Map<_, _>) = document
+            .into_iter()
+            .partition(|(key, _)| READING.contains(&key.as_str()));
+        Ok(Self {
+            settings: serde_json::from_value(Value::Object(settings))?,
+            reading: serde_json::from_value(Value::Object(reading))?,
+        })
+    }
+}
+
+impl Options {
+    /// Reads the `options` document of the API.
+    pub fn document(text: &str) -> Result<Map<String, Value>, OptionsError> {
+        Ok(serde_json::from_str(text)?)
+    }
+
+    /// Adds `key=value` as it stands in a query or a form field: `seed=3`, `rows=0:500`, and
+    /// `map=z_f=V2` once per channel.
+    pub fn add_pair(
+        document: &mut Map<String, Value>,
+        key: &str,
+        value: &str,
+    ) -> Result<(), OptionsError> {
+        match key {
+            "map" => {
+                let (channel, column) = channel_and_column(value)?;
+                let map = document
+                    .entry("map")
+                    .or_insert_with(|| Value::Object(Map::new()));
+                if let Value::Object(map) = map {
+                    map.insert(channel, Value::String(column));
+                }
+            }
+            "rows" => {
+                let (from, to) = rows(value)?;
+                document.insert("rows".into(), Value::from(vec![from, to]));
+            }
+            _ => {
+                let value =
+                    serde_json::from_str(value).unwrap_or_else(|_| Value::String(value.to_owned()));
+                document.insert(key.to_owned(), value);
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks every range.
+    pub fn validate(&self) -> Result<(), OptionsError> {
+        Ok(self.settings.validate()?)
+    }
+}
+
+/// `z_f=V2` as channel and column.
+pub fn channel_and_column(text: &str) -> Result<(String, String), OptionsError> {
+    text.split_once('=')
+        .map(|(channel, column)| (channel.trim().to_owned(), column.trim().to_owned()))
+        .ok_or_else(|| OptionsError::Map(text.to_owned()))
+}
+
+/// `FROM:TO` as two row numbers.
+pub fn rows(text: &str) -> Result<(usize, usize), OptionsError> {
+    text.split_once(':')
+        .and_then(|(from, to)| Some((from.trim().parse().ok()?, to.trim().parse().ok()?)))
+        .ok_or_else(|| OptionsError::Rows(text.to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn parse(pairs: &[(&str, &str)]) -> Result<Options, OptionsError> {
+        let mut document = Map::new();
+        for (key, value) in pairs {
+            Options::add_pair(&mut document, key, value)?;
+        }
+        Options::try_from(document)
+    }
+
+    #[test]
+    fn pairs_and_document_mean_the_same() {
+        let pairs = parse(&[
+            ("seed", "7"),
+            ("objective", "paper"),
+            ("map", "z_f=V2"),
+            ("map", "force_f=V1"),
+            ("rows", "40650:127400"),
+            ("rate_hz", "610.35"),
+        ])
+        .unwrap();
+        let document: Options = serde_json::from_str(
+            r#"{"seed": 7, "objective": "paper", "map": {"z_f": "V2", "force_f": "V1"},
+                "rows": [40650, 127400], "rate_hz": 610.35}"#,
+        )
+        .unwrap();
+        assert_eq!(pairs, document);
+        let again: Options =
+            serde_json::from_str(&serde_json::to_string(&document).unwrap()).unwrap();
+        assert_eq!(again, document);
+    }
+
+    #[test]
+    fn faults_are_named() {
+        let message = |pairs: &[(&str, &str)]| parse(pairs).unwrap_err().to_string();
+        assert!(message(&[("sead", "7")]).contains("`sead`"));
+        assert!(message(&[("seed", "x")]).contains("\"x\""));
+        assert!(message(&[("rows", "7")]).contains("FROM:TO"));
+        assert!(message(&[("map", "z_f")]).contains("CHANNEL=COLUMN"));
+        let huge = parse(&[("particles", "1000000000")]).unwrap();
+        assert!(
+            huge.validate()
+                .unwrap_err()
+                .to_string()
+                .contains("1000000000")
+        );
+    }
+}

@@ -1,0 +1,155 @@
+//! Two to eight results beside each other.
+
+use std::collections::BTreeMap;
+
+use askama::Template;
+use axum::extract::{RawQuery, State};
+use axum::response::Html;
+use uuid::Uuid;
+use veloid_engine::bicycle::Axle;
+use veloid_engine::report::{Estimate, Report};
+
+use super::layout::{Fault, html};
+use super::number::{Quantity, fixed};
+use super::words;
+use crate::api::App;
+use crate::api::jobs::report::not_finished;
+use crate::api::jobs::view::find;
+use crate::api::problem::{Kind, Problem};
+use crate::store::{Db, result};
+
+/// Differences beyond so many standard errors are marked.
+const CLEAR: f64 = 3.0;
+
+#[derive(Template)]
+#[template(path = "compare.html")]
+struct Compare {
+    jobs: Vec<Side>,
+    rows: Vec<(String, Vec<Option<Cell>>)>,
+    effects: Vec<(String, Vec<String>)>,
+}
+
+struct Side {
+    address: String,
+    page: String,
+    ride: String,
+    bike: String,
+    verdict: String,
+}
+
+struct Cell {
+    quantity: Quantity,
+    /// To the first job, in standard errors.
+    difference: Option<String>,
+    clear: bool,
+}
+
+impl Compare {
+    fn here(&self) -> &'static str {
+        ""
+    }
+}
+
+pub async fn compare(State(server): App, RawQuery(query): RawQuery) -> Result<Html<String>, Fault> {
+    let query = query.unwrap_or_default();
+    let asked = form_urlencoded::parse(query.as_bytes()).filter(|(name, _)| name == "job");
+    let ids = asked
+        .map(|(_, id)| id.parse::<Uuid>())
+        .collect::<Result<Vec<_>, _>>();
+    let ids = ids.map_err(|_| Problem::new(Kind::BadRequest, "job: expected the id of a job"))?;
+    if !(2..=8).contains(&ids.len()) {
+        let detail = format!("{} jobs were chosen, expected two to eight", ids.len());
+        return Err(Problem::new(Kind::BadRequest, detail).into());
+    }
+    let (mut jobs, mut reports) = (Vec::new(), Vec::new());
+    for id in ids {
+        let job = find(&server.db, id).await?;
+        reports.push(report(&server.db, id).await?);
+        jobs.push(Side {
+            address: job.links.job,
+            page: job.links.page,
+            ride: job.ride.name,
+            bike: job.bike,
+            verdict: job.verdict.map_or_else(
+                || "no diagnosis".to_owned(),
+                |verdict| words::plain(&verdict),
+            ),
+        });
+    }
+    html(&Compare {
+        jobs,
+        rows: rows(&reports),
+        effects: effects(&reports),
+    })
+}
+
+async fn report(db: &Db, id: Uuid) -> Result<Report, Problem> {
+    let text = result::text(db, id, result::REPORT)
+        .await?
+        .ok_or_else(not_finished)?;
+    serde_json::from_str(&text).map_err(Problem::internal)
+}
+
+/// The estimate to go by.
+fn best(report: &Report, axle: Axle) -> Option<&Estimate> {
+    let extension = report.diagnosis.as_ref().filter(|d| !d.effects.is_empty());
+    extension
+        .map_or(&report.output_error, |d| &d.extended)
+        .get(axle)
+}
+
+fn rows(reports: &[Report]) -> Vec<(String, Vec<Option<Cell>>)> {
+    type Pick = fn(&Estimate) -> (f64, f64);
+    let picks: [(&str, &str, Pick); 2] = [
+        ("stiffness k", "N/m", |e| (e.k_n_m, e.k_std_n_m)),
+        ("damping B", "N s/m", |e| (e.b_n_s_m, e.b_std_n_s_m)),
+    ];
+    let row = |axle: Axle, (name, unit, pick): (&str, &str, Pick)| {
+        let values: Vec<Option<(f64, f64)>> =
+            reports.iter().map(|r| best(r, axle).map(pick)).collect();
+        let first = values.first().copied().flatten();
+        let cell = |(i, value): (usize, &Option<(f64, f64)>)| {
+            let (value, error) = (*value)?;
+            let difference = first
+                .filter(|_| i > 0)
+                .map(|(v, e)| (value - v) / error.hypot(e));
+            Some(Cell {
+                quantity: Quantity::new(value, Some(error), unit),
+                clear: difference.is_some_and(|d| d.abs() > CLEAR),
+                difference: difference.filter(|d| d.is_finite()).map(|d| fixed(d, 1)),
+            })
+        };
+        (
+            format!("{axle} {name}"),
+            values.iter().enumerate().map(cell).collect(),
+        )
+    };
+    Axle::BOTH
+        .into_iter()
+        .flat_map(|axle| picks.map(|pick| row(axle, pick)))
+        .collect()
+}
+
+/// Every effect that any of the jobs names, with its parameters.
+fn effects(reports: &[Report]) -> Vec<(String, Vec<String>)> {
+    let mut found: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for (i, report) in reports.iter().enumerate() {
+        for effect in report.diagnosis.iter().flat_map(|d| &d.effects) {
+            let place = serde_json::to_value(effect.axle).ok();
+            let place = place.as_ref().and_then(|p| p.as_str()).unwrap_or_default();
+            let name = format!("{} ({place})", words::title(&effect.id));
+            let values = effect.parameters.iter().map(|(name, p)| {
+                format!(
+                    "{} {}",
+                    words::plain(name),
+                    Quantity::new(p.value, Some(p.std_error), &p.unit)
+                )
+            });
+            let cells = found
+                .entry(name)
+                .or_insert_with(|| vec!["–".to_owned(); reports.len()]);
+            cells[i] = values.collect::<Vec<_>>().join(", ");
+        }
+    }
+    found.into_iter().collect()
+}

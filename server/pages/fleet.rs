@@ -1,0 +1,247 @@
+//! The fleet, and one bicycle of it.
+
+use askama::Template;
+use axum::extract::State;
+use axum::response::Html;
+
+use super::layout::{Fault, Path, html};
+use super::number::{Quantity, fixed, significant};
+use super::words;
+use crate::api::App;
+use crate::api::bikes::course::RIDES;
+use crate::api::fleet::look;
+use crate::api::jobs::view::JobView;
+use crate::api::problem::Problem;
+use crate::fleet::{self, Course, PooledBike};
+use crate::store::{bike, job};
+
+/// Latest jobs on a bicycle's page.
+const JOBS: i64 = 20;
+/// Chance below which a trend or a step is told.
+const SHOWS: f64 = 0.01;
+
+#[derive(Template)]
+#[template(path = "bikes.html")]
+struct Bikes {
+    bikes: Vec<BikeRow>,
+    spread: Vec<[String; 4]>,
+}
+
+struct BikeRow {
+    name: String,
+    /// Label and pooled value of k and B, front and rear.
+    cells: Vec<(String, Option<Quantity>)>,
+    outliers: Vec<String>,
+}
+
+impl Bikes {
+    fn here(&self) -> &'static str {
+        "/bikes"
+    }
+}
+
+fn label(axle: &str, name: &str) -> String {
+    let letter = if name == "k_n_m" { "k" } else { "B" };
+    format!("{letter} {axle}")
+}
+
+impl BikeRow {
+    fn of(bike: PooledBike) -> Self {
+        let found = |axle: &str, name: &str| {
+            let mut parameters = bike.parameters.iter();
+            parameters.find(|p| p.axle == axle && p.name == name)
+        };
+        let cell = |(axle, name): (&str, &str)| {
+            let quantity = found(axle, name)
+                .map(|p| Quantity::new(p.pooled.value, Some(p.pooled.std_error), &p.unit));
+            (label(axle, name), quantity)
+        };
+        let outliers = bike
+            .parameters
+            .iter()
+            .filter(|p| p.outlier)
+            .filter_map(|p| {
+                let deviations = p.deviations?;
+                let side = if deviations > 0.0 { "above" } else { "below" };
+                Some(format!(
+                    "{} {} deviations {side}",
+                    label(&p.axle, &p.name),
+                    fixed(deviations.abs(), 1)
+                ))
+            });
+        Self {
+            cells: fleet::FOLLOWED.into_iter().map(cell).collect(),
+            outliers: outliers.collect(),
+            name: bike.bike,
+        }
+    }
+}
+
+pub async fn bikes(State(server): App) -> Result<Html<String>, Fault> {
+    let fleet = look(&server).await?;
+    let spread = fleet.spread.iter().map(|s| {
+        let value = |x: f64| {
+            Quantity {
+                value: significant(x, 4),
+                margin: None,
+                unit: words::unit(&s.unit),
+            }
+            .to_string()
+        };
+        [
+            label(&s.axle, &s.name),
+            s.bikes.to_string(),
+            value(s.median),
+            value(s.scatter),
+        ]
+    });
+    html(&Bikes {
+        spread: spread.collect(),
+        bikes: fleet.bikes.into_iter().map(BikeRow::of).collect(),
+    })
+}
+
+#[derive(Template)]
+#[template(path = "bike.html")]
+struct BikePage {
+    name: String,
+    /// The name as it stands in a query.
+    query: String,
+    /// Address of the data of the plots.
+    course: String,
+    courses: Vec<CourseRow>,
+    notices: Vec<String>,
+    jobs: Vec<JobView>,
+    document: String,
+}
+
+struct CourseRow {
+    name: String,
+    rides: usize,
+    pooled: Quantity,
+    heterogeneity: String,
+    trend: String,
+    change: String,
+}
+
+impl BikePage {
+    fn here(&self) -> &'static str {
+        ""
+    }
+}
+
+fn chance(p: f64) -> String {
+    if p < 1e-3 {
+        "p\u{a0}<\u{a0}0.001".to_owned()
+    } else {
+        format!("p\u{a0}=\u{a0}{}", significant(p, 2))
+    }
+}
+
+impl CourseRow {
+    fn of(course: &Course) -> Option<Self> {
+        let pooled = course.pooled.as_ref()?;
+        let plain = |x: f64| {
+            Quantity {
+                value: significant(x, 3),
+                margin: None,
+                unit: words::unit(&course.unit),
+            }
+            .to_string()
+        };
+        let share = fixed(100.0 * pooled.heterogeneity, 0);
+        Some(Self {
+            name: label(&course.axle, &course.name),
+            rides: pooled.rides,
+            pooled: Quantity::new(pooled.value, Some(pooled.std_error), &course.unit),
+            heterogeneity: match pooled.p_heterogeneous {
+                _ if pooled.rides < 2 => "one ride".to_owned(),
+                Some(p) => format!(
+                    "{} ({share} % of the scatter, {})",
+                    plain(pooled.between_rides),
+                    chance(p)
+                ),
+                None => plain(pooled.between_rides),
+            },
+            trend: course.trend.as_ref().map_or_else(
+                || "too few rides".to_owned(),
+                |t| {
+                    format!(
+                        "{} in 30 days ({})",
+                        plain(30.0 * t.per_day),
+                        chance(t.p_value)
+                    )
+                },
+            ),
+            change: course.change.as_ref().map_or_else(
+                || "too few rides".to_owned(),
+                |c| {
+                    format!(
+                        "{} to {} at {} ({})",
+                        plain(c.before),
+                        plain(c.after),
+                        day(&c.at),
+                        chance(c.p_value)
+                    )
+                },
+            ),
+        })
+    }
+}
+
+/// The day of an RFC 3339 time.
+fn day(time: &str) -> &str {
+    time.get(..10).unwrap_or(time)
+}
+
+/// What has changed for certain, in a sentence each.
+fn notices(courses: &[Course]) -> Vec<String> {
+    let told = |course: &Course| {
+        let name = label(&course.axle, &course.name);
+        let percent = |to: f64, from: f64| format!("{} %", fixed(100.0 * (to / from - 1.0), 1));
+        let step = course
+            .change
+            .as_ref()
+            .filter(|c| c.p_value < SHOWS)
+            .map(|c| {
+                format!(
+                    "{name} changed by {} at {}.",
+                    percent(c.after, c.before),
+                    day(&c.at)
+                )
+            });
+        let line = course
+            .trend
+            .as_ref()
+            .filter(|t| t.p_value < SHOWS)
+            .and_then(|t| {
+                let pooled = course.pooled.as_ref()?;
+                Some(format!(
+                    "{name} drifts by {} in 30 days.",
+                    percent(pooled.value + 30.0 * t.per_day, pooled.value)
+                ))
+            });
+        step.into_iter().chain(line).collect::<Vec<_>>()
+    };
+    courses.iter().flat_map(told).collect()
+}
+
+pub async fn bike(State(server): App, Path(name): Path<String>) -> Result<Html<String>, Fault> {
+    let row = bike::find(&server.db, &name).await?;
+    let row = row.ok_or_else(|| Problem::not_found("the bike"))?;
+    let history = fleet::history(&server.db, &name, RIDES).await?;
+    let filter = job::Filter {
+        bike: Some(&name),
+        ..job::Filter::default()
+    };
+    let jobs = job::page(&server.db, &filter, JOBS).await?;
+    html(&BikePage {
+        query: form_urlencoded::byte_serialize(name.as_bytes()).collect(),
+        course: format!("/v1{}/course", words::bike_page(&name)),
+        courses: history.courses.iter().filter_map(CourseRow::of).collect(),
+        notices: notices(&history.courses),
+        jobs: jobs.into_iter().map(JobView::from).collect(),
+        document: serde_json::to_string_pretty(&row.document.0).map_err(Problem::internal)?,
+        name,
+    })
+}

@@ -1,0 +1,62 @@
+//! Held-out errors as bars, drawn on the server.
+
+use std::fmt::Write;
+
+use veloid_engine::diagnosis::HeldOut;
+
+use crate::pages::number::significant;
+
+const ROW: f64 = 26.0;
+const LEFT: f64 = 120.0;
+const WIDTH: f64 = 250.0;
+
+/// Error before and after, and the noise, as an SVG image.
+pub fn of(axle: &str, held: &HeldOut, extended: bool) -> String {
+    let mut bars = vec![("plain model", "plain", held.plain_rms_m)];
+    if extended {
+        bars.push(("with the effects", "extended", held.extended_rms_m));
+    }
+    bars.push(("noise floor", "noise", held.noise_floor_m));
+    let most = bars
+        .iter()
+        .map(|(_, _, rms)| *rms)
+        .fold(f64::MIN_POSITIVE, f64::max);
+    let height = ROW * bars.len() as f64;
+    let mut svg = format!(
+        "<svg class=\"bars\" viewBox=\"0 0 480 {height}\" role=\"img\" aria-label=\"Held-out error, {axle} axle\">"
+    );
+    for (i, (label, class, rms)) in bars.iter().enumerate() {
+        let (y, length) = (ROW * i as f64, (WIDTH * rms / most).max(2.0));
+        let (text, end) = (y + 16.0, LEFT + length + 8.0);
+        let value = significant(1e3 * rms, 3);
+        // Writing to a String cannot fail.
+        let _ = write!(
+            svg,
+            "<text x=\"0\" y=\"{text}\">{label}</text>\
+             <rect class=\"{class}\" x=\"{LEFT}\" y=\"{}\" width=\"{length:.1}\" height=\"14\" rx=\"2\"/>\
+             <text x=\"{end:.1}\" y=\"{text}\">{value} mm</text>",
+            y + 5.0
+        );
+    }
+    svg.push_str("</svg>");
+    svg
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_longest_bar_is_the_largest_error() {
+        let held = HeldOut {
+            plain_rms_m: 2e-3,
+            extended_rms_m: 1e-3,
+            noise_floor_m: 5e-4,
+            ..HeldOut::default()
+        };
+        let svg = of("front", &held, true);
+        assert!(svg.contains("width=\"250.0\"") && svg.contains("width=\"125.0\""));
+        assert!(svg.contains("2.00 mm"));
+        assert!(!of("front", &held, false).contains("with the effects"));
+    }
+}

@@ -1,0 +1,157 @@
+//! The report's numbers as tables.
+
+use veloid_engine::bicycle::{Axle, PerAxle};
+use veloid_engine::report::{Estimate, Report};
+
+use crate::pages::number::{Quantity, fixed, significant};
+use crate::pages::words;
+
+pub struct ReportView {
+    pub version: String,
+    pub result: Vec<ResultRow>,
+    /// Whether the result is the extended model's.
+    pub extended: bool,
+    pub methods: Vec<MethodRow>,
+    pub comparison: Vec<[String; 8]>,
+    pub observer: Vec<[String; 7]>,
+    pub roll: Option<Vec<String>>,
+    pub trials: usize,
+    pub seed: u64,
+    pub settings: Vec<(String, String)>,
+}
+
+/// The parameters to go by, of one axle.
+pub struct ResultRow {
+    pub axle: &'static str,
+    pub k: Quantity,
+    pub b: Quantity,
+    pub mass: Quantity,
+    pub mass_known: bool,
+}
+
+/// What one method says of one axle.
+pub struct MethodRow {
+    pub method: String,
+    pub axle: &'static str,
+    pub k: Quantity,
+    pub b: Quantity,
+    pub k_bias: String,
+    pub b_bias: String,
+}
+
+impl ReportView {
+    pub fn of(report: &Report) -> Self {
+        let extension = report.diagnosis.as_ref().filter(|d| !d.effects.is_empty());
+        let best = extension.map_or(&report.output_error, |d| &d.extended);
+        Self {
+            version: report.veloid.clone(),
+            result: best
+                .iter()
+                .map(|(axle, e)| ResultRow::of(axle, e))
+                .collect(),
+            extended: extension.is_some(),
+            methods: methods(report),
+            comparison: comparison(report),
+            observer: observer(report),
+            roll: report.roll.as_ref().map(|roll| roll.notes.clone()),
+            trials: report.swarm.trials.len(),
+            seed: report.settings.seed,
+            settings: settings(report),
+        }
+    }
+}
+
+fn k(e: &Estimate) -> Quantity {
+    Quantity::new(e.k_n_m, Some(e.k_std_n_m), "N/m")
+}
+
+fn b(e: &Estimate) -> Quantity {
+    Quantity::new(e.b_n_s_m, Some(e.b_std_n_s_m), "N s/m")
+}
+
+impl ResultRow {
+    fn of(axle: Axle, e: &Estimate) -> Self {
+        Self {
+            axle: axle.name(),
+            k: k(e),
+            b: b(e),
+            mass: Quantity::new(e.mass_kg, e.mass_std_kg, "kg"),
+            mass_known: e.mass_std_kg.is_none(),
+        }
+    }
+}
+
+fn methods(report: &Report) -> Vec<MethodRow> {
+    let swarm = PerAxle {
+        front: report.swarm.front.clone(),
+        rear: report.swarm.rear.clone(),
+    };
+    let percent =
+        |bias: Option<f64>| bias.map_or_else(|| "–".to_owned(), |p| format!("{} %", fixed(p, 2)));
+    [
+        ("least_squares", &report.least_squares),
+        ("instrumental", &report.instrumental),
+        ("swarm", &swarm),
+        ("output_error", &report.output_error),
+    ]
+    .into_iter()
+    .flat_map(|(method, estimates)| {
+        estimates
+            .iter()
+            .map(move |(axle, e)| (method, axle, e.clone()))
+    })
+    .map(|(method, axle, e)| MethodRow {
+        method: words::title(&words::method(method)),
+        axle: axle.name(),
+        k: k(&e),
+        b: b(&e),
+        k_bias: percent(e.k_bias_percent),
+        b_bias: percent(e.b_bias_percent),
+    })
+    .collect()
+}
+
+fn comparison(report: &Report) -> Vec<[String; 8]> {
+    let digits = |x: f64| significant(x, 3);
+    let rows = report.comparison.rows.iter();
+    rows.map(|row| {
+        [
+            words::title(&words::method(&row.method)),
+            row.axle.name().to_owned(),
+            digits(1e3 * row.position_max_m),
+            digits(1e6 * row.position_mse_m2),
+            digits(row.velocity_max_m_s),
+            digits(row.velocity_mse_m2_s2),
+            digits(row.acceleration_max_m_s2),
+            digits(row.acceleration_mse_m2_s4),
+        ]
+    })
+    .collect()
+}
+
+fn observer(report: &Report) -> Vec<[String; 7]> {
+    let rows = report.observer.iter();
+    rows.map(|(axle, o)| {
+        [
+            axle.name().to_owned(),
+            significant(1e3 * o.position_max_m, 3),
+            significant(1e3 * o.position_rms_m, 3),
+            significant(o.velocity_max_m_s, 3),
+            significant(o.velocity_rms_m_s, 3),
+            significant(o.jerk_bound_m_s3, 3),
+            significant(o.converged_after_s, 2),
+        ]
+    })
+    .collect()
+}
+
+/// Every setting as the report has it.
+fn settings(report: &Report) -> Vec<(String, String)> {
+    match serde_json::to_value(&report.settings) {
+        Ok(serde_json::Value::Object(map)) => map
+            .into_iter()
+            .map(|(key, value)| (key, value.to_string()))
+            .collect(),
+        _ => Vec::new(),
+    }
+}

@@ -1,0 +1,92 @@
+//! The list of jobs.
+
+use askama::Template;
+use axum::extract::{OriginalUri, State};
+use axum::response::Html;
+use serde::Deserialize;
+use uuid::Uuid;
+
+use super::layout::{Fault, Query, html};
+use crate::api::App;
+use crate::api::jobs::view::JobView;
+use crate::api::list::{Page, without_cursor};
+use crate::api::problem::{Kind, Problem};
+use crate::store::job::{self, State as JobState};
+
+const PAGE: i64 = 50;
+const STATES: [JobState; 5] = [
+    JobState::Queued,
+    JobState::Running,
+    JobState::Succeeded,
+    JobState::Failed,
+    JobState::Cancelled,
+];
+pub const VERDICTS: [&str; 4] = ["nothing_missing", "named", "ambiguous", "unnamed"];
+
+/// The filter, blank where the form's field was.
+#[derive(Deserialize)]
+pub struct Params {
+    state: Option<String>,
+    bike: Option<String>,
+    verdict: Option<String>,
+    cursor: Option<Uuid>,
+}
+
+#[derive(Template)]
+#[template(path = "jobs.html")]
+struct Jobs {
+    jobs: Vec<JobView>,
+    next: Option<String>,
+    states: [&'static str; 5],
+    verdicts: [&'static str; 4],
+    state: Option<String>,
+    bike: Option<String>,
+    verdict: Option<String>,
+}
+
+impl Jobs {
+    fn here(&self) -> &'static str {
+        "/jobs"
+    }
+
+    fn filtered(&self) -> bool {
+        self.state.is_some() || self.bike.is_some() || self.verdict.is_some()
+    }
+}
+
+pub async fn list(
+    State(server): App,
+    OriginalUri(uri): OriginalUri,
+    Query(params): Query<Params>,
+) -> Result<Html<String>, Fault> {
+    let filled = |text: Option<String>| text.filter(|text| !text.trim().is_empty());
+    let (state, bike, verdict) = (
+        filled(params.state),
+        filled(params.bike),
+        filled(params.verdict),
+    );
+    let of_name = |name: &str| {
+        let found = STATES.into_iter().find(|state| state.name() == name);
+        found.ok_or_else(|| Problem::new(Kind::BadRequest, format!("state: '{name}' is none")))
+    };
+    let filter = job::Filter {
+        state: state.as_deref().map(of_name).transpose()?,
+        bike: bike.as_deref(),
+        verdict: verdict.as_deref(),
+        ride: None,
+        before: params.cursor,
+    };
+    let rows = job::page(&server.db, &filter, PAGE + 1).await?;
+    let page: Page<JobView> = Page::cut(rows, PAGE, |row| row.id.to_string(), JobView::from);
+    let here = without_cursor(&uri);
+    let mark = if here.contains('?') { '&' } else { '?' };
+    html(&Jobs {
+        jobs: page.items,
+        next: page.next.map(|next| format!("{here}{mark}cursor={next}")),
+        states: STATES.map(JobState::name),
+        verdicts: VERDICTS,
+        state,
+        bike,
+        verdict,
+    })
+}

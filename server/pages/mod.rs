@@ -1,0 +1,35 @@
+//! The web pages, rendered on the server; they work without JavaScript, plots aside.
+
+pub mod assets;
+mod compare;
+mod fleet;
+mod job;
+mod jobs;
+pub mod layout;
+mod number;
+mod parameters;
+mod upload;
+pub mod words;
+
+use std::sync::Arc;
+
+use axum::Router;
+use axum::middleware::from_fn;
+use axum::routing::{get, post};
+
+use crate::api::Server;
+
+pub fn routes() -> Router<Arc<Server>> {
+    Router::new()
+        .route("/", get(upload::form).post(upload::send))
+        .route("/jobs", get(jobs::list))
+        .route("/jobs/{id}", get(job::page))
+        .route("/jobs/{id}/cancel", post(job::cancel))
+        .route("/jobs/{id}/retry", post(job::retry))
+        .route("/compare", get(compare::compare))
+        .route("/bikes", get(fleet::bikes))
+        .route("/bikes/{bike}", get(fleet::bike))
+        .route("/parameters", get(parameters::list))
+        .route("/assets/{version}/{name}", get(assets::serve))
+        .layer(from_fn(layout::guard))
+}

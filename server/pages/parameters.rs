@@ -1,0 +1,146 @@
+//! Every identified parameter, filtered.
+
+use askama::Template;
+use axum::extract::{OriginalUri, State};
+use axum::response::Html;
+
+use super::jobs::VERDICTS;
+use super::layout::{Fault, Query, html};
+use super::number::Quantity;
+use crate::api::App;
+use crate::api::list::{Page, without_cursor};
+use crate::api::parameters::{Params, cursor, rows};
+use crate::api::time;
+use crate::store::parameter::{AXLES, METHODS, ParameterRow};
+
+const PAGE: i64 = 50;
+#[derive(Template)]
+#[template(path = "parameters.html")]
+struct Parameters {
+    /// Fields of the filter: name, label, value, and choices.
+    texts: Vec<(&'static str, &'static str, String)>,
+    choices: Vec<(&'static str, &'static str, String, &'static [&'static str])>,
+    dates: Vec<(&'static str, &'static str, String)>,
+    rows: Vec<Row>,
+    next: Option<String>,
+    exports: Vec<(&'static str, String)>,
+}
+
+struct Row {
+    job: String,
+    identified_at: String,
+    bike: String,
+    method: String,
+    axle: String,
+    name: String,
+    value: Quantity,
+    verdict: Option<String>,
+}
+
+impl Parameters {
+    fn here(&self) -> &'static str {
+        "/parameters"
+    }
+}
+
+impl From<ParameterRow> for Row {
+    fn from(row: ParameterRow) -> Self {
+        Self {
+            job: row.job_id.to_string(),
+            identified_at: time::text(row.identified_at),
+            value: Quantity::new(row.value, row.std_error, &row.unit),
+            bike: row.bike,
+            method: row.method,
+            axle: row.axle,
+            name: row.name,
+            verdict: row.verdict,
+        }
+    }
+}
+
+/// A blank field asks for nothing; a day is meant from its beginning.
+fn tidied(mut params: Params) -> Params {
+    for field in [
+        &mut params.bike,
+        &mut params.method,
+        &mut params.axle,
+        &mut params.name,
+        &mut params.effect,
+        &mut params.verdict,
+        &mut params.from,
+        &mut params.to,
+    ] {
+        *field = field
+            .take()
+            .map(|text| text.trim().to_owned())
+            .filter(|text| !text.is_empty());
+    }
+    for day in [&mut params.from, &mut params.to] {
+        if let Some(text) = day.as_mut().filter(|text| text.len() == 10) {
+            text.push_str("T00:00:00Z");
+        }
+    }
+    params
+}
+
+/// The query without what is blank, days as times, and without the cursor.
+fn query(params: &Params) -> String {
+    let mut query = form_urlencoded::Serializer::new(String::new());
+    for (name, value) in [
+        ("bike", &params.bike),
+        ("method", &params.method),
+        ("axle", &params.axle),
+        ("name", &params.name),
+        ("effect", &params.effect),
+        ("verdict", &params.verdict),
+        ("from", &params.from),
+        ("to", &params.to),
+    ] {
+        if let Some(value) = value {
+            query.append_pair(name, value);
+        }
+    }
+    query.finish()
+}
+
+pub async fn list(
+    State(server): App,
+    OriginalUri(uri): OriginalUri,
+    Query(params): Query<Params>,
+) -> Result<Html<String>, Fault> {
+    let params = tidied(params);
+    let found = rows(&server, &params, PAGE).await?;
+    let page = Page::cut(found, PAGE, cursor, Row::from);
+    let here = without_cursor(&uri);
+    let mark = if here.contains('?') { '&' } else { '?' };
+    let asked = query(&params);
+    let export = |format: &str| format!("/v1/parameters?{asked}&format={format}&limit=100000");
+    let text = |value: &Option<String>| value.clone().unwrap_or_default();
+    let day = |value: &Option<String>| text(value).chars().take(10).collect::<String>();
+    html(&Parameters {
+        texts: vec![
+            ("bike", "Bicycle", text(&params.bike)),
+            ("name", "Parameter", text(&params.name)),
+            ("effect", "Effect", text(&params.effect)),
+        ],
+        choices: vec![
+            ("method", "Method", text(&params.method), &METHODS),
+            ("axle", "Axle", text(&params.axle), &AXLES),
+            ("verdict", "Verdict", text(&params.verdict), &VERDICTS),
+        ],
+        dates: vec![
+            ("from", "From", day(&params.from)),
+            ("to", "Before", day(&params.to)),
+        ],
+        next: page.next.map(|next| {
+            let next: String = form_urlencoded::byte_serialize(next.as_bytes()).collect();
+            format!("{here}{mark}cursor={next}")
+        }),
+        rows: page.items,
+        exports: vec![
+            ("CSV", export("csv")),
+            ("JSON", export("json")),
+            ("Parquet", export("parquet")),
+        ],
+    })
+}

@@ -1,0 +1,132 @@
+//! The form that sends rides. Without JavaScript one ride at a time; `web/upload.js` adds several at
+//! once, previews and progress on top of the same form.
+
+use askama::Template;
+use axum::extract::{Request, State};
+use axum::http::StatusCode;
+use axum::response::{Html, IntoResponse, Redirect, Response};
+use serde::Deserialize;
+use veloid_engine::Settings;
+
+use super::layout::{Fault, Query, html};
+use crate::api::problem::{Kind, Problem};
+use crate::api::rides::submit_upload;
+use crate::api::{App, Server};
+use crate::store::bike;
+
+/// Most bikes that the form lists.
+const BIKES: i64 = 1000;
+
+/// The paper's bicycle, to be overwritten.
+const EXAMPLE: &str = r#"{"bike": "my-bike",
+ "mass_front_kg": 23.0, "mass_rear_kg": 63.0,
+ "l_front_m": 0.808, "l_rear_m": 0.293}"#;
+
+#[derive(Template)]
+#[template(path = "upload.html")]
+struct Form {
+    problem: Option<Problem>,
+    bikes: Vec<String>,
+    chosen: Option<String>,
+    example: &'static str,
+    numbers: Vec<Number>,
+}
+
+/// A field for a number.
+struct Number {
+    name: &'static str,
+    label: &'static str,
+    default: String,
+    least: f64,
+    most: f64,
+}
+
+#[derive(Deserialize)]
+pub struct Params {
+    /// Bike to choose beforehand.
+    bike: Option<String>,
+}
+
+impl Form {
+    async fn new(
+        server: &Server,
+        chosen: Option<String>,
+        problem: Option<Problem>,
+    ) -> Result<Self, Problem> {
+        let bikes = bike::page(&server.db, "", BIKES).await?;
+        Ok(Self {
+            problem,
+            bikes: bikes.into_iter().map(|bike| bike.name).collect(),
+            chosen,
+            example: EXAMPLE,
+            numbers: numbers(),
+        })
+    }
+
+    fn here(&self) -> &'static str {
+        "/"
+    }
+
+    /// Whether the problem belongs to this part of the form.
+    fn fault(&self, part: &str) -> bool {
+        self.problem.as_ref().is_some_and(|problem| {
+            part == match problem.kind {
+                Kind::UnreadableRide | Kind::TooLarge => "file",
+                Kind::BadBike => "bike",
+                Kind::BadOption => "option",
+                _ => "",
+            }
+        })
+    }
+
+    fn detail(&self) -> &str {
+        self.problem.as_ref().map_or("", |problem| &problem.detail)
+    }
+}
+
+fn numbers() -> Vec<Number> {
+    let settings = Settings::default();
+    let number = |name, label, default: f64, least, most| Number {
+        name,
+        label,
+        default: default.to_string(),
+        least,
+        most,
+    };
+    vec![
+        number("seed", "Seed", settings.seed as f64, 0.0, 1e15),
+        number("trials", "Swarm trials", settings.trials as f64, 1.0, 100.0),
+        number(
+            "particles",
+            "Particles",
+            settings.particles as f64,
+            2.0,
+            1e4,
+        ),
+        number(
+            "iterations",
+            "Iterations",
+            settings.iterations as f64,
+            1.0,
+            1e4,
+        ),
+        number("alpha", "False-alarm rate", settings.alpha, 0.001, 0.2),
+        number("held_out", "Share held out", settings.held_out, 0.1, 0.7),
+    ]
+}
+
+pub async fn form(State(server): App, Query(params): Query<Params>) -> Result<Html<String>, Fault> {
+    html(&Form::new(&server, params.bike, None).await?)
+}
+
+/// Takes the form and leads on to the job's page, or shows the form with what was wrong.
+pub async fn send(State(server): App, request: Request) -> Result<Response, Fault> {
+    match submit_upload(&server, request).await {
+        Ok(id) => Ok(Redirect::to(&format!("/jobs/{id}")).into_response()),
+        Err(problem) => {
+            let status = StatusCode::from_u16(problem.status).unwrap_or_default();
+            let page = html(&Form::new(&server, None, Some(problem)).await?)?;
+            Ok((status, page).into_response())
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! Names as people read them.
+
+/// `nothing_missing` as "nothing missing".
+pub fn plain(name: &str) -> String {
+    name.replace('_', " ")
+}
+
+/// With a capital.
+pub fn title(name: &str) -> String {
+    let plain = plain(name);
+    let mut letters = plain.chars();
+    match letters.next() {
+        Some(first) => first.to_uppercase().chain(letters).collect(),
+        None => plain,
+    }
+}
+
+/// The page of a bike of this name.
+pub fn bike_page(name: &str) -> String {
+    let name: String = form_urlencoded::byte_serialize(name.as_bytes()).collect();
+    format!("/bikes/{}", name.replace('+', "%20"))
+}
+
+/// A method of the report or the fleet.
+pub fn method(name: &str) -> String {
+    match name {
+        "instrumental" => "instrumental variables".to_owned(),
+        "swarm" => "particle swarm".to_owned(),
+        "extended" => "extended model".to_owned(),
+        "output_error" => "output error (plain model)".to_owned(),
+        name => plain(name),
+    }
+}
+
+/// A parameter of the fleet: `k_n_m`, `b_n_s_m`, `mass_kg` or `effect.parameter`.
+pub fn parameter(name: &str) -> String {
+    match name {
+        "k_n_m" => "stiffness k".to_owned(),
+        "b_n_s_m" => "damping B".to_owned(),
+        "mass_kg" => "mass m".to_owned(),
+        name => plain(&name.replace('.', ": ")),
+    }
+}
+
+/// The unit with its signs, on one line.
+pub fn unit(unit: &str) -> String {
+    if unit == "-" {
+        return String::new();
+    }
+    powers(unit).replace(' ', "\u{a0}")
+}
+
+/// `m^2` as m².
+pub fn powers(text: &str) -> String {
+    text.replace("^2", "²").replace("^3", "³")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_become_words_and_addresses() {
+        assert_eq!(title("coulomb_friction"), "Coulomb friction");
+        assert_eq!(bike_page("a b/ü?"), "/bikes/a%20b%2F%C3%BC%3F");
+        assert_eq!(unit("N s^2/m^2"), "N\u{a0}s²/m²");
+    }
+}

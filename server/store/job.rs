@@ -1,0 +1,357 @@
+//! Jobs as users see them. Every change raises `revision`, which is the ETag, and every change of a
+//! running job asks for the state it expects, so that a cancelled job stays cancelled.
+
+use serde::{Deserialize, Serialize};
+use sqlx::FromRow;
+use sqlx::types::Json;
+use utoipa::ToSchema;
+use uuid::Uuid;
+use veloid_engine::bicycle::{Bike, PerAxle};
+use veloid_engine::report::Estimate;
+use veloid_engine::ride::RideSummary;
+
+use super::{Db, Tx, now_ms};
+use crate::options::Options;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum State {
+    Queued,
+    Running,
+    Succeeded,
+    Failed,
+    Cancelled,
+}
+
+impl State {
+    pub fn name(self) -> &'static str {
+        match self {
+            State::Queued => "queued",
+            State::Running => "running",
+            State::Succeeded => "succeeded",
+            State::Failed => "failed",
+            State::Cancelled => "cancelled",
+        }
+    }
+
+    pub fn is_final(self) -> bool {
+        !matches!(self, State::Queued | State::Running)
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Stage {
+    Observe,
+    Trial,
+    Conclude,
+    Diagnose,
+}
+
+impl Stage {
+    pub fn name(self) -> &'static str {
+        match self {
+            Stage::Observe => "observe",
+            Stage::Trial => "trial",
+            Stage::Conclude => "conclude",
+            Stage::Diagnose => "diagnose",
+        }
+    }
+}
+
+/// Reads an enum column by the names that serde gives its variants.
+fn parse<T: serde::de::DeserializeOwned>(text: String) -> Result<T, serde_json::Error> {
+    serde_json::from_value(serde_json::Value::String(text))
+}
+
+impl TryFrom<String> for State {
+    type Error = serde_json::Error;
+    fn try_from(text: String) -> Result<Self, Self::Error> {
+        parse(text)
+    }
+}
+
+impl TryFrom<String> for Stage {
+    type Error = serde_json::Error;
+    fn try_from(text: String) -> Result<Self, Self::Error> {
+        parse(text)
+    }
+}
+
+/// What, with the bytes of the ride, determines the report.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Request {
+    pub bike: Bike,
+    pub options: Options,
+}
+
+/// Why a job failed.
+#[derive(Clone, Debug, Serialize, Deserialize, ToSchema)]
+pub struct Failure {
+    /// `input` (trying again cannot help), `engine`, `deadline`, `crash` or `internal`.
+    pub kind: String,
+    /// What went wrong, in words for the user.
+    pub detail: String,
+}
+
+impl Failure {
+    pub fn new(kind: &str, detail: impl Into<String>) -> Self {
+        Self {
+            kind: kind.to_owned(),
+            detail: detail.into(),
+        }
+    }
+}
+
+#[derive(FromRow)]
+pub struct JobRow {
+    pub id: Uuid,
+    pub ride_id: Uuid,
+    pub ride_name: String,
+    pub sha256: String,
+    pub bike: String,
+    pub request: Json<Request>,
+    pub summary: Json<RideSummary>,
+    #[sqlx(try_from = "String")]
+    pub state: State,
+    #[sqlx(try_from = "String")]
+    pub stage: Stage,
+    pub revision: i64,
+    pub trials_total: i64,
+    pub trials_done: i64,
+    pub river_id: Option<i64>,
+    pub least_squares: Option<Json<PerAxle<Estimate>>>,
+    pub verdict: Option<String>,
+    pub failure: Option<Json<Failure>>,
+    pub created_at: i64,
+    pub started_at: Option<i64>,
+    pub observed_at: Option<i64>,
+    pub finished_at: Option<i64>,
+}
+
+/// A job about to be queued.
+pub struct NewJob<'a> {
+    pub id: Uuid,
+    pub ride: Uuid,
+    pub bike: &'a str,
+    pub fingerprint: &'a str,
+    pub request: &'a Request,
+    pub summary: &'a RideSummary,
+}
+
+/// Which jobs a list holds; absent means any.
+#[derive(Default)]
+pub struct Filter<'a> {
+    pub state: Option<State>,
+    pub bike: Option<&'a str>,
+    pub verdict: Option<&'a str>,
+    pub ride: Option<Uuid>,
+    /// Jobs older than this one.
+    pub before: Option<Uuid>,
+}
+
+macro_rules! select {
+    ($rest:literal) => {
+        concat!(
+            "SELECT job.id, ride_id, ride.name AS ride_name, ride.sha256, bike, request, summary, ",
+            "state, stage, revision, trials_total, trials_done, river_id, least_squares, verdict, ",
+            "failure, created_at, started_at, observed_at, finished_at ",
+            "FROM job JOIN ride ON ride.id = job.ride_id ",
+            $rest
+        )
+    };
+}
+
+pub async fn find(db: &Db, id: Uuid) -> sqlx::Result<Option<JobRow>> {
+    const SQL: &str = select!("WHERE job.id = $1");
+    on!(read db, p => sqlx::query_as(SQL).bind(id).fetch_optional(p).await)
+}
+
+pub async fn lock(tx: &mut Tx, id: Uuid) -> sqlx::Result<Option<JobRow>> {
+    const SQLITE: &str = select!("WHERE job.id = $1");
+    // SQLite has one writer at a time; PostgreSQL has to be told.
+    const POSTGRES: &str = select!("WHERE job.id = $1 FOR UPDATE OF job");
+    match tx {
+        Tx::Sqlite(t) => {
+            sqlx::query_as(SQLITE)
+                .bind(id)
+                .fetch_optional(&mut **t)
+                .await
+        }
+        Tx::Postgres(t) => {
+            sqlx::query_as(POSTGRES)
+                .bind(id)
+                .fetch_optional(&mut **t)
+                .await
+        }
+    }
+}
+
+/// Newest first.
+pub async fn page(db: &Db, filter: &Filter<'_>, limit: i64) -> sqlx::Result<Vec<JobRow>> {
+    const SQL: &str = select!(
+        "WHERE (CAST($1 AS TEXT) IS NULL OR state = $1) \
+           AND (CAST($2 AS TEXT) IS NULL OR bike = $2) \
+           AND (CAST($3 AS TEXT) IS NULL OR verdict = $3) \
+           AND ($4 IS NULL OR ride_id = $4) \
+           AND ($5 IS NULL OR job.id < $5) \
+         ORDER BY job.id DESC LIMIT $6"
+    );
+    on!(read db, p => sqlx::query_as(SQL)
+        .bind(filter.state.map(State::name))
+        .bind(filter.bike)
+        .bind(filter.verdict)
+        .bind(filter.ride)
+        .bind(filter.before)
+        .bind(limit)
+        .fetch_all(p)
+        .await)
+}
+
+/// The revision and whether the job is at its end: all that a poll needs when nothing changed.
+pub async fn revision(db: &Db, id: Uuid) -> sqlx::Result<Option<(i64, bool)>> {
+    const SQL: &str = "SELECT revision, state NOT IN ('queued', 'running') FROM job WHERE id = $1";
+    on!(read db, p => sqlx::query_as(SQL).bind(id).fetch_optional(p).await)
+}
+
+/// The latest job with this fingerprint that did not fail.
+pub async fn find_equal(tx: &mut Tx, fingerprint: &str) -> sqlx::Result<Option<Uuid>> {
+    const SQL: &str = "\
+        SELECT id FROM job WHERE fingerprint = $1 AND state IN ('queued', 'running', 'succeeded') \
+        ORDER BY id DESC LIMIT 1";
+    on!(tx, t => sqlx::query_scalar(SQL).bind(fingerprint).fetch_optional(&mut **t).await)
+}
+
+pub async fn insert(tx: &mut Tx, job: &NewJob<'_>) -> sqlx::Result<()> {
+    const SQL: &str = "\
+        INSERT INTO job (id, ride_id, bike, fingerprint, request, summary, state, stage, revision, \
+                         trials_total, trials_done, takeovers, created_at) \
+        VALUES ($1, $2, $3, $4, $5, $6, 'queued', 'observe', 1, $7, 0, 0, $8)";
+    let trials = job.request.options.settings.trials as i64;
+    on!(tx, t => sqlx::query(SQL)
+        .bind(job.id)
+        .bind(job.ride)
+        .bind(job.bike)
+        .bind(job.fingerprint)
+        .bind(Json(job.request))
+        .bind(Json(job.summary))
+        .bind(trials)
+        .bind(now_ms())
+        .execute(&mut **t)
+        .await
+        .map(drop))
+}
+
+/// Notes that a process has picked the job up.
+pub async fn start(tx: &mut Tx, id: Uuid) -> sqlx::Result<()> {
+    const SQL: &str = "\
+        UPDATE job SET state = 'running', started_at = $2, revision = revision + 1 \
+        WHERE id = $1 AND state = 'queued'";
+    on!(tx, t => sqlx::query(SQL).bind(id).bind(now_ms()).execute(&mut **t).await.map(drop))
+}
+
+/// Stores the least-squares estimate and turns to the trials; false when the job is not running.
+pub async fn observed(
+    tx: &mut Tx,
+    id: Uuid,
+    least_squares: &PerAxle<Estimate>,
+) -> sqlx::Result<bool> {
+    const SQL: &str = "\
+        UPDATE job SET stage = 'trial', river_id = NULL, least_squares = $2, observed_at = $3, \
+                       revision = revision + 1 \
+        WHERE id = $1 AND state = 'running' AND stage = 'observe'";
+    let changed = on!(tx, t => sqlx::query(SQL)
+        .bind(id)
+        .bind(Json(least_squares))
+        .bind(now_ms())
+        .execute(&mut **t)
+        .await?
+        .rows_affected());
+    Ok(changed == 1)
+}
+
+/// Counts one more finished trial; true for the one who finds it to be the last of a running job.
+pub async fn count_trial(tx: &mut Tx, id: Uuid) -> sqlx::Result<bool> {
+    const SQL: &str = "\
+        UPDATE job SET trials_done = trials_done + 1, revision = revision + 1 \
+        WHERE id = $1 AND state = 'running' RETURNING trials_done, trials_total";
+    let counts: Option<(i64, i64)> =
+        on!(tx, t => sqlx::query_as(SQL).bind(id).fetch_optional(&mut **t).await)?;
+    Ok(counts.is_some_and(|(done, total)| done == total))
+}
+
+/// Turns a job that is not at its end to a stage that the River row `river_id` works on.
+pub async fn enter(tx: &mut Tx, id: Uuid, stage: Stage, river_id: i64) -> sqlx::Result<()> {
+    const SQL: &str = "\
+        UPDATE job SET stage = $2, river_id = $3, revision = revision + 1 \
+        WHERE id = $1 AND state IN ('queued', 'running')";
+    on!(tx, t => sqlx::query(SQL)
+        .bind(id)
+        .bind(stage.name())
+        .bind(river_id)
+        .execute(&mut **t)
+        .await
+        .map(drop))
+}
+
+/// Ends a running job well; false when it is not running.
+pub async fn succeed(tx: &mut Tx, id: Uuid, verdict: Option<&str>) -> sqlx::Result<bool> {
+    const SQL: &str = "\
+        UPDATE job SET state = 'succeeded', verdict = $2, river_id = NULL, finished_at = $3, \
+                       revision = revision + 1 \
+        WHERE id = $1 AND state = 'running'";
+    let changed = on!(tx, t => sqlx::query(SQL)
+        .bind(id)
+        .bind(verdict)
+        .bind(now_ms())
+        .execute(&mut **t)
+        .await?
+        .rows_affected());
+    Ok(changed == 1)
+}
+
+/// Ends a job badly, as failed with a reason or as cancelled without; false when it was at its end.
+pub async fn end(tx: &mut Tx, id: Uuid, failure: Option<&Failure>) -> sqlx::Result<bool> {
+    const SQL: &str = "\
+        UPDATE job SET state = $2, failure = $3, finished_at = $4, revision = revision + 1 \
+        WHERE id = $1 AND state IN ('queued', 'running')";
+    let state = if failure.is_some() {
+        State::Failed
+    } else {
+        State::Cancelled
+    };
+    let changed = on!(tx, t => sqlx::query(SQL)
+        .bind(id)
+        .bind(state.name())
+        .bind(failure.map(Json))
+        .bind(now_ms())
+        .execute(&mut **t)
+        .await?
+        .rows_affected());
+    Ok(changed == 1)
+}
+
+/// Puts a failed or cancelled job back to its beginning; false when it is in another state.
+pub async fn reset(tx: &mut Tx, id: Uuid) -> sqlx::Result<bool> {
+    const SQL: &str = "\
+        UPDATE job SET state = 'queued', stage = 'observe', trials_done = 0, takeovers = 0, \
+                       least_squares = NULL, failure = NULL, started_at = NULL, \
+                       observed_at = NULL, finished_at = NULL, revision = revision + 1 \
+        WHERE id = $1 AND state IN ('failed', 'cancelled')";
+    let changed = on!(tx, t => sqlx::query(SQL).bind(id).execute(&mut **t).await?.rows_affected());
+    Ok(changed == 1)
+}
+
+/// Counts a takeover of work from a process that is gone; the count so far.
+pub async fn count_takeover(tx: &mut Tx, id: Uuid) -> sqlx::Result<Option<i64>> {
+    const SQL: &str = "\
+        UPDATE job SET takeovers = takeovers + 1 \
+        WHERE id = $1 AND state IN ('queued', 'running') RETURNING takeovers";
+    on!(tx, t => sqlx::query_scalar(SQL).bind(id).fetch_optional(&mut **t).await)
+}
+
+/// Number of jobs in each state.
+pub async fn counts(db: &Db) -> sqlx::Result<Vec<(String, i64)>> {
+    const SQL: &str = "SELECT state, COUNT(*) FROM job GROUP BY state";
+    on!(read db, p => sqlx::query_as(SQL).fetch_all(p).await)
+}

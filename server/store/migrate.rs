@@ -1,0 +1,87 @@
+use riverqueue::migrate::{PostgresMigrator, SqliteMigrator};
+use sqlx::Connection;
+use sqlx::migrate::Migrator;
+
+use super::Db;
+
+static SQLITE: Migrator = sqlx::migrate!("../migrations/sqlite");
+static POSTGRES: Migrator = sqlx::migrate!("../migrations/postgres");
+
+/// Advisory lock of whoever migrates a PostgreSQL database: "veloid" in ASCII.
+const MIGRATION_LOCK: i64 = 0x7665_6c6f_6964;
+
+#[derive(Debug, thiserror::Error)]
+pub enum MigrateError {
+    #[error("database: {0}")]
+    Database(#[from] sqlx::Error),
+    #[error("schema: {0}")]
+    Schema(#[from] sqlx::migrate::MigrateError),
+    #[error("queue schema: {0}")]
+    Queue(#[from] riverqueue::migrate::Error),
+}
+
+impl Db {
+    /// Brings our tables and River's up to date. Neither migrator bears company, so PostgreSQL holds
+    /// an advisory lock around both; on SQLite the caller holds the data folder's file lock.
+    pub async fn migrate(&self) -> Result<(), MigrateError> {
+        match self {
+            Db::Sqlite { write, .. } => {
+                SQLITE.run(write).await?;
+                SqliteMigrator::new(write.clone()).migrate_up().await?;
+            }
+            Db::Postgres(pool) => {
+                let mut lock = pool.acquire().await?.detach();
+                sqlx::query("SELECT pg_advisory_lock($1)")
+                    .bind(MIGRATION_LOCK)
+                    .execute(&mut lock)
+                    .await?;
+                POSTGRES.run(pool).await?;
+                PostgresMigrator::new(pool.clone()).migrate_up().await?;
+                lock.close().await?;
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The PostgreSQL text of a SQLite migration.
+    fn translated(sqlite: &str) -> String {
+        const JSON: [&str; 6] = [
+            "document",
+            "request",
+            "summary",
+            "least_squares",
+            "failure",
+            "result",
+        ];
+        let line = |line: &str| {
+            let name = line.split_whitespace().next().unwrap_or_default();
+            let text = if JSON.contains(&name) && line.starts_with("    ") {
+                line.replace("TEXT", "JSON")
+            } else {
+                line.to_owned()
+            };
+            text.replace("BLOB", "UUID")
+                .replace("INTEGER", "BIGINT")
+                .replace("REAL", "DOUBLE PRECISION")
+                .replace(") STRICT;", ");")
+                .replace("../postgres", "../sqlite")
+        };
+        let lines: Vec<String> = sqlite.lines().map(line).collect();
+        lines.join("\n")
+    }
+
+    #[test]
+    fn both_databases_have_the_same_tables() {
+        assert_eq!(SQLITE.iter().count(), POSTGRES.iter().count());
+        for (ours, theirs) in SQLITE.iter().zip(POSTGRES.iter()) {
+            assert_eq!(ours.version, theirs.version);
+            let (ours, theirs) = (ours.sql.as_str(), theirs.sql.as_str());
+            assert_eq!(translated(ours), theirs.trim_end(), "apart from the types");
+        }
+    }
+}

@@ -1,0 +1,210 @@
+//! Every identified parameter of every finished job: the fleet's memory.
+
+use sqlx::{FromRow, QueryBuilder};
+use uuid::Uuid;
+
+use super::{Db, Tx, now_ms};
+
+pub const METHODS: [&str; 5] = [
+    "extended",
+    "output_error",
+    "swarm",
+    "instrumental",
+    "least_squares",
+];
+pub const AXLES: [&str; 3] = ["front", "rear", "both"];
+
+macro_rules! select {
+    () => {
+        "SELECT job_id, method, axle, name, bike, value, std_error, unit, verdict, version, \
+                identified_at \
+         FROM parameter "
+    };
+}
+
+#[derive(Clone, Debug, FromRow)]
+pub struct ParameterRow {
+    pub job_id: Uuid,
+    pub method: String,
+    pub axle: String,
+    pub name: String,
+    pub bike: String,
+    pub value: f64,
+    pub std_error: Option<f64>,
+    pub unit: String,
+    pub verdict: Option<String>,
+    pub version: String,
+    pub identified_at: i64,
+}
+
+/// A parameter before it is stored.
+#[derive(Debug, PartialEq)]
+pub struct Parameter {
+    pub method: &'static str,
+    pub axle: &'static str,
+    pub name: String,
+    pub value: f64,
+    pub std_error: Option<f64>,
+    pub unit: String,
+}
+
+/// Which parameters a list holds; absent means any.
+#[derive(Default)]
+pub struct Filter<'a> {
+    pub bike: Option<&'a str>,
+    pub method: Option<&'a str>,
+    pub axle: Option<&'a str>,
+    pub name: Option<&'a str>,
+    /// Any parameter of this effect.
+    pub effect: Option<&'a str>,
+    pub verdict: Option<&'a str>,
+    pub job: Option<Uuid>,
+    pub from_ms: Option<i64>,
+    pub to_ms: Option<i64>,
+    /// The key of the last row of the page before.
+    pub after: Option<&'a Key>,
+}
+
+/// Primary key of a row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Key {
+    pub job_id: Uuid,
+    pub method: String,
+    pub axle: String,
+    pub name: String,
+}
+
+pub async fn insert(
+    tx: &mut Tx,
+    job: Uuid,
+    bike: &str,
+    verdict: Option<&str>,
+    parameters: &[Parameter],
+) -> sqlx::Result<()> {
+    const SQL: &str = "\
+        INSERT INTO parameter (job_id, method, axle, name, bike, value, std_error, unit, verdict, \
+                               version, identified_at) \
+        VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)";
+    let now = now_ms();
+    for parameter in parameters {
+        on!(&mut *tx, t => sqlx::query(SQL)
+            .bind(job)
+            .bind(parameter.method)
+            .bind(parameter.axle)
+            .bind(&parameter.name)
+            .bind(bike)
+            .bind(parameter.value)
+            .bind(parameter.std_error)
+            .bind(&parameter.unit)
+            .bind(verdict)
+            .bind(env!("CARGO_PKG_VERSION"))
+            .bind(now)
+            .execute(&mut **t)
+            .await
+            .map(drop))?;
+    }
+    Ok(())
+}
+
+/// Newest job first, then by method, axle and name backwards. Only the conditions that are asked for
+/// stand in the text, so that the database can choose an index.
+pub async fn page(db: &Db, filter: &Filter<'_>, limit: i64) -> sqlx::Result<Vec<ParameterRow>> {
+    let known = |list: &[&str], asked: Option<&str>| asked.is_none_or(|text| list.contains(&text));
+    if !known(&METHODS, filter.method) || !known(&AXLES, filter.axle) {
+        return Ok(Vec::new());
+    }
+    macro_rules! query {
+        ($pool:expr) => {{
+            let mut query = QueryBuilder::new(concat!(select!(), "WHERE 1 = 1"));
+            for (column, value) in [
+                (" AND bike = ", filter.bike),
+                (" AND name = ", filter.name),
+                (" AND verdict = ", filter.verdict),
+            ] {
+                if let Some(value) = value {
+                    query.push(column).push_bind(value);
+                }
+            }
+            if let Some(method) = filter.method {
+                query.push(" AND method = ").push_bind(method);
+            }
+            // As a literal it lets the index of the rare ones serve.
+            match filter.axle {
+                Some("both") => query.push(" AND axle = 'both'"),
+                Some(axle) => query.push(" AND axle = ").push_bind(axle),
+                None => &mut query,
+            };
+            if let Some(effect) = filter.effect {
+                // `/` follows `.`, so this is every name that begins with the effect's.
+                query.push(" AND name >= ").push_bind(format!("{effect}."));
+                query.push(" AND name < ").push_bind(format!("{effect}/"));
+            }
+            if let Some(job) = filter.job {
+                query.push(" AND job_id = ").push_bind(job);
+            }
+            if let Some(from) = filter.from_ms {
+                query.push(" AND identified_at >= ").push_bind(from);
+            }
+            if let Some(to) = filter.to_ms {
+                query.push(" AND identified_at < ").push_bind(to);
+                // What was identified before was queued before, and ids begin with that time.
+                query.push(" AND job_id < ").push_bind(first_id_at(to));
+            }
+            if let Some(after) = filter.after {
+                query.push(" AND (job_id, method, axle, name) < (");
+                query
+                    .push_bind(after.job_id)
+                    .push(", ")
+                    .push_bind(&after.method);
+                query
+                    .push(", ")
+                    .push_bind(&after.axle)
+                    .push(", ")
+                    .push_bind(&after.name);
+                query.push(")");
+            }
+            query.push(" ORDER BY job_id DESC, method DESC, axle DESC, name DESC LIMIT ");
+            query
+                .push_bind(limit)
+                .build_query_as()
+                .fetch_all($pool)
+                .await
+        }};
+    }
+    on!(read db, p => query!(p))
+}
+
+/// The smallest UUIDv7 of a time.
+fn first_id_at(epoch_ms: i64) -> Uuid {
+    let ms = epoch_ms.clamp(0, (1 << 48) - 1).cast_unsigned();
+    Uuid::from_u128(u128::from(ms) << 80)
+}
+
+/// Stiffness and damping of a bike's latest rides: by the extended model where there is one, else by
+/// output error.
+pub async fn best_of_bike(db: &Db, bike: &str, rides: i64) -> sqlx::Result<Vec<ParameterRow>> {
+    // CROSS JOIN keeps SQLite from walking all that was ever identified of the bike.
+    const SQL: &str = "\
+        SELECT job_id, method, axle, name, bike, value, std_error, unit, verdict, version, identified_at \
+        FROM (SELECT id FROM job WHERE bike = $1 AND state = 'succeeded' ORDER BY id DESC LIMIT $2) AS latest \
+        CROSS JOIN parameter \
+        WHERE job_id = latest.id AND method IN ('extended', 'output_error') AND name IN ('k_n_m', 'b_n_s_m') \
+        ORDER BY job_id, axle, name, method";
+    let mut rows: Vec<ParameterRow> =
+        on!(read db, p => sqlx::query_as(SQL).bind(bike).bind(rides).fetch_all(p).await)?;
+    // `extended` sorts first.
+    rows.dedup_by(|a, b| (a.job_id, &a.axle, &a.name) == (b.job_id, &b.axle, &b.name));
+    Ok(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ids_of_earlier_times_are_smaller() {
+        let now = Uuid::now_v7();
+        assert!(first_id_at(now_ms() - 60_000) < now && now < first_id_at(now_ms() + 60_000));
+        assert_eq!(first_id_at(-1), Uuid::nil());
+    }
+}

@@ -1,0 +1,34 @@
+use sqlx::FromRow;
+use uuid::Uuid;
+
+use super::{Db, Tx, now_ms};
+
+/// An uploaded file.
+#[derive(FromRow)]
+pub struct RideRow {
+    pub sha256: String,
+    pub name: String,
+    pub bytes: i64,
+    pub uploaded_at: i64,
+}
+
+const UPSERT: &str = "\
+    INSERT INTO ride (id, sha256, name, bytes, uploaded_at) VALUES ($1, $2, $3, $4, $5) \
+    ON CONFLICT (sha256, name) DO UPDATE SET bytes = excluded.bytes RETURNING id";
+
+/// Records a file that lies in the store; the same bytes under the same name stay one ride.
+pub async fn upsert(tx: &mut Tx, sha256: &str, name: &str, bytes: i64) -> sqlx::Result<Uuid> {
+    on!(tx, t => sqlx::query_scalar(UPSERT)
+        .bind(Uuid::now_v7())
+        .bind(sha256)
+        .bind(name)
+        .bind(bytes)
+        .bind(now_ms())
+        .fetch_one(&mut **t)
+        .await)
+}
+
+pub async fn find(db: &Db, id: Uuid) -> sqlx::Result<Option<RideRow>> {
+    const SQL: &str = "SELECT sha256, name, bytes, uploaded_at FROM ride WHERE id = $1";
+    on!(read db, p => sqlx::query_as(SQL).bind(id).fetch_optional(p).await)
+}

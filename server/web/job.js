@@ -1,0 +1,99 @@
+// The page of one job: live while it runs, figures once its report is there.
+
+import { Figure } from './plot.js';
+import { follow } from './live.js';
+import { drawAll } from './figures.js';
+
+const about = document.querySelector('#job').dataset;
+
+if (about.state === 'succeeded') {
+  drawAll(about.job);
+  const print = document.querySelector('#print');
+  print.hidden = false;
+  print.addEventListener('click', () => window.print());
+} else if (about.state === 'queued' || about.state === 'running') {
+  watch();
+}
+
+function watch() {
+  const curves = new Map();
+  const host = document.querySelector('#live');
+  const figure = new Figure(host, () => ({
+    hover: 'closest',
+    x: { label: 'iteration' },
+    panels: [{
+      label: 'best cost', log: true,
+      traces: [...curves].sort(([a], [b]) => a - b).map(([trial, costs]) => ({
+        name: `trial ${trial + 1}`, x: costs.map((_, i) => i + 1), y: costs, legend: false,
+        ink: 'series-swarm', width: 1.3,
+      })),
+    }],
+  }), { eager: true });
+  let due = 0;
+  const redraw = () => {
+    due ||= setTimeout(() => { due = 0; figure.refresh(); }, 250);
+  };
+
+  const show = (job) => {
+    document.querySelector('#progress').value = 100 * job.progress;
+    document.querySelector('#said').textContent = job.state === 'queued' ? 'waiting for a free worker'
+      : `${job.trials.done} of ${job.trials.total} swarm trials done`;
+    const state = document.querySelector('#state');
+    state.className = `state ${job.state}`;
+    state.textContent = job.state;
+    const stages = [...document.querySelectorAll('#stages li')];
+    const now = stages.findIndex((stage) => stage.dataset.stage === job.stage);
+    stages.forEach((stage, i) => {
+      stage.className = i < now ? 'done' : i === now && job.state === 'running' ? 'now' : '';
+    });
+    if (job.least_squares) showEarly(job.least_squares);
+  };
+
+  follow(about.job, {
+    snapshot({ job, trials }) {
+      curves.clear();
+      for (const { trial, best_cost: costs } of trials) if (costs.length) curves.set(trial, costs);
+      host.hidden = curves.size === 0;
+      show(job);
+      redraw();
+    },
+    iteration({ trial, iteration, best_cost: cost }) {
+      if (!curves.has(trial)) curves.set(trial, []);
+      curves.get(trial)[iteration] = cost;
+      host.hidden = false;
+      redraw();
+    },
+    stage: show,
+    done() { location.reload(); },
+  });
+}
+
+/** The same table as the server renders, as soon as there is something to put into it. */
+function showEarly(estimates) {
+  const section = document.querySelector('#early');
+  if (!section.hidden) return;
+  const body = section.querySelector('tbody');
+  const number = (value, error, unit) => {
+    const margin = 1.96 * error;
+    const digits = Math.max(0, 1 - Math.floor(Math.log10(margin)));
+    return `${value.toFixed(digits)} ± ${margin.toFixed(digits)} ${unit}`;
+  };
+  for (const axle of ['front', 'rear']) {
+    const found = estimates[axle];
+    if (!found) continue;
+    const row = body.insertRow();
+    const head = document.createElement('th');
+    head.scope = 'row';
+    head.textContent = axle;
+    row.append(head);
+    for (const text of [
+      number(found.k_n_m, found.k_std_n_m, 'N/m'),
+      number(found.b_n_s_m, found.b_std_n_s_m, 'N s/m'),
+    ]) {
+      const cell = row.insertCell();
+      cell.className = 'number';
+      cell.textContent = text;
+    }
+  }
+  section.hidden = false;
+}

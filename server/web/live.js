@@ -1,0 +1,51 @@
+// Follows a running job: by server-sent events, or, where none arrive, by polling with its ETag.
+
+/** Calls `on.snapshot`, `on.iteration`, `on.stage`, `on.done` as the job moves. */
+export function follow(job, on) {
+  const source = new EventSource(`${job}/events`);
+  let heard = false;
+  let ended = false;
+  const listen = (name) => source.addEventListener(name, (event) => {
+    heard = true;
+    if (name === 'done') { ended = true; source.close(); }
+    on[name]?.(JSON.parse(event.data));
+  });
+  ['snapshot', 'iteration', 'stage', 'done'].forEach(listen);
+  const fall = () => {
+    if (ended) return;
+    ended = true;
+    source.close();
+    poll(job, on);
+  };
+  // The browser reconnects by itself, with Last-Event-ID, unless the answer was no stream at all.
+  source.addEventListener('error', () => { if (source.readyState === EventSource.CLOSED) fall(); });
+  // A proxy that holds events back is as good as none.
+  setTimeout(() => { if (!heard) fall(); }, 6000);
+}
+
+async function poll(job, on) {
+  let etag;
+  for (;;) {
+    try {
+      const headers = etag ? { 'If-None-Match': etag } : {};
+      const response = await fetch(`${job}?wait=20`, { headers, cache: 'no-store' });
+      if (response.status === 200) {
+        etag = response.headers.get('ETag');
+        const view = await response.json();
+        if (!['queued', 'running'].includes(view.state)) { on.done?.(view); return; }
+        on.stage?.(view);
+        const trials = await (await fetch(view.links.trials)).json();
+        on.snapshot?.({
+          job: view,
+          trials: trials.items.map((trial) => ({ trial: trial.index, best_cost: trial.result?.best_cost ?? [], done: Boolean(trial.result) })),
+        });
+      } else if (response.status !== 304) {
+        await pause(2000);
+      }
+    } catch {
+      await pause(2000);
+    }
+  }
+}
+
+const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms));

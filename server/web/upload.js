@@ -1,0 +1,153 @@
+// The upload form with JavaScript: several rides at once, a preview of what was understood of each,
+// progress and outcome per ride. Without it the plain form sends one ride.
+
+const form = document.querySelector('#upload');
+const input = document.querySelector('#file');
+const list = document.querySelector('#rides');
+const drop = document.querySelector('.drop');
+const rides = new Map();
+
+input.multiple = true;
+input.required = false;
+document.querySelector('#many').hidden = false;
+
+drop.addEventListener('dragover', (event) => { event.preventDefault(); drop.classList.add('over'); });
+drop.addEventListener('dragleave', () => drop.classList.remove('over'));
+drop.addEventListener('drop', (event) => {
+  event.preventDefault();
+  drop.classList.remove('over');
+  add(event.dataTransfer.files);
+});
+input.addEventListener('change', () => { add(input.files); input.value = ''; });
+for (const name of ['rate_hz', 'rows', 'map']) {
+  form.querySelectorAll(`[name=${name}]`).forEach((field) => field.addEventListener('change', () => {
+    for (const ride of rides.values()) if (!ride.sent) preview(ride);
+  }));
+}
+
+function add(files) {
+  for (const file of files) {
+    const key = `${file.name} ${file.size} ${file.lastModified}`;
+    if (rides.has(key)) continue;
+    const ride = { key, file, item: document.createElement('li') };
+    ride.item.innerHTML = '<div class="top"><strong></strong><button type="button">Remove</button></div><p class="quiet small"></p>';
+    ride.item.querySelector('strong').textContent = file.name;
+    ride.said = ride.item.querySelector('p');
+    const remove = ride.item.querySelector('button');
+    remove.setAttribute('aria-label', `Remove ${file.name}`);
+    remove.addEventListener('click', () => { ride.request?.abort(); rides.delete(key); ride.item.remove(); input.focus(); });
+    rides.set(key, ride);
+    list.append(ride.item);
+    list.hidden = false;
+    preview(ride);
+  }
+}
+
+/** What the options say, less what is blank. */
+function options() {
+  const data = new FormData(form);
+  data.delete('file');
+  for (const [name, value] of [...data]) if (String(value).trim() === '') data.delete(name, value);
+  return data;
+}
+
+async function preview(ride) {
+  say(ride, 'reading …');
+  const body = new FormData();
+  for (const name of ['rate_hz', 'rows', 'map']) {
+    for (const value of new FormData(form).getAll(name)) if (value.trim()) body.append(name, value);
+  }
+  body.append('file', ride.file);
+  try {
+    const response = await fetch('/v1/rides/preview', { method: 'POST', body });
+    const answer = await response.json();
+    if (ride.sent) return;
+    if (!response.ok) { say(ride, answer.detail, true); return; }
+    const columns = answer.columns.map((c) => (c.header === c.channel ? `${c.channel} (${c.unit})` : `${c.channel} from ${c.header} (${c.unit})`));
+    const parts = [answer.format];
+    if (answer.rate_hz) parts.push(`${answer.duration_s.toFixed(1)} s at ${Number(answer.rate_hz.toPrecision(5))} Hz`);
+    parts.push(columns.join(', '));
+    if (answer.ignored.length) parts.push(`not used: ${answer.ignored.join(', ')}`);
+    if (answer.gaps.length) parts.push(`${answer.gaps.length} gap(s), the first from ${answer.gaps[0].from_s.toFixed(2)} to ${answer.gaps[0].to_s.toFixed(2)} s`);
+    say(ride, parts.join(' · '));
+    for (const warning of answer.warnings) note(ride, warning);
+    if (answer.problem) say(ride, answer.problem, true);
+  } catch {
+    say(ride, 'The preview could not be fetched.', true);
+  }
+}
+
+function say(ride, text, fault = false) {
+  ride.item.querySelectorAll('.note').forEach((element) => element.remove());
+  ride.said.textContent = text;
+  ride.said.className = fault ? 'fault' : 'quiet small';
+}
+
+function note(ride, text) {
+  const line = document.createElement('p');
+  line.className = 'note small';
+  line.textContent = `Note: ${text}`;
+  ride.item.append(line);
+}
+
+form.addEventListener('submit', async (event) => {
+  event.preventDefault();
+  const fault = document.querySelector('#bike-fault');
+  fault.textContent = '';
+  if (rides.size === 0) { input.required = true; input.reportValidity(); input.required = false; return; }
+  const button = form.querySelector('button.primary');
+  button.disabled = true;
+  const jobs = [];
+  for (const ride of rides.values()) {
+    if (ride.job) continue;
+    const job = await send(ride);
+    if (job) jobs.push(job);
+  }
+  button.disabled = false;
+  if (rides.size === 1 && jobs.length === 1) location.assign(jobs[0].links.page);
+});
+
+/** Sends one ride and shows how far it is; its job, or nothing where it was refused. */
+function send(ride) {
+  ride.sent = true;
+  const bar = document.createElement('progress');
+  bar.max = ride.file.size;
+  bar.value = 0;
+  bar.setAttribute('aria-label', `Upload of ${ride.file.name}`);
+  ride.item.append(bar);
+  say(ride, 'sending …');
+  return new Promise((resolve) => {
+    const body = options();
+    body.append('file', ride.file);
+    const request = new XMLHttpRequest();
+    ride.request = request;
+    request.upload.addEventListener('progress', (event) => { bar.value = event.loaded; });
+    request.addEventListener('loadend', () => {
+      bar.remove();
+      const answer = parse(request.responseText);
+      if (request.status === 202) {
+        ride.job = answer;
+        ride.item.querySelector('button').remove();
+        ride.said.className = '';
+        const link = document.createElement('a');
+        link.href = answer.links.page;
+        link.textContent = 'follow the identification';
+        ride.said.replaceChildren('Queued: ', link);
+        resolve(answer);
+        return;
+      }
+      ride.sent = false;
+      const detail = answer?.detail ?? 'The upload did not reach the server.';
+      say(ride, detail, true);
+      const about = document.querySelector('#bike-fault');
+      if (answer?.type === 'urn:veloid:problem:bad-bike') { about.textContent = detail; about.className = 'fault'; }
+      resolve(null);
+    });
+    request.open('POST', '/v1/rides');
+    request.send(body);
+  });
+}
+
+function parse(text) {
+  try { return JSON.parse(text); } catch { return null; }
+}

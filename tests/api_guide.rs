@@ -1,0 +1,88 @@
+//! docs/api.md does what it says.
+
+use std::process::Command;
+
+use serde_json::Value;
+
+use crate::harness::{Server, veloid};
+
+/// The first block of a language.
+fn block(language: &str) -> String {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/api.md");
+    let guide = std::fs::read_to_string(path).unwrap();
+    let begin = format!("```{language}\n");
+    let block = guide
+        .split_once(&begin)
+        .unwrap()
+        .1
+        .split_once("```")
+        .unwrap()
+        .0;
+    block.to_owned()
+}
+
+/// A server with the ride and the bike that the guide expects.
+fn ready() -> Server {
+    let server = Server::start();
+    let path = |name: &str| server.folder.0.join(name).display().to_string();
+    let ride = [
+        "simulate",
+        &path("ride.csv"),
+        "--bike",
+        &path("bike.json"),
+        "--duration",
+        "20",
+    ];
+    assert!(veloid(&ride).status.success());
+    server
+}
+
+fn run(server: &Server, program: &str, script: &str) -> String {
+    let mut command = Command::new(program);
+    command
+        .args(["-c", script])
+        .current_dir(&server.folder.0)
+        .env("SERVER", &server.url);
+    let out = command.output().unwrap();
+    assert!(
+        out.status.success(),
+        "{}",
+        String::from_utf8_lossy(&out.stderr)
+    );
+    String::from_utf8(out.stdout).unwrap()
+}
+
+#[test]
+fn the_example_with_curl_works() {
+    if Command::new("curl").arg("--version").output().is_err() {
+        eprintln!("skipped: no curl");
+        return;
+    }
+    let server = ready();
+    run(&server, "bash", &format!("set -e\n{}", block("bash")));
+    let read = |name: &str| -> Value {
+        serde_json::from_str(&std::fs::read_to_string(server.folder.0.join(name)).unwrap()).unwrap()
+    };
+    assert_eq!(read("job.json")["state"], "succeeded");
+    assert!(read("report.json")["diagnosis"]["sentence"].is_string());
+    assert_eq!(read("series.json")["unit"], "m/s");
+    let csv = std::fs::read_to_string(server.folder.0.join("parameters.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 5, "{csv}");
+}
+
+#[test]
+fn the_example_in_python_works() {
+    let requests = Command::new("python3")
+        .args(["-c", "import requests"])
+        .output();
+    if !requests.is_ok_and(|out| out.status.success()) {
+        eprintln!("skipped: no python3 with requests");
+        return;
+    }
+    let server = ready();
+    let said = run(&server, "python3", &block("python"));
+    assert!(
+        said.contains("front: k = 1") && said.contains("N/m"),
+        "{said}"
+    );
+}

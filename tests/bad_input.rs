@@ -1,0 +1,240 @@
+//! Whatever is sent, the answer is a problem of its own kind, and the server lives on.
+
+use std::io::Write;
+
+use reqwest::multipart::{Form, Part};
+use serde_json::Value;
+
+use crate::harness::{Folder, Server, veloid};
+use crate::ride;
+
+/// A file, the parts sent with it, and the fault that is expected.
+fn rejected() -> Vec<(&'static str, Vec<u8>, &'static str)> {
+    let good = ride::table(400, 200.0);
+    let with = |from: &str, to: &str| good.replacen(from, to, 1).into_bytes();
+    let line = |number: usize, text: &str| {
+        let mut lines: Vec<&str> = good.lines().collect();
+        lines[number] = text;
+        lines.join("\n").into_bytes()
+    };
+    vec![
+        ("empty", Vec::new(), "empty-file"),
+        (
+            "binary",
+            b"\x7fELF\x02\x01\x01\0\0\0\0\0".repeat(50),
+            "binary-file",
+        ),
+        ("header only", b"t,u_f,z_f\n".to_vec(), "header-only"),
+        ("NaN", line(7, "0.03,0,0,NaN,0"), "not-finite"),
+        ("word", line(7, "0.03,0,0,oops,0"), "not-a-number"),
+        ("backwards", line(7, "0.001,0,0,0,0"), "time-not-increasing"),
+        (
+            "no displacement",
+            with("u_f,u_r,z_f,z_r", "u_f,u_r,p,q"),
+            "axle-missing",
+        ),
+        ("unknown unit", with("z_f", "z_f [furlong]"), "unknown-unit"),
+        ("gzip bomb", bomb(), "gzip-bomb"),
+    ]
+}
+
+/// A gzip file of 1.7 MB that unpacks to 256 MiB: a table, then empty lines.
+fn bomb() -> Vec<u8> {
+    let mut file = b"\x1f\x8b\x08\0\0\0\0\0\0\xff".to_vec();
+    // One deflate block with fixed codes: the table, then copies of 258 bytes of its last line feed.
+    let mut bits = Bits::default();
+    bits.put(0b011, 3);
+    for byte in b"t,u_f,z_f\n0,0,0\n1,1,1\n" {
+        bits.code(0x30 + u64::from(*byte), 8);
+    }
+    for _ in 0..(256 << 20) / 258 {
+        // Length 258 is code 285 (fixed code 11000101), distance 1 is code 0 (00000).
+        bits.code(0b1100_0101, 8);
+        bits.code(0, 5);
+    }
+    bits.code(0, 7);
+    file.extend(bits.done());
+    file.extend([0; 8]);
+    file
+}
+
+#[derive(Default)]
+struct Bits {
+    bytes: Vec<u8>,
+    held: u64,
+    count: u32,
+}
+
+impl Bits {
+    /// Bits from the lowest on, as deflate packs numbers.
+    fn put(&mut self, value: u64, count: u32) {
+        self.held |= value << self.count;
+        self.count += count;
+        while self.count >= 8 {
+            self.bytes.push(self.held as u8);
+            self.held >>= 8;
+            self.count -= 8;
+        }
+    }
+
+    /// A Huffman code, highest bit first.
+    fn code(&mut self, code: u64, count: u32) {
+        self.put(code.reverse_bits() >> (64 - count), count);
+    }
+
+    fn done(mut self) -> Vec<u8> {
+        if self.count > 0 {
+            self.bytes.push(self.held as u8);
+        }
+        self.bytes
+    }
+}
+
+#[tokio::test]
+async fn every_bad_ride_gets_its_own_problem() {
+    let server = Server::start();
+    for (what, file, fault) in rejected() {
+        let response = server.upload(file, ride::BIKE, &[]).await;
+        assert_eq!(response.status(), 422, "{what}");
+        assert_eq!(
+            response.headers()["content-type"],
+            "application/problem+json"
+        );
+        let problem: Value = response.json().await.unwrap();
+        assert_eq!(
+            problem["type"], "urn:veloid:problem:unreadable-ride",
+            "{what}"
+        );
+        assert_eq!(problem["place"]["fault"], fault, "{what}: {problem:#}");
+        if ["not-finite", "not-a-number", "time-not-increasing"].contains(&fault) {
+            assert_eq!(problem["place"]["line"], 8, "{what}: {problem:#}");
+        }
+    }
+    assert_eq!(server.get("/readyz").await.status(), 200);
+    let jobs = server.json("/v1/jobs").await;
+    assert_eq!(jobs["items"], Value::Array(Vec::new()), "none was queued");
+}
+
+#[tokio::test]
+async fn bikes_and_options_are_checked_before_the_job_is_queued() {
+    let server = Server::start();
+    let half = r#"{"bike": "lab-7", "mass_front_kg": "heavy"}"#;
+    for (bike, parts, kind) in [
+        ("nobody", &[][..], "bad-bike"),
+        (half, &[], "bad-bike"),
+        ("{", &[], "bad-bike"),
+        (ride::BIKE, &[("particles", "1000000000")], "bad-option"),
+        (ride::BIKE, &[("sead", "1")], "bad-option"),
+        (ride::BIKE, &[("rows", "7")], "bad-option"),
+        (ride::BIKE, &[("options", "{")], "bad-option"),
+    ] {
+        let response = server.upload(ride::example(), bike, parts).await;
+        let problem: Value = response.json().await.unwrap();
+        let expected = format!("urn:veloid:problem:{kind}");
+        assert_eq!(problem["type"], expected, "{bike} {parts:?}: {problem:#}");
+        assert_eq!(problem["status"], 422);
+    }
+}
+
+#[tokio::test]
+async fn what_is_too_large_is_refused_however_it_comes() {
+    let server = Server::with(&["--max-upload", "100000"]);
+    let large = vec![b'1'; 200_000];
+    let form = server.upload(large.clone(), ride::BIKE, &[]).await;
+    assert_eq!(form.status(), 413);
+    let streamed =
+        futures_util::stream::iter((0..20).map(|_| Ok::<_, std::io::Error>(vec![b'1'; 10_000])));
+    let part = Part::stream(reqwest::Body::wrap_stream(streamed)).file_name("ride.csv");
+    let response = server
+        .client
+        .post(server.address("/v1/rides"))
+        .multipart(Form::new().part("file", part))
+        .send()
+        .await
+        .unwrap();
+    assert_eq!(response.status(), 413, "without a length");
+    let problem: Value = response.json().await.unwrap();
+    assert_eq!(problem["type"], "urn:veloid:problem:too-large");
+    let leftover = std::fs::read_dir(server.folder.0.join("incoming")).unwrap();
+    assert_eq!(leftover.count(), 0, "nothing is left behind");
+}
+
+/// A body of 2 GB as its header says: refused at once, before it comes.
+#[tokio::test]
+async fn two_gigabytes_are_refused_before_they_come() {
+    let server = Server::start();
+    let address = server.url.trim_start_matches("http://");
+    let mut stream = std::net::TcpStream::connect(address).unwrap();
+    write!(
+        stream,
+        "POST /v1/rides HTTP/1.1\r\nHost: x\r\nContent-Length: 2000000000\r\n\r\n"
+    )
+    .unwrap();
+    let mut answer = [0; 12];
+    std::io::Read::read_exact(&mut stream, &mut answer).unwrap();
+    assert_eq!(&answer, b"HTTP/1.1 413");
+}
+
+#[tokio::test]
+async fn strange_addresses_and_methods_are_problems_too() {
+    let server = Server::start();
+    let none = "/v1/jobs/01890000-0000-7000-8000-000000000000";
+    for (method, path, status) in [
+        ("GET", "/nowhere", 404),
+        ("GET", none, 404),
+        ("GET", "/v1/jobs/not-an-id", 404),
+        ("DELETE", none, 404),
+        ("GET", "/v1/bikes/nobody", 404),
+        ("PUT", "/v1/jobs", 405),
+        ("GET", "/v1/jobs?state=asleep", 400),
+        ("GET", "/v1/jobs?cursor=x", 400),
+        ("GET", "/v1/parameters?from=yesterday", 400),
+        ("POST", "/v1/rides", 422),
+    ] {
+        let request = server
+            .client
+            .request(method.parse().unwrap(), server.address(path));
+        let response = request.send().await.unwrap();
+        assert_eq!(response.status(), status, "{method} {path}");
+        assert_eq!(
+            response.headers()["content-type"],
+            "application/problem+json"
+        );
+        let problem: Value = response.json().await.unwrap();
+        assert_eq!(problem["status"], status);
+    }
+}
+
+#[test]
+fn the_command_line_says_it_in_one_line_and_exits_with_2() {
+    let folder = Folder::new();
+    let bike = folder.write("bike.json", ride::BIKE);
+    for (what, file, _) in rejected() {
+        let path = folder.write("ride.csv", file);
+        let args = [
+            "identify",
+            path.to_str().unwrap(),
+            "--bike",
+            bike.to_str().unwrap(),
+        ];
+        let output = veloid(&args);
+        assert_eq!(output.status.code(), Some(2), "{what}");
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(message.lines().count(), 1, "{what}: {message}");
+        assert!(message.contains("ride.csv"), "{what}: {message}");
+        assert!(output.stdout.is_empty(), "{what}");
+    }
+    let missing = veloid(&["identify", "/nowhere.csv", "--bike", bike.to_str().unwrap()]);
+    assert_eq!(missing.status.code(), Some(2));
+    let path = folder.write("ride.csv", ride::example());
+    let ride = path.to_str().unwrap();
+    let huge = veloid(&[
+        "identify",
+        ride,
+        "--bike",
+        bike.to_str().unwrap(),
+        "--particles",
+        "1000000000",
+    ]);
+    assert_eq!(huge.status.code(), Some(2));
+}

@@ -1,0 +1,231 @@
+//! Starts `veloid serve` on a free port with a data folder of its own, and talks to it.
+
+use std::env;
+use std::fs::File;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::Duration;
+
+use reqwest::multipart::{Form, Part};
+use reqwest::{Client, Response};
+use serde_json::Value;
+
+use crate::ride;
+
+/// The program under test.
+pub const VELOID: &str = env!("CARGO_BIN_EXE_veloid");
+
+/// A folder that goes when the test ends.
+pub struct Folder(pub PathBuf);
+
+impl Folder {
+    pub fn new() -> Self {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let path = std::env::temp_dir().join(format!("veloid-test-{}-{count}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    /// Writes a file and gives its path.
+    pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
+        let path = self.0.join(name);
+        std::fs::write(&path, bytes).unwrap();
+        path
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// A database of its own on the PostgreSQL that `VELOID_TEST_POSTGRES` names, such as
+/// `postgres://postgres@127.0.0.1:5432`; without it the server keeps to SQLite.
+fn fresh_database(folder: &Folder) -> Option<String> {
+    let server = env::var("VELOID_TEST_POSTGRES").ok()?;
+    let name = folder.0.file_name()?.to_str()?.replace('-', "_");
+    let created = Command::new("psql")
+        .args([&format!("{server}/postgres"), "-qc"])
+        .arg(format!("CREATE DATABASE {name}"))
+        .status();
+    assert!(created.unwrap().success(), "no database on {server}");
+    Some(format!("{server}/{name}"))
+}
+
+/// A running server.
+pub struct Server {
+    child: Child,
+    database: Option<String>,
+    pub url: String,
+    pub client: Client,
+    pub folder: Folder,
+    args: Vec<String>,
+}
+
+impl Server {
+    pub fn start() -> Self {
+        Self::with(&[])
+    }
+
+    /// Starts with more arguments of `veloid serve`.
+    pub fn with(args: &[&str]) -> Self {
+        let folder = Folder::new();
+        let args: Vec<String> = args.iter().map(|arg| (*arg).to_owned()).collect();
+        let database = fresh_database(&folder);
+        let (child, url) = launch(&folder.0, database.as_deref(), &args);
+        let client = Client::builder()
+            .timeout(Duration::from_secs(120))
+            .build()
+            .unwrap();
+        Self {
+            child,
+            database,
+            url,
+            client,
+            folder,
+            args,
+        }
+    }
+
+    /// Ends the process as a power cut would, and starts it anew on the same data.
+    pub fn crash_and_restart(&mut self) {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
+        self.restart();
+    }
+
+    /// Asks the process to stop and waits for it; its exit status.
+    pub fn terminate(&mut self) -> Option<i32> {
+        let id = self.child.id().to_string();
+        let sent = Command::new("kill").args(["-TERM", &id]).status();
+        assert!(sent.unwrap().success());
+        self.child.wait().unwrap().code()
+    }
+
+    pub fn restart(&mut self) {
+        (self.child, self.url) = launch(&self.folder.0, self.database.as_deref(), &self.args);
+    }
+
+    /// A process beside the server on the same data.
+    pub fn beside(&self, args: &[&str]) -> Command {
+        let mut command = Command::new(VELOID);
+        command
+            .args(args)
+            .arg("--data")
+            .arg(&self.folder.0)
+            .env_remove("DATABASE_URL")
+            .envs(self.database.as_ref().map(|url| ("DATABASE_URL", url)));
+        command
+    }
+
+    pub async fn get(&self, path: &str) -> Response {
+        self.client.get(self.address(path)).send().await.unwrap()
+    }
+
+    pub async fn json(&self, path: &str) -> Value {
+        let response = self.get(path).await;
+        assert_eq!(response.status(), 200, "{path}");
+        response.json().await.unwrap()
+    }
+
+    pub fn address(&self, path: &str) -> String {
+        format!("{}{path}", self.url)
+    }
+
+    /// Sends a form with a ride, a bike and other parts.
+    pub async fn upload(&self, ride: Vec<u8>, bike: &str, parts: &[(&str, &str)]) -> Response {
+        let file = Part::bytes(ride).file_name("ride.csv");
+        let mut form = Form::new().part("file", file).text("bike", bike.to_owned());
+        for (key, value) in parts {
+            form = form.text((*key).to_owned(), (*value).to_owned());
+        }
+        let request = self.client.post(self.address("/v1/rides")).multipart(form);
+        request.send().await.unwrap()
+    }
+
+    /// Sends the example ride with quick settings; the address of its job.
+    pub async fn submit(&self, parts: &[(&str, &str)]) -> String {
+        let parts = [&ride::QUICK, parts].concat();
+        let response = self.upload(ride::example(), ride::BIKE, &parts).await;
+        let status = response.status();
+        let location = response.headers().get("location").cloned();
+        let body = response.text().await.unwrap();
+        assert_eq!(status, 202, "{body}");
+        location.unwrap().to_str().unwrap().to_owned()
+    }
+
+    /// Waits until the job is at its end.
+    pub async fn finished(&self, job: &str) -> Value {
+        for _ in 0..20 {
+            let view = self.json(&format!("{job}?wait=30")).await;
+            if !["queued", "running"].contains(&view["state"].as_str().unwrap()) {
+                return view;
+            }
+        }
+        panic!("{job} does not end");
+    }
+
+    pub async fn succeeded(&self, job: &str) -> Value {
+        let view = self.finished(job).await;
+        assert_eq!(view["state"], "succeeded", "{view:#}");
+        view
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+        if let Some((server, name)) = self
+            .database
+            .as_deref()
+            .and_then(|url| url.rsplit_once('/'))
+        {
+            let _ = Command::new("psql")
+                .args([&format!("{server}/postgres"), "-qc"])
+                .arg(format!("DROP DATABASE {name} WITH (FORCE)"))
+                .status();
+        }
+        if std::thread::panicking()
+            && let Ok(log) = std::fs::read_to_string(self.folder.0.join("log"))
+        {
+            eprintln!("--- log of the server ---\n{log}");
+        }
+    }
+}
+
+fn launch(data: &Path, database: Option<&str>, args: &[String]) -> (Child, String) {
+    let log = File::options()
+        .create(true)
+        .append(true)
+        .open(data.join("log"))
+        .unwrap();
+    let mut child = Command::new(VELOID)
+        .args(["serve", "--listen", "127.0.0.1:0", "--data"])
+        .arg(data)
+        .args(args)
+        .env_remove("DATABASE_URL")
+        .envs(database.map(|url| ("DATABASE_URL", url)))
+        .stdout(Stdio::piped())
+        .stderr(log)
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    let url = lines
+        .by_ref()
+        .map_while(Result::ok)
+        .find_map(|line| line.strip_prefix("veloid listens on ").map(str::to_owned))
+        .expect("the server ended before it listened");
+    // Whatever else it prints must not block it.
+    std::thread::spawn(move || lines.for_each(drop));
+    (child, url)
+}
+
+/// Runs `veloid` to its end.
+pub fn veloid(args: &[&str]) -> Output {
+    Command::new(VELOID).args(args).output().unwrap()
+}

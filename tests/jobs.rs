@@ -1,0 +1,139 @@
+use serde_json::Value;
+
+use crate::harness::Server;
+use crate::ride::{self, LONG};
+
+#[tokio::test]
+async fn a_running_job_is_cancelled_and_begins_anew() {
+    let server = Server::start();
+    let job = server.submit(&LONG).await;
+    while server.json(&job).await["stage"] != "trial" {}
+    assert_eq!(
+        server
+            .client
+            .delete(server.address(&job))
+            .send()
+            .await
+            .unwrap()
+            .status(),
+        200
+    );
+    let view = server.json(&job).await;
+    assert_eq!(view["state"], "cancelled");
+    assert!(!view["least_squares"].is_null(), "what was found stays");
+    let report = server.get(&format!("{job}/report")).await;
+    assert_eq!(report.status(), 409);
+
+    let retry = server.client.post(server.address(&format!("{job}/retry")));
+    let view: Value = retry.send().await.unwrap().json().await.unwrap();
+    assert_eq!(view["state"], "queued");
+    assert!(view["least_squares"].is_null());
+    let again = server.client.post(server.address(&format!("{job}/retry")));
+    assert_eq!(again.send().await.unwrap().status(), 409);
+    server
+        .client
+        .delete(server.address(&job))
+        .send()
+        .await
+        .unwrap();
+}
+
+#[tokio::test]
+async fn a_cancelled_swarm_frees_its_core() {
+    let server = Server::with(&["--workers", "1"]);
+    let long = server.submit(&LONG).await;
+    while server.json(&long).await["stage"] != "trial" {}
+    let short = server.submit(&[("seed", "2")]).await;
+    server
+        .client
+        .delete(server.address(&long))
+        .send()
+        .await
+        .unwrap();
+    server.succeeded(&short).await;
+}
+
+#[tokio::test]
+async fn least_squares_are_there_before_the_swarm_has_finished() {
+    let server = Server::with(&["--workers", "1"]);
+    let busy = server.submit(&LONG).await;
+    while server.json(&busy).await["stage"] != "trial" {}
+    let waiting = server.submit(&[("seed", "2")]).await;
+    while server.json(&waiting).await["stage"] != "trial" {}
+    let view = server.json(&waiting).await;
+    assert_eq!(view["state"], "running");
+    assert_eq!(view["trials"]["done"], 0);
+    assert!(view["least_squares"]["rear"]["k_n_m"].as_f64().unwrap() > 0.0);
+    server
+        .client
+        .delete(server.address(&busy))
+        .send()
+        .await
+        .unwrap();
+    server.succeeded(&waiting).await;
+}
+
+#[tokio::test]
+async fn polls_are_answered_by_304_until_something_changes() {
+    let server = Server::start();
+    let job = server.submit(&[]).await;
+    server.succeeded(&job).await;
+    let first = server.get(&job).await;
+    let etag = first.headers()["etag"].to_str().unwrap().to_owned();
+    for path in [job.clone(), format!("{job}/report")] {
+        let request = server.client.get(server.address(&path));
+        let response = request.header("If-None-Match", &etag).send().await.unwrap();
+        assert_eq!(response.status(), 304, "{path}");
+        assert_eq!(response.headers()["etag"], etag.as_str());
+    }
+}
+
+#[tokio::test]
+async fn lists_are_paged_and_filtered() {
+    let server = Server::start();
+    let other = ride::BIKE.replace("lab-7", "lab-8");
+    let mut ids = Vec::new();
+    for (seed, bike) in [("1", ride::BIKE), ("2", &other), ("3", ride::BIKE)] {
+        let parts = [&ride::QUICK[..], &[("seed", seed)]].concat();
+        let response = server.upload(ride::example(), bike, &parts).await;
+        let view: Value = response.json().await.unwrap();
+        ids.push(view["id"].clone());
+        server
+            .succeeded(view["links"]["job"].as_str().unwrap())
+            .await;
+    }
+    let ids_of = |page: &Value| -> Vec<Value> {
+        let items = page["items"].as_array().unwrap();
+        items.iter().map(|item| item["id"].clone()).collect()
+    };
+    let first = server.get("/v1/jobs?state=succeeded&limit=2").await;
+    let link = first.headers()["link"].to_str().unwrap().to_owned();
+    let first: Value = first.json().await.unwrap();
+    assert_eq!(ids_of(&first), [ids[2].clone(), ids[1].clone()]);
+    let next = link.split_once('<').unwrap().1.split_once('>').unwrap().0;
+    let second = server.json(next).await;
+    assert_eq!(ids_of(&second), [ids[0].clone()]);
+    assert!(second["next"].is_null());
+    let of_bike = server.json("/v1/jobs?bike=lab-8").await;
+    assert_eq!(ids_of(&of_bike), [ids[1].clone()]);
+    assert_eq!(
+        ids_of(&server.json("/v1/jobs?state=failed").await),
+        [] as [Value; 0]
+    );
+}
+
+#[tokio::test]
+async fn metrics_count_jobs_and_requests() {
+    let server = Server::start();
+    let job = server.submit(&[]).await;
+    server.succeeded(&job).await;
+    let text = server.get("/metrics").await.text().await.unwrap();
+    for line in [
+        "veloid_jobs{state=\"succeeded\"} 1",
+        "veloid_uploads_total{outcome=\"accepted\"} 1",
+        "veloid_workers 1",
+        "route=\"/v1/jobs/{id}\"",
+    ] {
+        assert!(text.contains(line), "{line} is missing in\n{text}");
+    }
+}

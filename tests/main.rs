@@ -1,0 +1,21 @@
+//! Drives the real binary from outside: over HTTP and from the command line.
+#![allow(clippy::unwrap_used)]
+
+mod api_guide;
+mod bad_input;
+mod bench;
+mod browser;
+mod dashboard;
+mod events;
+mod fleet;
+mod harness;
+mod jobs;
+mod model;
+mod openapi;
+mod pages;
+mod process;
+mod real;
+mod report_equality;
+mod ride;
+mod simulate;
+mod upload;

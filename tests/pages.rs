@@ -1,0 +1,204 @@
+use reqwest::multipart::{Form, Part};
+use reqwest::{Client, Response, redirect};
+use serde_json::Value;
+
+use crate::harness::Server;
+use crate::ride::{self, LONG};
+
+const HOSTILE: &str = "<img src=x onerror=alert(1)>\"'&.csv";
+
+/// The page, which must be one and may run nothing but this server's scripts.
+async fn page(server: &Server, path: &str) -> String {
+    let response = server.get(path).await;
+    assert_eq!(response.status(), 200, "{path}");
+    html(response).await
+}
+
+async fn html(response: Response) -> String {
+    let headers = response.headers();
+    assert_eq!(headers["content-type"], "text/html; charset=utf-8");
+    let policy = headers["content-security-policy"].to_str().unwrap();
+    assert!(policy.contains("script-src 'self';"), "{policy}");
+    assert_eq!(headers["x-content-type-options"], "nosniff");
+    let text = response.text().await.unwrap();
+    assert!(text.starts_with("<!doctype html>"));
+    assert!(!text.contains("onerror=alert(1)>"), "a name got through");
+    text
+}
+
+/// A browser's form, redirects not followed.
+async fn send_form(server: &Server, name: &str, bike: &str) -> Response {
+    let file = Part::bytes(ride::example()).file_name(name.to_owned());
+    let mut form = Form::new().part("file", file).text("bike", bike.to_owned());
+    for (key, value) in ride::QUICK {
+        form = form.text(key, value);
+    }
+    let client = Client::builder()
+        .redirect(redirect::Policy::none())
+        .build()
+        .unwrap();
+    let request = client.post(server.address("/")).multipart(form);
+    request.send().await.unwrap()
+}
+
+#[tokio::test]
+async fn the_plain_form_leads_to_the_result() {
+    let server = Server::start();
+    let form = page(&server, "/").await;
+    assert!(form.contains("enctype=\"multipart/form-data\""));
+    let response = send_form(&server, "morning.csv", ride::BIKE).await;
+    assert_eq!(response.status(), 303);
+    let path = response.headers()["location"].to_str().unwrap().to_owned();
+    page(&server, &path).await;
+    server.succeeded(&format!("/v1{path}")).await;
+    let result = page(&server, &path).await;
+    for part in [
+        "lab-7: morning.csv",
+        "Stiffness and damping",
+        "Table 1",
+        "Output error",
+        "SHA-256",
+        "id=\"displacement-front\"",
+    ] {
+        assert!(result.contains(part), "{part} is missing");
+    }
+    let jobs = page(&server, "/jobs").await;
+    assert!(jobs.contains(&path) && jobs.contains("morning.csv"));
+    let none = page(&server, "/jobs?state=failed&bike=&verdict=").await;
+    assert!(none.contains("No job matches") && !none.contains(&path));
+}
+
+#[tokio::test]
+async fn a_form_that_is_refused_says_why_beside_the_field() {
+    let server = Server::start();
+    let response = send_form(&server, "a.csv", "no such bike").await;
+    assert_eq!(response.status(), 422);
+    let text = html(response).await;
+    assert!(text.contains("is no bike of the fleet"), "{text}");
+    assert!(text.contains("class=\"fault\""));
+}
+
+#[tokio::test]
+async fn hostile_names_are_only_shown() {
+    let server = Server::start();
+    let bike = ride::BIKE.replace("lab-7", "<script>alert(1)</script>");
+    let response = send_form(&server, HOSTILE, &bike).await;
+    let path = response.headers()["location"].to_str().unwrap().to_owned();
+    server.succeeded(&format!("/v1{path}")).await;
+    let bike = "/bikes/%3Cscript%3Ealert(1)%3C%2Fscript%3E";
+    for path in [
+        "/",
+        "/jobs",
+        "/bikes",
+        bike,
+        "/parameters?bike=%3Cscript%3Ealert",
+        &path,
+    ] {
+        let text = page(&server, path).await;
+        assert!(!text.contains("<script>alert"), "{path}");
+    }
+    assert!(page(&server, &path).await.contains("&#60;img src=x"));
+}
+
+#[tokio::test]
+async fn a_job_is_cancelled_and_retried_by_its_buttons_but_not_from_elsewhere() {
+    let server = Server::start();
+    let job = server.submit(&LONG).await;
+    let path = job.trim_start_matches("/v1");
+    let press = async |button: &str, site: &str| {
+        let address = server.address(&format!("{path}/{button}"));
+        let request = server.client.post(address).header("Sec-Fetch-Site", site);
+        request.send().await.unwrap().status().as_u16()
+    };
+    assert_eq!(press("cancel", "cross-site").await, 403);
+    assert_eq!(press("cancel", "same-origin").await, 200);
+    assert_eq!(server.json(&job).await["state"], "cancelled");
+    assert!(page(&server, path).await.contains("Try again"));
+    assert_eq!(press("retry", "same-origin").await, 200);
+    assert_eq!(press("cancel", "same-origin").await, 200);
+}
+
+#[tokio::test]
+async fn a_missing_page_is_a_page() {
+    let server = Server::start();
+    let nobody = format!("/jobs/{}", uuid::Uuid::now_v7());
+    for path in [nobody.as_str(), "/jobs/none", "/assets/x/none.js"] {
+        let response = server.get(path).await;
+        assert_eq!(response.status(), 404, "{path}");
+        html(response).await;
+    }
+}
+
+#[tokio::test]
+async fn assets_are_kept_for_ever_and_come_from_the_binary() {
+    let server = Server::start();
+    let form = page(&server, "/").await;
+    let assets: Vec<&str> = form
+        .split('"')
+        .filter(|part| part.starts_with("/assets/"))
+        .collect();
+    assert!(assets.len() >= 4, "{assets:?}");
+    for address in &assets {
+        let response = server.get(address).await;
+        assert_eq!(response.status(), 200, "{address}");
+        let keep = response.headers()["cache-control"].to_str().unwrap();
+        assert!(keep.contains("immutable"), "{address}: {keep}");
+    }
+    let plotly = assets[0].rsplit_once('/').unwrap().0.to_owned() + "/plotly.js";
+    let response = server.get(&plotly).await;
+    assert_eq!(
+        response.headers()["content-type"],
+        "text/javascript; charset=utf-8"
+    );
+    assert!(response.bytes().await.unwrap().len() > 1_000_000);
+    // No page asks any other host for anything.
+    for address in form.split(['"', '\'']).filter(|part| part.contains("://")) {
+        assert!(address.starts_with(&server.url), "{address}");
+    }
+}
+
+#[tokio::test]
+async fn a_preview_says_what_was_understood_and_keeps_nothing() {
+    let server = Server::start();
+    let preview = async |bytes: Vec<u8>| -> (u16, Value) {
+        let form = Form::new().part("file", Part::bytes(bytes).file_name("a.csv"));
+        let request = server.client.post(server.address("/v1/rides/preview"));
+        let response = request.multipart(form).send().await.unwrap();
+        (response.status().as_u16(), response.json().await.unwrap())
+    };
+    let (status, seen) = preview(ride::example()).await;
+    assert_eq!(status, 200, "{seen}");
+    assert_eq!(seen["columns"].as_array().unwrap().len(), 5);
+    assert_eq!(seen["samples"], 4000);
+    assert!(seen["problem"].is_null());
+    let (status, seen) = preview(b"t,z_f\n0,1\n".to_vec()).await;
+    assert_eq!(status, 200);
+    assert!(seen["problem"].is_string(), "{seen}");
+    let (status, problem) = preview(vec![0; 100]).await;
+    assert_eq!(status, 422, "{problem}");
+    assert_eq!(server.json("/v1/jobs").await["items"], Value::Array(vec![]));
+}
+
+#[tokio::test]
+async fn jobs_are_compared_by_their_differences() {
+    let server = Server::start();
+    let stiffer = ride::BIKE.replace("lab-7", "lab-8").replace("23.0", "25.0");
+    let mut query = Vec::new();
+    for bike in [ride::BIKE, stiffer.as_str()] {
+        let response = server.upload(ride::example(), bike, &ride::QUICK).await;
+        let job: Value = response.json().await.unwrap();
+        server
+            .succeeded(job["links"]["job"].as_str().unwrap())
+            .await;
+        query.push(format!("job={}", job["id"].as_str().unwrap()));
+    }
+    let text = page(&server, &format!("/compare?{}", query.join("&"))).await;
+    for part in ["front stiffness k", "lab-7", "lab-8", "σ</span>"] {
+        assert!(text.contains(part), "{part} is missing");
+    }
+    for (query, status) in [(query[0].as_str(), 400), ("job=x&job=y", 400), ("", 400)] {
+        let response = server.get(&format!("/compare?{query}")).await;
+        assert_eq!(response.status(), status, "{query}");
+        html(response).await;
+    }
+}

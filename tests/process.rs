@@ -1,0 +1,68 @@
+//! Processes: their orderly end, their limits, and several of them on the same data.
+
+use std::process::Stdio;
+
+use crate::harness::Server;
+use crate::ride::LONG;
+
+#[tokio::test]
+async fn a_stopped_server_hands_its_work_back_and_takes_it_up_again() {
+    let mut server = Server::with(&["--workers", "1"]);
+    let job = server.submit(&LONG).await;
+    while server.json(&job).await["stage"] != "trial" {}
+    assert_eq!(server.terminate(), Some(0));
+    server.restart();
+    let view = server.json(&job).await;
+    assert_eq!(view["state"], "running");
+    assert_eq!(view["stage"], "trial");
+    server
+        .client
+        .delete(server.address(&job))
+        .send()
+        .await
+        .unwrap();
+    let short = server.submit(&[("seed", "2")]).await;
+    server.succeeded(&short).await;
+    let metrics = server.get("/metrics").await.text().await.unwrap();
+    assert!(
+        !metrics.contains("veloid_job_rescues_total"),
+        "nothing was taken over"
+    );
+}
+
+#[tokio::test]
+async fn a_stage_that_takes_too_long_fails_its_job_and_frees_its_core() {
+    let server = Server::with(&["--workers", "1", "--stage-timeout", "1"]);
+    let job = server.submit(&LONG).await;
+    let view = server.finished(&job).await;
+    assert_eq!(view["state"], "failed");
+    assert_eq!(view["failure"]["kind"], "deadline", "{view:#}");
+    let short = server.submit(&[]).await;
+    server.succeeded(&short).await;
+}
+
+#[tokio::test]
+async fn a_worker_beside_the_server_does_the_work() {
+    let server = Server::with(&["--workers", "0"]);
+    let job = server.submit(&[]).await;
+    assert_eq!(server.json(&job).await["state"], "queued");
+    let mut worker = server.beside(&["worker", "--workers", "1"]);
+    let mut worker = worker.stderr(Stdio::null()).spawn().unwrap();
+    let view = server.succeeded(&job).await;
+    worker.kill().unwrap();
+    worker.wait().unwrap();
+    assert_eq!(view["trials"]["done"], 3);
+}
+
+#[tokio::test]
+async fn on_sqlite_only_one_process_works() {
+    let server = Server::start();
+    if std::env::var_os("VELOID_TEST_POSTGRES").is_some() {
+        eprintln!("skipped: PostgreSQL lets many processes work");
+        return;
+    }
+    let output = server.beside(&["worker"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(message.contains("another veloid works"), "{message}");
+}

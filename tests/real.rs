@@ -1,0 +1,64 @@
+//! Recordings of other people, which lie outside the repository.
+
+use std::path::PathBuf;
+
+use serde_json::Value;
+
+use crate::harness::{Folder, veloid};
+
+/// A file of ../shared/real, where that folder is at hand.
+fn recording(name: &str) -> Option<PathBuf> {
+    let root = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let found = ["shared/real", "../shared/real"]
+        .map(|folder| root.join(folder).join(name))
+        .into_iter()
+        .find(|path| path.exists());
+    if found.is_none() {
+        eprintln!("skipped: ../shared/real/{name} is not at hand");
+    }
+    found
+}
+
+/// An unknown mass on a cubic spring, driven by a force.
+#[test]
+fn regress_the_silverbox_is_identified_with_its_mass() {
+    let Some(ride) = recording("silverbox/SNLS80mV.csv") else {
+        return;
+    };
+    let folder = Folder::new();
+    let bike = folder.write(
+        "bike.json",
+        r#"{"bike": "silverbox", "mass_front_kg": null}"#,
+    );
+    let json = folder.0.join("report.json");
+    let output = veloid(&[
+        "identify",
+        ride.to_str().unwrap(),
+        "--bike",
+        bike.to_str().unwrap(),
+        "--json",
+        json.to_str().unwrap(),
+        "--map",
+        "force_f=V1",
+        "--map",
+        "z_f=V2",
+        "--rate",
+        "610.35",
+        "--rows",
+        "40650:127400",
+        "--trials",
+        "1",
+        "--iterations",
+        "5",
+        "--no-diagnosis",
+    ]);
+    assert!(output.status.success(), "{output:?}");
+    let report: Value = serde_json::from_slice(&std::fs::read(json).unwrap()).unwrap();
+    assert_eq!(report["ride"]["samples"], 86_750);
+    let fit = &report["output_error"]["front"];
+    // Our own figure; the recording comes with no resonance to compare with.
+    let (k, m) = (&fit["k_n_m"], &fit["mass_kg"]);
+    let resonance = (k.as_f64().unwrap() / m.as_f64().unwrap()).sqrt() / std::f64::consts::TAU;
+    assert!((resonance - 69.5).abs() < 1.0, "{resonance} Hz");
+    assert!(fit["mass_std_kg"].is_f64());
+}

@@ -1,0 +1,179 @@
+//! What `veloid simulate` writes, `veloid identify` finds again.
+
+use serde_json::Value;
+
+use crate::harness::{Folder, veloid};
+
+/// Simulates with these arguments, identifies what was written, and gives report and truth.
+fn there_and_back(simulate: &[&str], identify: &[&str]) -> (Value, Value) {
+    let folder = Folder::new();
+    let [ride, bike, truth, report] =
+        ["ride.csv", "bike.json", "truth.json", "report.json"].map(|name| {
+            let path = folder.0.join(name);
+            path.to_str().unwrap().to_owned()
+        });
+    let files = ["simulate", &ride, "--bike", &bike, "--truth", &truth];
+    let simulated = veloid(&[&files, simulate].concat());
+    assert!(simulated.status.success(), "{simulated:?}");
+    let files = ["identify", &ride, "--bike", &bike, "--json", &report];
+    let quick = ["--no-diagnosis", "--trials", "2", "--iterations", "12"];
+    let identified = veloid(&[&files, &quick[..], identify].concat());
+    assert!(identified.status.success(), "{identified:?}");
+    let read = |path| serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
+    (read(report), read(truth))
+}
+
+/// Largest error of k and of B by `method` (%).
+fn errors(report: &Value, truth: &Value, method: &str, axles: &[&str]) -> [f64; 2] {
+    ["k_n_m", "b_n_s_m"].map(|key| {
+        let error = |axle: &&str| {
+            let [found, true_one] = [&report[method][axle][key], &truth[axle][key]];
+            100.0 * (found.as_f64().unwrap() / true_one.as_f64().unwrap() - 1.0).abs()
+        };
+        axles.iter().map(error).fold(0.0, f64::max)
+    })
+}
+
+#[test]
+fn a_road_without_noise_gives_the_bicycle_back() {
+    let bumps = ["--bump", "100:0.5:0.02", "--bump", "200:0.4:-0.015"];
+    let bicycle = ["--stiffness", "95000:120000", "--damping", "800:1300"];
+    let more = ["--road", "c", "--speed", "6", "--seed", "3"];
+    let (report, truth) = there_and_back(&[&bumps[..], &bicycle, &more].concat(), &[]);
+    let axles = ["front", "rear"];
+    let [k, b] = errors(&report, &truth, "output_error", &axles);
+    assert!(k < 0.1 && b < 0.5, "{k} % {b} %");
+    let [k, b] = errors(&report, &truth, "swarm", &axles);
+    assert!(k < 0.5 && b < 2.0, "swarm: {k} % {b} %");
+    assert_eq!(report["ride"]["samples"], 6001);
+}
+
+#[test]
+fn noise_of_half_a_tenth_of_a_millimetre_does_little() {
+    let (report, truth) = there_and_back(&["--noise", "5e-5"], &[]);
+    let [k, b] = errors(&report, &truth, "output_error", &["front", "rear"]);
+    assert!(k < 0.5 && b < 2.0, "{k} % {b} %");
+    assert_eq!(truth["noise_displacement_m"], 5e-5);
+}
+
+#[test]
+fn a_shaker_and_a_release_give_one_axle_back() {
+    let (report, truth) = there_and_back(
+        &[
+            "--shaker",
+            "60:0.5:18",
+            "--only",
+            "front",
+            "--noise",
+            "5e-6",
+        ],
+        &[],
+    );
+    let [k, b] = errors(&report, &truth, "output_error", &["front"]);
+    assert!(k < 0.5 && b < 2.0, "shaker: {k} % {b} %");
+    assert!(report["output_error"]["rear"].is_null());
+    let decay = ["--release", "0.02", "--only", "rear", "--duration", "8"];
+    let (report, truth) = there_and_back(&[&decay[..], &["--damping", "300"]].concat(), &[]);
+    let [k, b] = errors(&report, &truth, "output_error", &["rear"]);
+    assert!(k < 0.1 && b < 0.5, "release: {k} % {b} %");
+}
+
+#[test]
+fn the_seed_makes_the_ride() {
+    let text = |args: &[&str]| {
+        let output = veloid(&[&["simulate", "-", "--duration", "2"], args].concat());
+        assert!(output.status.success(), "{output:?}");
+        output.stdout
+    };
+    assert_eq!(text(&["--noise", "1e-4"]), text(&["--noise", "1e-4"]));
+    assert_ne!(text(&[]), text(&["--seed", "2"]));
+    assert!(text(&[]).starts_with(b"t,u_f,z_f,u_r,z_r,v\n0.0,"));
+}
+
+#[test]
+fn what_cannot_be_simulated_is_refused() {
+    for args in [
+        &["--duration", "1e9"][..],
+        &["--rate", "0"],
+        &["--mass", "0:63"],
+        &["--speed", "-1"],
+        &["--shaker", "60:1:80"],
+        &["--bump", "1:2"],
+        &["--noise", "NaN"],
+        &["--road", "J"],
+    ] {
+        let output = veloid(&[&["simulate", "-"], args].concat());
+        assert_eq!(output.status.code(), Some(2), "{args:?}");
+        assert!(output.stdout.is_empty() && !output.stderr.is_empty());
+    }
+}
+
+/// A drive: a force on a mass with a damper and no spring. The k that is found lies around zero.
+#[test]
+fn no_spring_is_no_fault() {
+    let drive = [
+        "--shaker",
+        "60:0.5:18",
+        "--stiffness",
+        "0",
+        "--noise",
+        "1e-6",
+    ];
+    let (report, truth) = there_and_back(&[&drive[..], &["--only", "front"]].concat(), &[]);
+    let fit = &report["output_error"]["front"];
+    assert!(fit["k_n_m"].as_f64().unwrap().abs() < 4.0 * fit["k_std_n_m"].as_f64().unwrap());
+    let [_, b] = errors(&report, &truth, "output_error", &["front"]);
+    assert!(b < 0.1, "{b} %");
+}
+
+/// The paper's own bench: a laser to the road at 30 Hz, an accelerometer at 100 Hz, no road sensor.
+#[test]
+fn a_ride_of_the_papers_bench_is_identified() {
+    let folder = Folder::new();
+    let bike = folder.0.join("bike.json");
+    let bike = bike.to_str().unwrap();
+    let simulated = veloid(&[
+        "simulate", "-", "--bike", bike, "--rate", "600", "--only", "rear",
+    ]);
+    let table: Vec<Vec<f64>> = String::from_utf8(simulated.stdout)
+        .unwrap()
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect())
+        .collect();
+    let mut csv = "t,d_r,a_r\n".to_owned();
+    for i in 1..table.len() - 1 {
+        let [u, z] = [1, 2].map(|column| table[i][column]);
+        let bend = table[i + 1][2] - 2.0 * z + table[i - 1][2];
+        let cell = |every: usize, x: f64| match i % every {
+            0 => format!("{x:?}"),
+            _ => String::new(),
+        };
+        let (d, a) = (cell(20, u - z + 0.35), cell(6, bend * 600.0 * 600.0));
+        if !(d.is_empty() && a.is_empty()) {
+            csv += &format!("{},{d},{a}\n", table[i][0]);
+        }
+    }
+    let [ride, json] = [folder.write("ride.csv", csv), folder.0.join("report.json")];
+    let [ride, json] = [&ride, &json].map(|path| path.to_str().unwrap());
+    let arguments = [
+        "identify",
+        ride,
+        "--bike",
+        bike,
+        "--json",
+        json,
+        "--no-diagnosis",
+    ];
+    let output = veloid(&arguments);
+    assert!(output.status.success(), "{output:?}");
+    let report: Value = serde_json::from_slice(&std::fs::read(json).unwrap()).unwrap();
+    let truth = serde_json::json!({"rear": {"k_n_m": 110e3, "b_n_s_m": 1150.0}});
+    let [k, b] = errors(&report, &truth, "output_error", &["rear"]);
+    assert!(k < 1.0 && b < 5.0, "{k} % {b} %");
+    let warnings = report["ride"]["warnings"].to_string();
+    assert!(
+        warnings.contains("u_r was made from a_r and d_r"),
+        "{warnings}"
+    );
+}

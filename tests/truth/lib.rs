@@ -1,0 +1,11 @@
+//! The blind proof: an independent simulator of rides with concealed effects, the scorer, and the baselines.
+//!
+//! Nothing here is shared with the engine. The force laws are written again from `effects.md`, with another integrator,
+//! other roads and other sensors, so that a mistake in the engine cannot hide behind the same mistake in its test.
+
+pub mod baselines;
+pub mod chance;
+pub mod prove;
+pub mod refit;
+pub mod simulate;
+pub mod suite;

@@ -1,0 +1,9 @@
+//! The proof: runs a binary on concealed rides as a user would, opens the key, scores, writes the tables.
+
+pub mod document;
+pub mod outcome;
+pub mod proof;
+pub mod run;
+
+pub mod score;
+pub mod tables;

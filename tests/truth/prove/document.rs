@@ -1,0 +1,125 @@
+//! The generated sections of docs/proof.md.
+
+use std::path::Path;
+
+use super::outcome::Outcome;
+use super::score::{SHOWN, Scored};
+use super::tables;
+use crate::suite::files::{self, FilesError, Order};
+
+/// How long the binary took on one ride.
+pub struct Timed {
+    pub duration_s: f64,
+    pub outcome: Outcome,
+}
+
+/// Everything that one suite showed, as Markdown.
+pub fn section(
+    order: &Order,
+    digest: &str,
+    ours: &[Scored],
+    others: &[(&str, Vec<Scored>)],
+    timed: &[Timed],
+) -> String {
+    let mut methods: Vec<(&str, &[Scored])> = vec![("veloid", ours)];
+    methods.extend(
+        others
+            .iter()
+            .map(|(name, scored)| (*name, scored.as_slice())),
+    );
+    let mut text = format!(
+        "## Suite `{}`\n\n{}",
+        order.name(),
+        preface(order, digest, ours, timed)
+    );
+    text += &tables::main_table(&methods, order.clean300);
+    text += "\n### Clean rides by noise\n\n";
+    text += &tables::breakdown(ours, "noise, setting", |r| {
+        (r.class == "clean").then(|| format!("{}, {}", r.noise, r.setting))
+    });
+    if !order.clean300 {
+        text += "\n### By what is concealed\n\n";
+        text += &tables::breakdown(ours, "concealed", concealed);
+        text += "\n### Parameters of the effects found\n\n";
+        text += &tables::parameters(ours);
+    }
+    text += "\n### Every ride that counts and was not answered right\n\n";
+    text += &tables::confusions(ours);
+    text
+}
+
+fn preface(order: &Order, digest: &str, ours: &[Scored], timed: &[Timed]) -> String {
+    let sample = if order.one_in > 1 {
+        format!(", one in {}", order.one_in)
+    } else {
+        String::new()
+    };
+    let mut text = format!(
+        "{} rides, seed {}{sample}. SHA-256 of the key: `{digest}`.\n",
+        ours.len(),
+        order.seed
+    );
+    let concealing = ours.iter().filter(|r| r.class != "clean").count();
+    if concealing > 0 {
+        let shown = ours
+            .iter()
+            .filter(|r| r.class != "clean" && r.shown)
+            .count();
+        text += &format!(
+            "Something is concealed in {concealing}; the plain model shows it (held-out RMS at least {SHOWN} x the floor) in {shown}, and these count.\n"
+        );
+    }
+    for t in timed {
+        text += &format!(
+            "`identify` from start to finish, alone on the machine, ride of {:.0} s: {:.1} s ({}).\n",
+            t.duration_s, t.outcome.seconds, t.outcome.verdict
+        );
+    }
+    text + "\n"
+}
+
+fn concealed(r: &Scored) -> Option<String> {
+    match (r.class.as_str(), &r.outside) {
+        ("single", _) => r.truth.first().map(|(id, _)| format!("`{id}`")),
+        ("outside", Some(id)) => Some(format!("not in the library: {id}")),
+        ("two", _) => Some("two effects".to_owned()),
+        _ => None,
+    }
+}
+
+/// Replaces what stands between the suite's two marks, or appends it.
+pub fn insert(docs: &Path, suite: &str, text: &str) -> Result<(), FilesError> {
+    let old = if docs.exists() {
+        files::read(docs)?
+    } else {
+        "# Proof\n\n".to_owned()
+    };
+    files::write(docs, &replaced(&old, suite, text))
+}
+
+fn replaced(old: &str, suite: &str, text: &str) -> String {
+    let begin = format!("<!-- {suite}: written by veloid-truth prove -->\n");
+    let end = format!("<!-- end of {suite} -->\n");
+    let section = format!("{begin}\n{text}\n{end}");
+    match (old.find(&begin), old.find(&end)) {
+        (Some(from), Some(to)) if from < to => {
+            format!("{}{section}{}", &old[..from], &old[to + end.len()..])
+        }
+        _ => format!("{old}\n{section}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_section_replaces_only_itself() {
+        let first = replaced("# Proof\n", "standard", "one");
+        let both = replaced(&first, "clean300", "two");
+        let again = replaced(&both, "standard", "three");
+        assert!(again.starts_with("# Proof\n"));
+        assert!(again.contains("three") && again.contains("two") && !again.contains("one"));
+        assert_eq!(replaced(&again, "standard", "three"), again);
+    }
+}

@@ -1,0 +1,165 @@
+//! Writes a suite: rides and bikes in one folder, the sealed key outside it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
+
+use super::case::{self, Case};
+use super::ride;
+use crate::chance::Chance;
+
+#[derive(Debug, thiserror::Error)]
+pub enum FilesError {
+    #[error("cannot write {path}: {source}")]
+    Write {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error("cannot read {path}: {source}")]
+    Read {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error("{path} is not JSON: {source}")]
+    Parse {
+        path: PathBuf,
+        source: serde_json::Error,
+    },
+    #[error("{0} has no folder beside which the key could be kept")]
+    NoParent(PathBuf),
+}
+
+/// Which rides to make.
+#[derive(Clone, Copy, Debug)]
+pub struct Order {
+    pub seed: u64,
+    /// Every n-th ride of the plan; 1 for all.
+    pub one_in: usize,
+    /// At most so many.
+    pub count: usize,
+    pub clean300: bool,
+}
+
+impl Order {
+    /// The planned rides with their numbers. A sample keeps the numbers, and so the bytes, of the whole suite.
+    pub fn cases(&self) -> Vec<(u64, Case)> {
+        let chance = &mut Chance::new(self.seed, 0);
+        let all = if self.clean300 {
+            case::clean(300, chance)
+        } else {
+            case::standard(chance)
+        };
+        let numbered = all.into_iter().enumerate().map(|(i, c)| (i as u64, c));
+        numbered.step_by(self.one_in).take(self.count).collect()
+    }
+
+    pub fn name(&self) -> &'static str {
+        if self.clean300 {
+            "clean300"
+        } else {
+            "standard"
+        }
+    }
+}
+
+/// Where the key of the rides in `folder` is kept.
+pub fn key_path(folder: &Path) -> Result<PathBuf, FilesError> {
+    let name = folder
+        .file_name()
+        .ok_or_else(|| FilesError::NoParent(folder.to_owned()))?;
+    Ok(folder.with_file_name(format!("{}_key.json", name.to_string_lossy())))
+}
+
+/// Makes the rides in `folder`, the key beside it, and returns the key's SHA-256.
+pub fn make(folder: &Path, order: &Order) -> Result<String, FilesError> {
+    fs::create_dir_all(folder).map_err(|source| FilesError::Write {
+        path: folder.to_owned(),
+        source,
+    })?;
+    let truths: Vec<Value> = order
+        .cases()
+        .par_iter()
+        .map(|(number, case)| {
+            let name = format!("{:03}", number + 1);
+            let made = ride::make(case, &name, order.seed, *number);
+            write(&folder.join(format!("ride_{name}.csv")), &made.log.to_csv())?;
+            write(
+                &folder.join(format!("bike_{name}.json")),
+                &format!("{:#}\n", made.bike_file),
+            )?;
+            Ok(made.truth)
+        })
+        .collect::<Result<_, FilesError>>()?;
+    let key = format!(
+        "{:#}\n",
+        json!({"suite": order.name(), "seed": order.seed, "rides": truths})
+    );
+    write(&key_path(folder)?, &key)?;
+    Ok(digest(&key))
+}
+
+/// Writes the ride and the bike, returns the truth.
+fn write_ride(
+    folder: &Path,
+    case: &Case,
+    name: &str,
+    seed: u64,
+    number: u64,
+) -> Result<Value, FilesError> {
+    let made = ride::make(case, name, seed, number);
+    write(&folder.join(format!("ride_{name}.csv")), &made.log.to_csv())?;
+    write(
+        &folder.join(format!("bike_{name}.json")),
+        &format!("{:#}\n", made.bike_file),
+    )?;
+    Ok(made.truth)
+}
+
+/// Makes the rides on which time is measured; returns their names and durations (s).
+pub fn make_timing(folder: &Path, seed: u64) -> Result<Vec<(String, f64)>, FilesError> {
+    fs::create_dir_all(folder).map_err(|source| FilesError::Write {
+        path: folder.to_owned(),
+        source,
+    })?;
+    case::timing(&mut Chance::new(seed, 0))
+        .iter()
+        .enumerate()
+        .map(|(i, case)| {
+            let name = format!("time_{:.0}s", case.duration_s);
+            write_ride(folder, case, &name, seed, 1_000_000 + i as u64)?;
+            Ok((name, case.duration_s))
+        })
+        .collect()
+}
+
+/// SHA-256 in hexadecimal.
+pub fn digest(text: &str) -> String {
+    Sha256::digest(text.as_bytes())
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect()
+}
+
+pub fn write(path: &Path, text: &str) -> Result<(), FilesError> {
+    fs::write(path, text).map_err(|source| FilesError::Write {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+pub fn read(path: &Path) -> Result<String, FilesError> {
+    fs::read_to_string(path).map_err(|source| FilesError::Read {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+pub fn read_json(path: &Path) -> Result<Value, FilesError> {
+    serde_json::from_str(&read(path)?).map_err(|source| FilesError::Parse {
+        path: path.to_owned(),
+        source,
+    })
+}

@@ -1,0 +1,98 @@
+//! Sizes of the physics outside the library: each made strong enough to be seen.
+
+use super::sizes::Scale;
+use crate::chance::Chance;
+use crate::simulate::outside::{Outside, Strange};
+use crate::simulate::vehicle::Bike;
+
+/// Draws one strange law; `size` 0..3 and `boost` (1 or more) enlarge it.
+pub fn draw(
+    kind: Strange,
+    axle: usize,
+    size: usize,
+    boost: f64,
+    bike: &Bike,
+    scale: &Scale,
+    chance: &mut Chance,
+) -> Outside {
+    let (m, k, b) = (
+        bike.mass_kg[axle],
+        bike.stiffness_n_m[axle],
+        bike.damping_n_s_m[axle],
+    );
+    let (d, w) = (scale.deflection_m[axle], scale.rate_m_s[axle]);
+    let strength = [0.7, 1.0, 1.5][size] * boost;
+    let load = k * d + b * w;
+    let mut events = Vec::new();
+    let values = match kind {
+        Strange::PowerDamping => {
+            let power = chance.uniform(0.3, 0.5);
+            vec![0.5 * strength * load / w.powf(power), power]
+        }
+        Strange::CubicDamping => vec![2.0 * strength * b / (w * w)],
+        Strange::StribeckFriction => {
+            let kinetic = 0.12 * strength * load;
+            vec![kinetic, kinetic * chance.uniform(3.0, 4.0), 0.3 * w, 1e-4]
+        }
+        Strange::ParametricWheel => vec![
+            (0.3 * strength).min(0.6),
+            bike.wheel_radius_m[axle],
+            chance.phase(),
+        ],
+        Strange::HardeningFrameMode => {
+            let (extra, omega) = (
+                0.35 * strength * m,
+                std::f64::consts::TAU * chance.uniform(5.0, 9.0),
+            );
+            let spring = extra * omega * omega;
+            vec![
+                extra,
+                spring,
+                1.5 * spring / (d * d),
+                2.0 * 0.06 * extra * omega,
+            ]
+        }
+        Strange::ImpactBacklash => {
+            vec![0.9 * d, strength * k, 0.7 / w, chance.uniform(0.002, 0.004)]
+        }
+        Strange::ThermalSoftening => vec![(0.3 * strength).min(0.5), w, chance.uniform(1.0, 3.0)],
+        Strange::PostureBursts => {
+            let mut at = chance.uniform(0.5, 3.0);
+            while at < scale.duration_s {
+                let lasts = chance.uniform(0.15, 0.6);
+                events.push([
+                    at,
+                    at + lasts,
+                    strength * 0.7 * load * chance.uniform(0.5, 1.2) * chance.sign(),
+                ]);
+                at += lasts + chance.uniform(0.6, 3.0);
+            }
+            Vec::new()
+        }
+        Strange::LateralCoupling => vec![0.15 * strength * k / scale.mean_speed_m_s.max(1.0)],
+        Strange::DampingSteps => {
+            let mut at = 0.0;
+            while at < scale.duration_s {
+                let (lasts, more) = (
+                    chance.uniform(2.0, 5.0),
+                    2.5 * strength * chance.uniform(0.6, 1.2),
+                );
+                events.push([at, at + lasts, more]);
+                at += lasts + chance.uniform(2.0, 5.0);
+            }
+            Vec::new()
+        }
+        Strange::MagneticRepulsion => {
+            let gap = 3.2 * d;
+            let at_two_sigma = (gap - 2.0 * d).powi(-2) - gap.powi(-2);
+            vec![strength * 2.0 * k * d / at_two_sigma, gap]
+        }
+        Strange::PositionDamping => vec![0.7 * b * strength.min(1.3), 0.6 * d],
+    };
+    Outside {
+        kind,
+        axle,
+        values,
+        events,
+    }
+}
