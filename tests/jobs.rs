@@ -1,3 +1,5 @@
+use std::time::Duration;
+
 use serde_json::Value;
 
 use crate::harness::Server;
@@ -36,6 +38,30 @@ async fn a_running_job_is_cancelled_and_begins_anew() {
         .send()
         .await
         .unwrap();
+}
+
+#[tokio::test]
+async fn cancelling_at_any_moment_is_answered() {
+    let server = Server::start();
+    for delay_ms in (0..24).map(|step| step * 8) {
+        let seed = delay_ms.to_string();
+        let trials = [
+            ("seed", seed.as_str()),
+            ("iterations", "1"),
+            ("trials", "40"),
+        ];
+        let job = server.submit(&trials).await;
+        tokio::time::sleep(Duration::from_millis(delay_ms)).await;
+        let cancel = || server.client.delete(server.address(&job)).send();
+        let (one, other) = tokio::join!(cancel(), cancel());
+        for response in [one.unwrap(), other.unwrap()] {
+            let status = response.status();
+            assert!(
+                status == 200 || status == 409,
+                "after {delay_ms} ms: {status}"
+            );
+        }
+    }
 }
 
 #[tokio::test]

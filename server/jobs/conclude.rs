@@ -72,7 +72,7 @@ impl Stages {
 
         let queue = queue(context)?;
         let mut tx = work.db.begin().await?;
-        complete(context, &mut tx).await?;
+        complete(context, &mut tx, id).await?;
         match computed {
             (_, Some(report)) => finish(&mut tx, id, &job.bike, &report).await?,
             (conclusion, None) => {

@@ -62,7 +62,7 @@ impl Stages {
             .await?;
 
         let mut tx = work.db.begin().await?;
-        complete(context, &mut tx).await?;
+        complete(context, &mut tx, id).await?;
         finish(&mut tx, id, &job.bike, &report).await?;
         tx.commit().await?;
         work.hub.close(id);

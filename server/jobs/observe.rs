@@ -51,7 +51,7 @@ impl Stages {
 
         let queue = queue(context)?;
         let mut tx = work.db.begin().await?;
-        complete(context, &mut tx).await?;
+        complete(context, &mut tx, id).await?;
         if job::observed(&mut tx, id, &observed.least_squares).await? {
             result::put(&mut tx, id, result::OBSERVED, &observed).await?;
             let rows = queue.trials(&mut tx, id, settings.trials).await?;

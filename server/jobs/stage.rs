@@ -108,7 +108,7 @@ impl Work {
         };
         tracing::warn!(%job, kind = row.kind, %fault, "job fails");
         let mut tx = self.db.begin().await?;
-        complete(context, &mut tx).await?;
+        complete(context, &mut tx, job).await?;
         give_up(&queue(context)?, &mut tx, job, Some(&failure)).await?;
         tx.commit().await?;
         self.hub.close(job);
@@ -117,9 +117,10 @@ impl Work {
 }
 
 /// Completes the attempt's own row. To be called first in the transaction that stores a result: it
-/// locks the row and fails unless the row is running, so that a result which comes after a takeover
-/// is refused.
-pub(super) async fn complete(context: &WorkContext, tx: &mut Tx) -> Result<(), Fault> {
+/// locks the job and the row and fails unless the row is running, so that a result which comes after
+/// a takeover is refused.
+pub(super) async fn complete(context: &WorkContext, tx: &mut Tx, job: Uuid) -> Result<(), Fault> {
+    job::lock(tx, job).await?;
     on!(tx, t => context.job_complete_tx(t).await)?;
     Ok(())
 }
@@ -136,14 +137,14 @@ pub async fn give_up(
     id: Uuid,
     failure: Option<&Failure>,
 ) -> Result<bool, Fault> {
-    let Some(row) = job::lock(tx, id).await? else {
+    let Some(river_id) = job::lock(tx, id).await? else {
         return Ok(false);
     };
     if !job::end(tx, id, failure).await? {
         return Ok(false);
     }
     let mut rows = trial::unfinished(tx, id).await?;
-    rows.extend(row.river_id);
+    rows.extend(river_id);
     queue.cancel(tx, &rows).await?;
     Ok(true)
 }

@@ -24,56 +24,68 @@ struct Args {
     index: Option<usize>,
 }
 
-/// Takes over what no live worker holds, and fails jobs that the queue has nothing for any more.
+/// Takes over what no live worker holds, and fails jobs that the queue has nothing for any more. One
+/// transaction for each job; what it was begun for is looked at again once the job is locked, since
+/// another process may sweep too.
 pub async fn sweep(db: &Db, queue: &Queue, hub: &Hub) -> Result<(), Fault> {
-    let mut tx = db.begin().await?;
     let mut orphaned = BTreeMap::<Uuid, Vec<(Orphan, Option<usize>)>>::new();
-    for orphan in river::orphans(&mut tx).await? {
-        if river::discard(&mut tx, orphan.id).await? {
-            let args: Args = serde_json::from_str(&orphan.args).map_err(riverqueue::Error::from)?;
-            orphaned
-                .entry(args.job)
-                .or_default()
-                .push((orphan, args.index));
+    for orphan in river::orphans(db).await? {
+        let args: Args = serde_json::from_str(&orphan.args).map_err(riverqueue::Error::from)?;
+        orphaned
+            .entry(args.job)
+            .or_default()
+            .push((orphan, args.index));
+    }
+    for (id, rows) in orphaned {
+        let mut tx = db.begin().await?;
+        let taken = take_over(&mut tx, queue, id, rows).await?;
+        tx.commit().await?;
+        if taken > 0 {
+            tracing::warn!(job = %id, rows = taken, "took over the work of a process that is gone");
+            metrics::counter!("veloid_job_rescues_total").increment(taken as u64);
+            queue.wake();
+            hub.changed(id);
         }
     }
-    for (id, rows) in &orphaned {
-        take_over(&mut tx, queue, *id, rows).await?;
-    }
-    let strays = river::strays(&mut tx).await?;
-    for id in &strays {
-        let failure = Failure::new("internal", "the queue gave the job up");
-        give_up(queue, &mut tx, *id, Some(&failure)).await?;
-    }
-    tx.commit().await?;
-
-    if !orphaned.is_empty() {
-        let rows = orphaned.values().map(Vec::len).sum::<usize>();
-        tracing::warn!(rows, "took over the work of a process that is gone");
-        metrics::counter!("veloid_job_rescues_total").increment(rows as u64);
-        queue.wake();
-    }
-    for id in orphaned.into_keys().chain(strays) {
-        hub.changed(id);
+    for id in river::strays(db).await? {
+        let mut tx = db.begin().await?;
+        job::lock(&mut tx, id).await?;
+        if river::is_stray(&mut tx, id).await? {
+            let failure = Failure::new("internal", "the queue gave the job up");
+            give_up(queue, &mut tx, id, Some(&failure)).await?;
+            tx.commit().await?;
+            hub.changed(id);
+        }
     }
     Ok(())
 }
 
+/// Gives a job's orphans to others; how many there were.
 async fn take_over(
     tx: &mut Tx,
     queue: &Queue,
     id: Uuid,
-    rows: &[(Orphan, Option<usize>)],
-) -> Result<(), Fault> {
+    rows: Vec<(Orphan, Option<usize>)>,
+) -> Result<usize, Fault> {
+    job::lock(tx, id).await?;
+    let mut orphaned = Vec::new();
+    for (orphan, index) in rows {
+        if river::discard(tx, orphan.id).await? {
+            orphaned.push((orphan, index));
+        }
+    }
+    if orphaned.is_empty() {
+        return Ok(0);
+    }
     let Some(takeovers) = job::count_takeover(tx, id).await? else {
-        return Ok(());
+        return Ok(orphaned.len());
     };
     if takeovers > MOST {
         let detail = format!("{takeovers} times the process that worked on it was gone");
         give_up(queue, tx, id, Some(&Failure::new("crash", detail))).await?;
-        return Ok(());
+        return Ok(orphaned.len());
     }
-    for (orphan, index) in rows {
+    for (orphan, index) in &orphaned {
         let (stage, row) = match (orphan.kind.as_str(), index) {
             ("trial", Some(index)) => {
                 let again = Trial {
@@ -91,5 +103,5 @@ async fn take_over(
         };
         job::enter(tx, id, stage, row).await?;
     }
-    Ok(())
+    Ok(orphaned.len())
 }

@@ -58,7 +58,7 @@ impl Stages {
 
         let queue = queue(context)?;
         let mut tx = work.db.begin().await?;
-        complete(context, &mut tx).await?;
+        complete(context, &mut tx, id).await?;
         if trial::finish(&mut tx, id, index as i64, &found).await?
             && job::count_trial(&mut tx, id).await?
         {

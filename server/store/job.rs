@@ -119,7 +119,6 @@ pub struct JobRow {
     pub revision: i64,
     pub trials_total: i64,
     pub trials_done: i64,
-    pub river_id: Option<i64>,
     pub least_squares: Option<Json<PerAxle<Estimate>>>,
     pub verdict: Option<String>,
     pub failure: Option<Json<Failure>>,
@@ -154,7 +153,7 @@ macro_rules! select {
     ($rest:literal) => {
         concat!(
             "SELECT job.id, ride_id, ride.name AS ride_name, ride.sha256, bike, request, summary, ",
-            "state, stage, revision, trials_total, trials_done, river_id, least_squares, verdict, ",
+            "state, stage, revision, trials_total, trials_done, least_squares, verdict, ",
             "failure, created_at, started_at, observed_at, finished_at ",
             "FROM job JOIN ride ON ride.id = job.ride_id ",
             $rest
@@ -167,19 +166,22 @@ pub async fn find(db: &Db, id: Uuid) -> sqlx::Result<Option<JobRow>> {
     on!(read db, p => sqlx::query_as(SQL).bind(id).fetch_optional(p).await)
 }
 
-pub async fn lock(tx: &mut Tx, id: Uuid) -> sqlx::Result<Option<JobRow>> {
-    const SQLITE: &str = select!("WHERE job.id = $1");
+/// Keeps others from changing the job until the transaction ends, and tells its River row, if it has
+/// one; `None` when there is no such job. A transaction that changes a job and River's rows begins
+/// with this: all take the job's lock first, so that no two wait for each other.
+pub async fn lock(tx: &mut Tx, id: Uuid) -> sqlx::Result<Option<Option<i64>>> {
     // SQLite has one writer at a time; PostgreSQL has to be told.
-    const POSTGRES: &str = select!("WHERE job.id = $1 FOR UPDATE OF job");
+    const SQLITE: &str = "SELECT river_id FROM job WHERE id = $1";
+    const POSTGRES: &str = "SELECT river_id FROM job WHERE id = $1 FOR UPDATE";
     match tx {
         Tx::Sqlite(t) => {
-            sqlx::query_as(SQLITE)
+            sqlx::query_scalar(SQLITE)
                 .bind(id)
                 .fetch_optional(&mut **t)
                 .await
         }
         Tx::Postgres(t) => {
-            sqlx::query_as(POSTGRES)
+            sqlx::query_scalar(POSTGRES)
                 .bind(id)
                 .fetch_optional(&mut **t)
                 .await
