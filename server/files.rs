@@ -1,13 +1,23 @@
-//! The raw files: one folder, each file named by the SHA-256 of its bytes. A file is written under
-//! a temporary name, synced, renamed, and the folder synced, before anyone hears of it.
+//! The raw files, each named by the SHA-256 of its bytes: in a folder, or in object storage that
+//! many machines reach. A file arrives under a temporary name on this machine; before anyone hears of
+//! it, it is synced, renamed and the folder synced, or the object storage has said that it has it.
 
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, SystemTime};
 
+use axum::body::Bytes;
+use futures_util::stream::BoxStream;
+use futures_util::{StreamExt, TryStreamExt};
+use object_store::buffered::BufWriter;
+use object_store::local::LocalFileSystem;
+use object_store::prefix::PrefixStore;
+use object_store::{ObjectStore, ObjectStoreExt};
 use sha2::{Digest, Sha256};
 use tokio::fs::{self, File};
 use tokio::io::AsyncWriteExt;
+use url::Url;
 use uuid::Uuid;
 
 /// A temporary file this old was left behind by a process that is gone.
@@ -15,30 +25,39 @@ const STALE: Duration = Duration::from_secs(24 * 3600);
 
 #[derive(Clone)]
 pub struct Files {
-    folder: PathBuf,
     incoming: PathBuf,
+    kept: Arc<dyn ObjectStore>,
+    /// Where `kept` is a folder: what has arrived is renamed into it.
+    folder: Option<PathBuf>,
 }
 
 impl Files {
-    /// Opens the store below `data`, making its folders and clearing what crashed uploads left.
-    pub async fn open(data: &Path) -> io::Result<Self> {
-        let files = Self {
-            folder: data.join("rides"),
-            incoming: data.join("incoming"),
-        };
-        fs::create_dir_all(&files.folder).await?;
-        fs::create_dir_all(&files.incoming).await?;
-        let mut entries = fs::read_dir(&files.incoming).await?;
-        while let Some(entry) = entries.next_entry().await? {
-            let modified = entry.metadata().await?.modified()?;
-            if SystemTime::now()
-                .duration_since(modified)
-                .is_ok_and(|age| age > STALE)
-            {
-                fs::remove_file(entry.path()).await?;
-            }
+    /// Opens the store below a folder, making what is missing.
+    pub async fn in_folder(root: &Path) -> io::Result<Self> {
+        let folder = root.join("rides");
+        fs::create_dir_all(&folder).await?;
+        Ok(Self {
+            incoming: incoming(root).await?,
+            kept: Arc::new(LocalFileSystem::new_with_prefix(&folder)?),
+            folder: Some(folder),
+        })
+    }
+
+    /// Opens the store at `file:///folder` or, with what the `AWS_*` variables say, at
+    /// `s3://bucket/prefix`. Files on their way to the latter lie below `root`.
+    pub async fn at(url: &Url, root: &Path) -> io::Result<Self> {
+        if let ("file", Ok(folder)) = (url.scheme(), url.to_file_path()) {
+            return Self::in_folder(&folder).await;
         }
-        Ok(files)
+        let settings = std::env::vars_os()
+            .filter_map(|(key, value)| Some((key.into_string().ok()?, value.into_string().ok()?)))
+            .filter(|(key, _)| key.starts_with("AWS_"));
+        let (store, prefix) = object_store::parse_url_opts(url, settings)?;
+        Ok(Self {
+            incoming: incoming(root).await?,
+            kept: Arc::new(PrefixStore::new(store, prefix)),
+            folder: None,
+        })
     }
 
     /// Begins a file whose bytes are yet to come.
@@ -55,30 +74,54 @@ impl Files {
     /// Makes the file durable under its SHA-256.
     pub async fn keep(&self, mut incoming: Incoming) -> io::Result<Kept> {
         incoming.file.flush().await?;
-        incoming.file.sync_all().await?;
         let kept = Kept {
             sha256: incoming.sha256(),
             bytes: incoming.bytes,
         };
-        fs::rename(&incoming.path, self.path(&kept.sha256)).await?;
-        File::open(&self.folder).await?.sync_all().await?;
+        if let Some(folder) = &self.folder {
+            incoming.file.sync_all().await?;
+            fs::rename(&incoming.path, folder.join(&kept.sha256)).await?;
+            File::open(folder).await?.sync_all().await?;
+        } else {
+            let mut object = BufWriter::new(Arc::clone(&self.kept), name(&kept.sha256));
+            tokio::io::copy(&mut File::open(&incoming.path).await?, &mut object).await?;
+            object.shutdown().await?;
+        }
         Ok(kept)
     }
 
     pub async fn read(&self, sha256: &str) -> io::Result<Vec<u8>> {
-        fs::read(self.path(sha256)).await
+        Ok(self.kept.get(&name(sha256)).await?.bytes().await?.into())
     }
 
-    pub async fn stream(&self, sha256: &str) -> io::Result<File> {
-        File::open(self.path(sha256)).await
-    }
-
-    fn path(&self, sha256: &str) -> PathBuf {
-        self.folder.join(sha256)
+    pub async fn stream(&self, sha256: &str) -> io::Result<BoxStream<'static, io::Result<Bytes>>> {
+        let stream = self.kept.get(&name(sha256)).await?.into_stream();
+        Ok(stream.map_err(io::Error::from).boxed())
     }
 }
 
-/// A file that is safe on disk.
+fn name(sha256: &str) -> object_store::path::Path {
+    object_store::path::Path::from(sha256)
+}
+
+/// The folder of files on their way, cleared of what crashed uploads left.
+async fn incoming(root: &Path) -> io::Result<PathBuf> {
+    let folder = root.join("incoming");
+    fs::create_dir_all(&folder).await?;
+    let mut entries = fs::read_dir(&folder).await?;
+    while let Some(entry) = entries.next_entry().await? {
+        let modified = entry.metadata().await?.modified()?;
+        if SystemTime::now()
+            .duration_since(modified)
+            .is_ok_and(|age| age > STALE)
+        {
+            fs::remove_file(entry.path()).await?;
+        }
+    }
+    Ok(folder)
+}
+
+/// A file that is safe.
 pub struct Kept {
     pub sha256: String,
     pub bytes: u64,
@@ -118,7 +161,7 @@ impl Incoming {
 
 impl Drop for Incoming {
     fn drop(&mut self) {
-        // After `keep` the name is gone already.
+        // Renamed into a folder, it is gone already.
         let _ = std::fs::remove_file(&self.path);
     }
 }
@@ -137,10 +180,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
-    #[tokio::test]
-    async fn a_kept_file_is_found_by_its_hash_and_an_abandoned_one_is_gone() {
-        let data = std::env::temp_dir().join(format!("veloid-files-{}", Uuid::now_v7()));
-        let files = Files::open(&data).await.unwrap();
+    async fn keeps_abc(files: &Files) {
         let mut incoming = files.begin().await.unwrap();
         incoming.write(b"ab").await.unwrap();
         incoming.write(b"c").await.unwrap();
@@ -152,8 +192,48 @@ mod tests {
         );
         assert_eq!(kept.bytes, 3);
         assert_eq!(files.read(&kept.sha256).await.unwrap(), b"abc");
+        let chunks = files.stream(&kept.sha256).await.unwrap();
+        let chunks: Vec<Bytes> = chunks.try_collect().await.unwrap();
+        assert_eq!(chunks.concat(), b"abc");
         drop(files.begin().await.unwrap());
-        assert_eq!(std::fs::read_dir(data.join("incoming")).unwrap().count(), 0);
-        std::fs::remove_dir_all(data).unwrap();
+        let left = std::fs::read_dir(&files.incoming).unwrap().count();
+        assert_eq!(left, 0, "what is kept or abandoned is no longer on its way");
+        let missing = files.read("0").await.unwrap_err();
+        assert_eq!(missing.kind(), io::ErrorKind::NotFound);
+    }
+
+    #[tokio::test]
+    async fn a_kept_file_is_found_by_its_hash_and_an_abandoned_one_is_gone() {
+        let root = std::env::temp_dir().join(format!("veloid-files-{}", Uuid::now_v7()));
+        let shared = Url::from_file_path(root.join("shared")).unwrap();
+        keeps_abc(&Files::in_folder(&root).await.unwrap()).await;
+        keeps_abc(&Files::at(&shared, &root).await.unwrap()).await;
+        assert_eq!(
+            std::fs::read_dir(root.join("shared/rides"))
+                .unwrap()
+                .count(),
+            1
+        );
+        let memory = "memory:///".parse().unwrap();
+        keeps_abc(&Files::at(&memory, &root).await.unwrap()).await;
+        std::fs::remove_dir_all(root).unwrap();
+    }
+
+    #[tokio::test]
+    async fn a_file_larger_than_one_part_comes_back_whole() {
+        let root = std::env::temp_dir().join(format!("veloid-files-{}", Uuid::now_v7()));
+        let memory = "memory:///".parse().unwrap();
+        let files = Files::at(&memory, &root).await.unwrap();
+        let mut incoming = files.begin().await.unwrap();
+        let block: Vec<u8> = (0..1 << 20).map(|i: u32| i.to_le_bytes()[1]).collect();
+        for _ in 0..25 {
+            incoming.write(&block).await.unwrap();
+        }
+        let kept = files.keep(incoming).await.unwrap();
+        assert_eq!(
+            hex(&Sha256::digest(files.read(&kept.sha256).await.unwrap())),
+            kept.sha256
+        );
+        std::fs::remove_dir_all(root).unwrap();
     }
 }

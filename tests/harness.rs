@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
 use reqwest::multipart::{Form, Part};
-use reqwest::{Client, Response};
+use reqwest::{Client, ClientBuilder, Response};
 use serde_json::Value;
 
 use crate::ride;
@@ -64,6 +64,7 @@ pub struct Server {
     pub client: Client,
     pub folder: Folder,
     args: Vec<String>,
+    env: Vec<(String, String)>,
 }
 
 impl Server {
@@ -73,14 +74,30 @@ impl Server {
 
     /// Starts with more arguments of `veloid serve`.
     pub fn with(args: &[&str]) -> Self {
+        Self::with_env(args, &[])
+    }
+
+    /// Starts with more arguments, and environment variables that processes beside it get too.
+    pub fn with_env(args: &[&str], env: &[(&str, &str)]) -> Self {
+        Self::on(true, args, env)
+    }
+
+    /// Starts on SQLite, whatever the tests run on.
+    pub fn on_sqlite(args: &[&str]) -> Self {
+        Self::on(false, args, &[])
+    }
+
+    fn on(postgres: bool, args: &[&str], env: &[(&str, &str)]) -> Self {
         let folder = Folder::new();
         let args: Vec<String> = args.iter().map(|arg| (*arg).to_owned()).collect();
-        let database = fresh_database(&folder);
-        let (child, url) = launch(&folder.0, database.as_deref(), &args);
-        let client = Client::builder()
-            .timeout(Duration::from_secs(120))
-            .build()
-            .unwrap();
+        let mut env: Vec<(String, String)> = env
+            .iter()
+            .map(|(key, value)| ((*key).to_owned(), (*value).to_owned()))
+            .collect();
+        let database = postgres.then(|| fresh_database(&folder)).flatten();
+        env.extend(database.clone().map(|url| ("DATABASE_URL".to_owned(), url)));
+        let (child, url) = launch(&folder.0, &env, &args);
+        let client = http().timeout(Duration::from_secs(120)).build().unwrap();
         Self {
             child,
             database,
@@ -88,6 +105,7 @@ impl Server {
             client,
             folder,
             args,
+            env,
         }
     }
 
@@ -107,7 +125,7 @@ impl Server {
     }
 
     pub fn restart(&mut self) {
-        (self.child, self.url) = launch(&self.folder.0, self.database.as_deref(), &self.args);
+        (self.child, self.url) = launch(&self.folder.0, &self.env, &self.args);
     }
 
     /// A process beside the server on the same data.
@@ -118,8 +136,14 @@ impl Server {
             .arg("--data")
             .arg(&self.folder.0)
             .env_remove("DATABASE_URL")
-            .envs(self.database.as_ref().map(|url| ("DATABASE_URL", url)));
+            .envs(self.env.iter().cloned());
         command
+    }
+
+    /// `veloid worker` beside the server, with one thread and more arguments.
+    pub fn worker(&self, args: &[&str]) -> Worker {
+        let mut worker = self.beside(&["worker", "--workers", "1"]);
+        Worker(worker.args(args).stderr(Stdio::null()).spawn().unwrap())
     }
 
     pub async fn get(&self, path: &str) -> Response {
@@ -198,7 +222,7 @@ impl Drop for Server {
     }
 }
 
-fn launch(data: &Path, database: Option<&str>, args: &[String]) -> (Child, String) {
+fn launch(data: &Path, env: &[(String, String)], args: &[String]) -> (Child, String) {
     let log = File::options()
         .create(true)
         .append(true)
@@ -209,7 +233,7 @@ fn launch(data: &Path, database: Option<&str>, args: &[String]) -> (Child, Strin
         .arg(data)
         .args(args)
         .env_remove("DATABASE_URL")
-        .envs(database.map(|url| ("DATABASE_URL", url)))
+        .envs(env.iter().cloned())
         .stdout(Stdio::piped())
         .stderr(log)
         .spawn()
@@ -223,6 +247,22 @@ fn launch(data: &Path, database: Option<&str>, args: &[String]) -> (Child, Strin
     // Whatever else it prints must not block it.
     std::thread::spawn(move || lines.for_each(drop));
     (child, url)
+}
+
+/// A worker that goes when the test ends.
+pub struct Worker(Child);
+
+impl Drop for Worker {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// A client to be set up; its TLS asks for a provider even where nothing is encrypted.
+pub fn http() -> ClientBuilder {
+    let _ = rustls::crypto::ring::default_provider().install_default();
+    Client::builder()
 }
 
 /// Runs `veloid` to its end.

@@ -11,6 +11,7 @@ mod fleet;
 mod harness;
 mod jobs;
 mod model;
+mod object_storage;
 mod openapi;
 mod pages;
 mod process;

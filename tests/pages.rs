@@ -1,8 +1,8 @@
 use reqwest::multipart::{Form, Part};
-use reqwest::{Client, Response, redirect};
+use reqwest::{Response, redirect};
 use serde_json::Value;
 
-use crate::harness::Server;
+use crate::harness::{Server, http};
 use crate::ride::{self, LONG};
 
 const HOSTILE: &str = "<img src=x onerror=alert(1)>\"'&.csv";
@@ -33,10 +33,7 @@ async fn send_form(server: &Server, name: &str, bike: &str) -> Response {
     for (key, value) in ride::QUICK {
         form = form.text(key, value);
     }
-    let client = Client::builder()
-        .redirect(redirect::Policy::none())
-        .build()
-        .unwrap();
+    let client = http().redirect(redirect::Policy::none()).build().unwrap();
     let request = client.post(server.address("/")).multipart(form);
     request.send().await.unwrap()
 }

@@ -1,7 +1,5 @@
 //! Processes: their orderly end, their limits, and several of them on the same data.
 
-use std::process::Stdio;
-
 use crate::harness::Server;
 use crate::ride::LONG;
 
@@ -46,11 +44,8 @@ async fn a_worker_beside_the_server_does_the_work() {
     let server = Server::with(&["--workers", "0"]);
     let job = server.submit(&[]).await;
     assert_eq!(server.json(&job).await["state"], "queued");
-    let mut worker = server.beside(&["worker", "--workers", "1"]);
-    let mut worker = worker.stderr(Stdio::null()).spawn().unwrap();
+    let _worker = server.worker(&[]);
     let view = server.succeeded(&job).await;
-    worker.kill().unwrap();
-    worker.wait().unwrap();
     assert_eq!(view["trials"]["done"], 3);
 }
 

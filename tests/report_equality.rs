@@ -47,3 +47,50 @@ async fn the_server_and_the_command_line_report_the_same_numbers() {
         [served, written].map(|text| serde_json::from_str::<Value>(&text).unwrap());
     assert_eq!(served.to_string(), written.to_string());
 }
+
+/// The report of one ride, diagnosis and all. PostgreSQL spells numbers in its own way (1e16 as
+/// 10000000000000000), so that each is brought to the spelling of the double it stands for.
+async fn report(server: &Server) -> String {
+    let parts = [("seed", "7"), ("trials", "8"), ("diagnosis", "true")];
+    let job = server.submit(&parts).await;
+    server.succeeded(&job).await;
+    let mut report = server.json(&format!("{job}/report")).await;
+    as_doubles(&mut report);
+    report.to_string()
+}
+
+fn as_doubles(value: &mut Value) {
+    match value {
+        Value::Number(number) => *value = number.as_f64().into(),
+        Value::Array(values) => values.iter_mut().for_each(as_doubles),
+        Value::Object(values) => values.values_mut().for_each(as_doubles),
+        _ => {}
+    }
+}
+
+#[tokio::test]
+async fn neither_the_database_nor_the_number_of_workers_changes_a_number() {
+    let expected = report(&Server::on_sqlite(&["--workers", "2"])).await;
+    assert!(expected.contains("\"verdict\":"), "{expected}");
+    if std::env::var_os("VELOID_TEST_POSTGRES").is_none() {
+        eprintln!("skipped: no PostgreSQL to compare SQLite with");
+        return;
+    }
+    for count in [1, 4] {
+        let server = Server::with(&["--workers", "0"]);
+        let _workers: Vec<_> = (0..count).map(|_| server.worker(&[])).collect();
+        let all = format!("\nveloid_workers {count}\n");
+        while !server
+            .get("/metrics")
+            .await
+            .text()
+            .await
+            .unwrap()
+            .contains(&all)
+        {
+            tokio::time::sleep(std::time::Duration::from_millis(50)).await;
+        }
+        let found = report(&server).await;
+        assert!(found == expected, "{count} workers:\n{found}\n{expected}");
+    }
+}

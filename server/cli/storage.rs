@@ -4,6 +4,8 @@ use std::fs::{File, TryLockError};
 use std::path::PathBuf;
 
 use clap::Args;
+use tokio::fs;
+use url::Url;
 
 use super::CliError;
 use crate::files::Files;
@@ -14,6 +16,10 @@ pub struct Storage {
     /// Folder of the raw files and of the SQLite database; made when absent.
     #[arg(long, env = "VELOID_DATA", default_value = "data")]
     data: PathBuf,
+    /// Where the raw files lie when not in the data folder: `file:///FOLDER`, or `s3://BUCKET/PREFIX`
+    /// with credentials, region and endpoint from the AWS_* variables.
+    #[arg(long, env = "VELOID_FILES", value_name = "URL")]
+    files: Option<Url>,
     /// Database: `postgres://...` or `sqlite:FILE`; by default `veloid.db` in the data folder.
     #[arg(long, env = "DATABASE_URL", hide_env_values = true)]
     database_url: Option<String>,
@@ -22,7 +28,11 @@ pub struct Storage {
 impl Storage {
     /// Opens the file store and the database, with its schema up to date.
     pub async fn open(&self) -> Result<(Db, Files), CliError> {
-        let files = Files::open(&self.data).await?;
+        fs::create_dir_all(&self.data).await?;
+        let files = match &self.files {
+            Some(url) => Files::at(url, &self.data).await?,
+            None => Files::in_folder(&self.data).await?,
+        };
         let url = self
             .database_url
             .clone()

@@ -2,7 +2,6 @@ use axum::body::Body;
 use axum::extract::State;
 use axum::http::{HeaderMap, header};
 use axum::response::{IntoResponse, Response};
-use tokio_util::io::ReaderStream;
 use uuid::Uuid;
 
 use crate::api::App;
@@ -28,7 +27,7 @@ pub async fn file(
     if matches(&headers, &etag) {
         return Ok(not_modified(&etag));
     }
-    let body = Body::from_stream(ReaderStream::new(server.files.stream(&ride.sha256).await?));
+    let body = Body::from_stream(server.files.stream(&ride.sha256).await?);
     let headers = [
         (header::CONTENT_TYPE, "application/octet-stream".to_owned()),
         (header::CONTENT_LENGTH, ride.bytes.to_string()),
