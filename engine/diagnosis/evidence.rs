@@ -1,13 +1,11 @@
 //! The data of the verdict's figures, per axle: the stretch where the plain model is worst, the spectrum
 //! of what each model leaves, and the force that the plain spring and damper lack.
 
-use std::f64::consts::TAU;
-
-use realfft::RealFftPlanner;
 use serde::{Deserialize, Serialize};
 
 use super::adequacy::Motion;
 use super::scene::Track;
+use super::spectrum::Spectrum;
 use crate::report::Estimate;
 
 /// What a reader must see to believe the verdict.
@@ -101,63 +99,31 @@ impl Excerpt {
     }
 }
 
-/// Segment of Welch's method (samples) and points of the spectrum.
-const SEGMENT: usize = 2048;
+/// Points of the spectrum.
 const POINTS: usize = 160;
 
 impl ResidualSpectrum {
     pub fn of(track: &Track, plain: &[f64], left: &[f64]) -> Self {
         let step = track.input.step;
-        let (plain, left) = (density(plain, step), density(left, step));
-        if plain.len() < 2 {
+        let (Some(plain), Some(left)) = (Spectrum::new(plain, step), Spectrum::new(left, step))
+        else {
             return Self::default();
-        }
-        let width = 0.5 / step / (plain.len() - 1) as f64;
+        };
+        let bins = plain.hz.len();
         // Bins join to bands of equal ratio, as the axis is logarithmic.
-        let ratio = (plain.len() as f64).powf(1.0 / POINTS as f64);
+        let ratio = (bins as f64).powf(1.0 / POINTS as f64);
         let mut spectrum = Self::default();
         let mut from = 1;
-        while from < plain.len() {
-            let to = ((from as f64 * ratio).round() as usize).clamp(from + 1, plain.len());
+        while from < bins {
+            let to = ((from as f64 * ratio).round() as usize).clamp(from + 1, bins);
             let mean = |x: &[f64]| x[from..to].iter().sum::<f64>() / (to - from) as f64;
-            spectrum
-                .frequency_hz
-                .push(0.5 * (from + to - 1) as f64 * width);
-            spectrum.plain_m2_hz.push(mean(&plain));
-            spectrum.extended_m2_hz.push(mean(&left));
+            spectrum.frequency_hz.push(mean(&plain.hz));
+            spectrum.plain_m2_hz.push(mean(&plain.density));
+            spectrum.extended_m2_hz.push(mean(&left.density));
             from = to;
         }
         spectrum
     }
-}
-
-/// One-sided power spectral density by Welch's method: Hann windows that overlap by half.
-fn density(values: &[f64], step: f64) -> Vec<f64> {
-    let length = SEGMENT.min(values.len() / 2 * 2);
-    if length < 16 {
-        return Vec::new();
-    }
-    let forward = RealFftPlanner::<f64>::new().plan_fft_forward(length);
-    let mut record = forward.make_input_vec();
-    let mut bins = forward.make_output_vec();
-    let mut sum = vec![0.0; bins.len()];
-    let mut segments = 0.0;
-    let hann = |i: usize| 0.5 - 0.5 * (TAU * i as f64 / length as f64).cos();
-    for from in (0..=values.len() - length).step_by(length / 2) {
-        for (i, sample) in record.iter_mut().enumerate() {
-            *sample = values[from + i] * hann(i);
-        }
-        // Fails only on lengths other than planned.
-        let _ = forward.process(&mut record, &mut bins);
-        for (sum, bin) in sum.iter_mut().zip(&bins) {
-            *sum += bin.norm_sqr();
-        }
-        segments += 1.0;
-    }
-    let power: f64 = (0..length).map(|i| hann(i).powi(2)).sum();
-    sum.iter()
-        .map(|s| 2.0 * s * step / (power * segments))
-        .collect()
 }
 
 /// Cells along each side of the surface, and its half width in RMS values.
@@ -221,24 +187,7 @@ fn grid<T, U>(rows: &[Vec<T>], of: impl Fn(&T) -> U) -> Vec<Vec<U>> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
-
-    #[test]
-    fn the_spectrum_of_a_sine_holds_its_power_at_its_frequency() {
-        let (step, hz, amplitude) = (0.01, 7.0, 2.0);
-        let sine: Vec<f64> = (0..20_000)
-            .map(|i| amplitude * (TAU * hz * i as f64 * step).sin())
-            .collect();
-        let density = density(&sine, step);
-        let width = 0.5 / step / (density.len() - 1) as f64;
-        let power: f64 = density.iter().sum::<f64>() * width;
-        assert!((power / (0.5 * amplitude * amplitude) - 1.0).abs() < 0.01);
-        let peak = (0..density.len())
-            .max_by(|a, b| density[*a].total_cmp(&density[*b]))
-            .unwrap();
-        assert!((peak as f64 * width - hz).abs() < width);
-    }
 
     #[test]
     fn values_off_the_grid_have_no_cell() {

@@ -26,6 +26,9 @@ const HELD: f64 = 0.3;
 const BESIDE: f64 = 0.02;
 /// Share of the held-out squares that it must remove instead; where the road is noisy, in any case.
 const SHOWN: f64 = 0.08;
+/// Times the gain that chance could bring that an effect must make which the held-out part cannot
+/// confirm, since it belongs to a moment of the fitted part.
+const UNCONFIRMED: f64 = 2.0;
 /// Candidates that are fitted to the end in every round.
 const LEADERS: usize = 6;
 /// Largest angle (rad) that the stiffest axle turns through in one step of the integrator, while
@@ -210,8 +213,10 @@ impl Search<'_> {
         } else {
             2.0 + HELD * (larger.likelihood - proven.likelihood) * share
         };
+        let beyond_chance = null.p_value(gain) <= self.alpha
+            && (!local || gain > UNCONFIRMED * null.bound(self.alpha));
         let counts = model.terms.is_empty() || self.counts(model, larger);
-        null.p_value(gain) <= self.alpha
+        beyond_chance
             && counts
             && self.held_score(larger) - self.held_score(proven) > wanted
             && self.beats_road_noise(model, larger, gain)

@@ -245,6 +245,21 @@ mod tests {
     }
 
     #[test]
+    fn a_sine_holds_its_power_at_its_frequency() {
+        let (step, hz, amplitude) = (0.01, 7.0, 2.0);
+        let turn = std::f64::consts::TAU * hz * step;
+        let sine: Vec<f64> = (0..20_000)
+            .map(|i| amplitude * (turn * i as f64).sin())
+            .collect();
+        let s = Spectrum::new(&sine, step).expect("long enough");
+        let power = s.density.iter().sum::<f64>() * s.hz[1];
+        assert!((power / (0.5 * amplitude * amplitude) - 1.0).abs() < 0.01);
+        let top = s.density.iter().copied().fold(0.0, f64::max);
+        let peak = s.density.iter().position(|d| *d == top).expect("a peak");
+        assert!((s.hz[peak] - hz).abs() <= s.hz[1]);
+    }
+
+    #[test]
     fn sensor_noise_does_not_resonate() {
         let colours = [(0.0, 1.0), (0.85, 1.0), (0.97, 0.3)];
         for (i, (phi, size)) in colours.into_iter().enumerate() {
