@@ -6,12 +6,13 @@ use std::ops::Range;
 use crate::simulate::lanes::LANES;
 use crate::simulate::linear::{Input, simulate};
 
-use super::extend::{Model, Tangent, dot, orthonormal, without};
+use super::extend::Model;
 use super::fit::Fitter;
 use super::integrate::run;
 use super::model::Point;
 use super::name::FINE;
 use super::scene::Scene;
+use super::signature::{Tangent, dot, orthonormal, without};
 
 /// A model's motion along the ride on one axle.
 pub struct Motion {

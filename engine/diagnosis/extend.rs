@@ -1,17 +1,18 @@
-//! Adding one effect to a fitted model: signatures from the model's own simulated motion say where
-//! to start, an exact refit says how well it fits.
+//! Sets of effects and their exact refits when one is added, dropped or replaced.
 
-use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::output_error::colour::Colour;
-use crate::simulate::lanes::{LANES, Lanes, widest};
 
-use super::effects::{ALL, Acts, FOILS, Values};
-use super::fit::{Effort, Fitted, Fitter, whitened};
+use super::effects::{ALL, Acts, FOILS, Kind, Values};
+use super::fit::{Effort, Fitted, Fitter};
 use super::model::{Point, Term, Unit};
 use super::scene::Scene;
+use super::signature::{Promise, Signatures};
 use super::{Place, SwitchedOff};
+
+/// What a corner takes off the angle of a step, since the error at one falls with its square only.
+const CORNERS: f64 = 0.4;
 
 /// A set of effects, exactly fitted.
 #[derive(Clone, Debug)]
@@ -34,7 +35,7 @@ impl Model {
     }
 
     /// Steps of the integrator for each sample, so that the stiffest axle turns by no more than `angle`
-    /// (rad) in one.
+    /// (rad) in one, or by less where a force has corners.
     pub fn substeps(&self, scene: &Scene, angle: f64) -> usize {
         let mut fastest: f64 = 0.0;
         for fit in &self.fits {
@@ -54,6 +55,11 @@ impl Model {
                     .max(0.0);
             }
         }
+        let angle = if self.terms.iter().any(|t| t.kind.spec().corners) {
+            CORNERS * angle
+        } else {
+            angle
+        };
         ((fastest.sqrt() * scene.step / angle).ceil() as usize).clamp(1, 20)
     }
 
@@ -78,7 +84,7 @@ impl Model {
     }
 
     /// Where a fit of `unit` starts when this model is what is known: new terms at zero.
-    fn carried(&self, unit: &Unit) -> (Point, Vec<Colour>) {
+    pub fn carried(&self, unit: &Unit) -> (Point, Vec<Colour>) {
         let mut point = Point {
             base: Vec::new(),
             values: Vec::new(),
@@ -158,270 +164,6 @@ pub fn candidates(scene: &Scene) -> (Vec<Term>, Vec<SwitchedOff>) {
     (terms, off)
 }
 
-/// Whitened, projected signatures of one candidate: what it would add to the residual.
-pub struct Signatures {
-    pub term: Term,
-    /// One entry for each start: its parameters scaled to the residual, the gain in log likelihood
-    /// that a linear fit of it promises, and the projected columns by axle of the unit.
-    pub starts: Vec<Promise>,
-}
-
-pub struct Promise {
-    pub values: Values,
-    /// The start before scaling, and the length of what it adds in standard deviations of the noise.
-    pub unit: Values,
-    pub size: f64,
-    pub gain: f64,
-    /// Orthonormal columns that span what the start adds, orthogonal to the model's own derivatives,
-    /// all axles of the unit one after the other.
-    pub basis: Vec<Vec<f64>>,
-}
-
-/// The model's own whitened derivatives of one unit, as an orthonormal basis, and its whitened
-/// residual in units of its standard deviation.
-pub struct Tangent {
-    pub unit: Unit,
-    pub point: Point,
-    pub basis: Vec<Vec<f64>>,
-    pub residual: Vec<f64>,
-    colours: Vec<Colour>,
-    /// Displacement of the model itself, by axle of the unit.
-    own: Vec<Vec<f64>>,
-}
-
-impl Tangent {
-    pub fn new(fitter: &Fitter, model: &Model, unit: &Unit, substeps: usize) -> Self {
-        let (point, colours) = model.carried(unit);
-        let slots = unit.slots(fitter.scene);
-        let own: [Point; LANES] = std::array::from_fn(|_| point.clone());
-        let own = unit
-            .simulate(fitter.scene, &own, None, fitter.samples, substeps)
-            .iter()
-            .map(|z| z.iter().map(|z| z.0[0]).collect())
-            .collect();
-        let mut columns = Vec::new();
-        let mut residual = Vec::new();
-        for chunk in slots.chunks(LANES - 1) {
-            let mut points: [Point; LANES] = std::array::from_fn(|_| point.clone());
-            for (lane, slot) in chunk.iter().enumerate() {
-                let (size, _) = unit.range(fitter.scene, *slot);
-                let value = point.get(*slot);
-                points[lane + 1].set(*slot, value + 1e-4 * size.abs().max(value.abs()));
-            }
-            let found = differences(fitter, unit, &points, &colours, substeps, chunk.len());
-            residual = found.0;
-            columns.extend(found.1);
-        }
-        Self {
-            unit: unit.clone(),
-            point,
-            basis: orthonormal(columns, &[]),
-            residual,
-            colours,
-            own,
-        }
-    }
-
-    /// Signatures of adding `term` at each of its starts; those without any effect are left out.
-    pub fn signatures(&self, fitter: &Fitter, term: Term, substeps: usize) -> Signatures {
-        let scene = fitter.scene;
-        let mut terms = self.unit.terms.clone();
-        terms.push(term);
-        terms.sort();
-        let unit = Unit {
-            tracks: self.unit.tracks.clone(),
-            terms,
-        };
-        let at = unit.terms.iter().position(|t| *t == term).unwrap_or(0);
-        let spec = term.kind.spec();
-        let starts = (spec.starts)(unit.scale(scene, at));
-        let mut base = self.point.clone();
-        base.values.insert(at, [0.0; 3]);
-        base.initial.insert(at, [0.0; 2]);
-        let promise = |starts: &[Values]| -> Vec<Promise> {
-            let mut columns: Vec<Vec<f64>> = Vec::new();
-            for chunk in starts.chunks(LANES - 1) {
-                let mut points: [Point; LANES] = std::array::from_fn(|_| base.clone());
-                for (lane, start) in chunk.iter().enumerate() {
-                    points[lane + 1].values[at] = *start;
-                }
-                columns.extend(self.departures(fitter, &unit, &points, substeps, chunk.len()));
-            }
-            let group = if spec.amplitudes.len() == 2 { 2 } else { 1 };
-            starts
-                .chunks(group)
-                .zip(columns.chunks(group))
-                .filter_map(|(starts, columns)| self.promise(&unit, at, starts, columns, scene))
-                .collect()
-        };
-        let mut promises = promise(&starts);
-        for zoom in 1..=3 {
-            let best = promises.iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
-            let nearer = best.map_or(Vec::new(), |p| {
-                (spec.nearer)(&p.values, unit.scale(scene, at), zoom)
-            });
-            promises.extend(promise(&nearer));
-        }
-        Signatures {
-            term,
-            starts: promises,
-        }
-    }
-
-    /// Whitened departures of each lane from this model's own motion.
-    fn departures(
-        &self,
-        fitter: &Fitter,
-        unit: &Unit,
-        points: &[Point; LANES],
-        substeps: usize,
-        count: usize,
-    ) -> Vec<Vec<f64>> {
-        let moved = unit.simulate(fitter.scene, points, None, fitter.samples, substeps);
-        let mut columns = vec![Vec::new(); count];
-        for ((z, z0), (t, colour)) in moved
-            .iter()
-            .zip(&self.own)
-            .zip(unit.tracks.iter().zip(&self.colours))
-        {
-            let valid = &fitter.scene.tracks[*t].valid;
-            let raw: Vec<Lanes> = (0..fitter.samples)
-                .map(|i| if valid[i] { z[i] - z0[i] } else { Lanes::ZERO })
-                .collect();
-            spread(&whitened(&raw, &colour.a), colour, count, &mut columns);
-        }
-        columns
-    }
-
-    fn promise(
-        &self,
-        unit: &Unit,
-        at: usize,
-        starts: &[Values],
-        columns: &[Vec<f64>],
-        scene: &Scene,
-    ) -> Option<Promise> {
-        if columns.iter().any(|c| c.iter().any(|x| !x.is_finite())) {
-            return None;
-        }
-        let n = columns.len();
-        let projected: Vec<Vec<f64>> = columns.iter().map(|c| without(c, &self.basis)).collect();
-        for (raw, left) in columns.iter().zip(&projected) {
-            // Nothing left after projection: the model's own parameters do the same.
-            if !(dot(left, left) > 1e-7 * dot(raw, raw) && dot(left, left) > 1e-8) {
-                return None;
-            }
-        }
-        let h = DMatrix::from_fn(n, n, |i, j| dot(&projected[i], &projected[j]));
-        let g = DVector::from_fn(n, |i, _| dot(&projected[i], &self.residual));
-        let amounts = h.clone().cholesky()?.solve(&g);
-        let gain = 0.5 * amounts.dot(&g);
-        let spec = unit.terms[at].kind.spec();
-        let mut values = starts[0];
-        for (slot, amount) in spec.amplitudes.iter().zip(amounts.iter()) {
-            let parameter = &spec.parameters[*slot];
-            let [low, high] = (parameter.limits)(unit.scale(scene, at));
-            let start = starts[if n == 2 { *slot } else { 0 }][*slot];
-            values[*slot] = (start * amount).max(low).min(high);
-        }
-        Some(Promise {
-            values,
-            unit: starts[0],
-            size: h[(0, 0)].sqrt(),
-            gain,
-            basis: orthonormal(projected, &[]),
-        })
-    }
-}
-
-/// Residual and differences of the lanes to lane 0, whitened and over the noise's deviation.
-fn differences(
-    fitter: &Fitter,
-    unit: &Unit,
-    points: &[Point; LANES],
-    colours: &[Colour],
-    substeps: usize,
-    count: usize,
-) -> (Vec<f64>, Vec<Vec<f64>>) {
-    let moved = unit.simulate(fitter.scene, points, None, fitter.samples, substeps);
-    let mut columns = vec![Vec::new(); count];
-    let mut residual = Vec::new();
-    for ((z, t), colour) in moved.iter().zip(&unit.tracks).zip(colours) {
-        let track = &fitter.scene.tracks[*t];
-        let raw: Vec<Lanes> = (0..fitter.samples)
-            .map(|i| {
-                if !track.valid[i] {
-                    return Lanes::ZERO;
-                }
-                let base = z[i].0[0];
-                let mut out = z[i] - base;
-                out.0[0] = track.measured[i] - base;
-                out
-            })
-            .collect();
-        let white = whitened(&raw, &colour.a);
-        let per = colour.variance.sqrt().recip();
-        residual.extend(white.iter().map(|x| x.0[0] * per));
-        spread(&white, colour, count, &mut columns);
-    }
-    (residual, columns)
-}
-
-/// Appends lanes 1.. to the columns.
-fn spread(white: &[Lanes], colour: &Colour, count: usize, columns: &mut [Vec<f64>]) {
-    let per = colour.variance.sqrt().recip();
-    for (lane, column) in columns.iter_mut().enumerate().take(count) {
-        column.extend(white.iter().map(|x| x.0[lane + 1] * per));
-    }
-}
-
-pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    widest(
-        #[inline(always)]
-        || {
-            let (a, a_rest) = a.as_chunks::<LANES>();
-            let (b, b_rest) = b.as_chunks::<LANES>();
-            let mut sums = Lanes::ZERO;
-            for (a, b) in a.iter().zip(b) {
-                sums += Lanes(*a) * Lanes(*b);
-            }
-            let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
-            sums.0.iter().sum::<f64>() + rest
-        },
-    )
-}
-
-/// What is left of `x` outside the span of an orthonormal basis.
-pub fn without(x: &[f64], basis: &[Vec<f64>]) -> Vec<f64> {
-    let mut left = x.to_vec();
-    // Twice, against rounding.
-    for _ in 0..2 {
-        for b in basis {
-            let along = dot(&left, b);
-            for (x, b) in left.iter_mut().zip(b) {
-                *x -= along * b;
-            }
-        }
-    }
-    left
-}
-
-/// Orthonormal basis of the columns outside the span of `beyond`; dependent ones are dropped.
-pub fn orthonormal(columns: Vec<Vec<f64>>, beyond: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let mut basis: Vec<Vec<f64>> = Vec::new();
-    for column in columns {
-        let size = dot(&column, &column);
-        let mut left = without(&without(&column, beyond), &basis);
-        let rest = dot(&left, &left);
-        if rest > 1e-10 * size && rest.is_finite() {
-            let per = rest.sqrt().recip();
-            left.iter_mut().for_each(|x| *x *= per);
-            basis.push(left);
-        }
-    }
-    basis
-}
-
 /// Whether the model is so far from the ride on the axles of `unit` that its own stiffness and
 /// damping may be wrong by factors, and linear promises mean little.
 pub fn is_far(scene: &Scene, model: &Model, unit: &Unit) -> bool {
@@ -476,7 +218,7 @@ pub fn extend(
     let mut order: Vec<&Promise> = signatures.starts.iter().collect();
     order.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     let near = if unit.terms[at].kind.spec().amplitudes.is_empty() {
-        2
+        3
     } else {
         1
     };
@@ -537,9 +279,9 @@ fn far_starts(
         _ => &[3.0],
     };
     let stiffer: &[f64] = if starts.len() > 6 {
-        &[1.0]
+        &[1.0, 1.4]
     } else {
-        &[0.1, 0.35, 1.0]
+        &[0.1, 0.35, 1.0, 2.0]
     };
     let mut ranked: Vec<(f64, Point)> = Vec::new();
     for start in starts {
@@ -567,6 +309,38 @@ fn far_starts(
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     ranked.truncate(2);
     ranked.into_iter().map(|(_, p)| p).collect()
+}
+
+/// Refits a model with free play in the place of its stops, starting from these as if no spring were
+/// between them.
+pub fn unstopped(fitter: &Fitter, model: &Model, play: Term, effort: Effort) -> Option<Model> {
+    let stop = Term {
+        kind: Kind::BumpStop,
+        ..play
+    };
+    let (i, fit) = model
+        .fits
+        .iter()
+        .find_map(|f| f.unit.terms.iter().position(|t| *t == stop).map(|i| (i, f)))?;
+    let [gap, stiffness, _] = fit.point.values[i];
+    let track = fit
+        .unit
+        .tracks
+        .iter()
+        .position(|t| play.acts_on(fitter.scene.tracks[*t].axle))?;
+    let mut unit = fit.unit.clone();
+    unit.terms[i] = play;
+    let mut point = fit.point.clone();
+    point.values[i] = [2.0 * gap, 0.0, 0.0];
+    point.base[track][0] = stiffness * point.base[track][2];
+    let fitted = fitter.fit(&unit, point, &fit.colours, effort)?;
+    let others = model.fits.iter().filter(|f| f.unit != fit.unit).cloned();
+    let fits = std::iter::once(fitted).chain(others).collect();
+    let terms = model
+        .terms
+        .iter()
+        .map(|t| if *t == stop { play } else { *t });
+    Some(Model::new(terms.collect(), fits))
 }
 
 /// Fits the model with fewer terms than `known` has, starting from there; units that do not change
@@ -606,20 +380,4 @@ pub fn polish(fitter: &Fitter, model: &Model, effort: Effort) -> Option<Model> {
         })
         .collect::<Option<Vec<_>>>()?;
     Some(Model::new(model.terms.clone(), fits))
-}
-
-/// Tangents for adding terms on one axle and on both: the units a new term may belong to.
-pub fn tangent_for(fitter: &Fitter, model: &Model, term: Term, substeps: usize) -> Tangent {
-    let scene = fitter.scene;
-    let mut terms = model.terms.clone();
-    terms.push(term);
-    let unit = Unit::all(scene, &terms)
-        .into_iter()
-        .find(|u| u.terms.contains(&term));
-    let mut unit = unit.unwrap_or(Unit {
-        tracks: vec![0],
-        terms: Vec::new(),
-    });
-    unit.terms.retain(|t| *t != term);
-    Tangent::new(fitter, model, &unit, substeps)
 }

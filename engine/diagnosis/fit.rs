@@ -211,7 +211,14 @@ impl Fitter<'_> {
         unit: &'b Unit,
         point: &'b Point,
     ) -> impl Iterator<Item = (Slot, f64, f64)> + 'b {
-        unit.tracks.iter().enumerate().flat_map(move |(a, t)| {
+        let effects = unit.terms.iter().enumerate().flat_map(move |(i, term)| {
+            let expected = term.kind.spec().expected.iter();
+            expected.map(move |(q, value, deviation)| {
+                let slot = Slot::Value(i, *q);
+                (slot, (point.get(slot) - value) / deviation, 1.0 / deviation)
+            })
+        });
+        let starts = unit.tracks.iter().enumerate().flat_map(move |(a, t)| {
             let track = &self.scene.tracks[*t];
             let expected = [track.measured[0], 0.0];
             let per = [0.3 / track.scale.z_rms, 0.3 / track.scale.v_rms];
@@ -219,7 +226,8 @@ impl Fitter<'_> {
                 let slot = Slot::Base(a, 4 + q);
                 (slot, (point.get(slot) - expected[q]) * per[q], per[q])
             })
-        })
+        });
+        starts.chain(effects)
     }
 
     fn normal(

@@ -4,10 +4,11 @@
 use crate::bicycle::Axle;
 
 use super::effects::{FOILS, Kind};
-use super::extend::{Model, Reach, extend, polish, reduce, tangent_for};
+use super::extend::{Model, Reach, extend, polish, reduce};
 use super::fit::Effort;
 use super::model::Term;
 use super::name::{FINE, Search};
+use super::signature::tangent_for;
 
 const SPRINGS: [Kind; 5] = [
     Kind::CubicStiffness,
@@ -16,8 +17,9 @@ const SPRINGS: [Kind; 5] = [
     Kind::FreePlay,
     Kind::WheelLift,
 ];
-const DAMPERS: [Kind; 3] = [
+const DAMPERS: [Kind; 4] = [
     Kind::CoulombFriction,
+    Kind::Hysteresis,
     Kind::QuadraticDamping,
     Kind::AsymmetricDamping,
 ];
@@ -35,12 +37,21 @@ pub fn is_curve(search: &Search, model: &Model) -> bool {
         };
         // Three laws of one variable draw a curve, they are not three causes.
         let dampers = own(&DAMPERS);
-        own(&SPRINGS).len() >= 3 || !dampers.is_empty() && led(search, model, &dampers)
+        let all: Vec<Term> = model
+            .terms
+            .iter()
+            .copied()
+            .filter(|t| t.acts_on(axle))
+            .collect();
+        own(&SPRINGS).len() >= 3
+            || !dampers.is_empty()
+                && (led(search, model, &dampers)
+                    || all.len() > dampers.len() && led(search, model, &all))
     })
 }
 
-/// Whether a general damper in the place of `dampers` leads the model.
-fn led(search: &Search, model: &Model, dampers: &[Term]) -> bool {
+/// Whether a general damper in the place of `named` effects leads the model.
+fn led(search: &Search, model: &Model, named: &[Term]) -> bool {
     let fitter = &search.fitter;
     let substeps = model.substeps(fitter.scene, FINE);
     let effort = Effort {
@@ -52,7 +63,7 @@ fn led(search: &Search, model: &Model, dampers: &[Term]) -> bool {
         .terms
         .iter()
         .copied()
-        .filter(|t| !dampers.contains(t))
+        .filter(|t| !named.contains(t))
         .collect();
     let Some(less) = reduce(fitter, model, &rest, effort) else {
         return false;
@@ -60,7 +71,7 @@ fn led(search: &Search, model: &Model, dampers: &[Term]) -> bool {
     FOILS.iter().any(|kind| {
         let term = Term {
             kind: *kind,
-            place: dampers[0].place,
+            place: named[0].place,
         };
         let offer = tangent_for(fitter, &less, term, substeps).signatures(fitter, term, substeps);
         if offer.starts.is_empty() {

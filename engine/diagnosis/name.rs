@@ -9,17 +9,16 @@ use crate::EngineError;
 use crate::identify::Progress;
 use crate::output_error::colour::Colour;
 
-use super::Place;
-use super::extend::{
-    Model, Reach, Signatures, Tangent, extend, is_far, joined, polish, reduce, tangent_for,
-};
+use super::effects::SLOW;
+use super::extend::{Model, is_far, polish, reduce};
 use super::fit::{Effort, Fitted, Fitter};
 use super::model::Term;
 use super::null::Null;
-use super::replicate::score_to_beat;
+use super::physical::is_physical;
+use super::refit::{LEADERS, promise};
+use super::replicate::{is_noisy, stands_out};
+use super::signature::Signatures;
 
-/// Share of a significant gain below which a linear promise is not followed up.
-const HOPE: f64 = 0.4;
 /// Share of its gain (for each sample) that an effect must repeat on the held-out part.
 const HELD: f64 = 0.3;
 /// Gain for each sample that a second effect must make.
@@ -29,12 +28,12 @@ const SHOWN: f64 = 0.08;
 /// Times the gain that chance could bring that an effect must make which the held-out part cannot
 /// confirm, since it belongs to a moment of the fitted part.
 const UNCONFIRMED: f64 = 2.0;
-/// Candidates that are fitted to the end in every round.
-const LEADERS: usize = 6;
 /// Largest angle (rad) that the stiffest axle turns through in one step of the integrator, while
 /// searching and in the end.
 pub const COARSE: f64 = 0.45;
 pub const FINE: f64 = 0.3;
+/// Candidates that are behind the best by no more than this in log likelihood are chosen by merit.
+const CLOSE: f64 = 8.0;
 /// Effects that may act at once.
 const MOST_TERMS: usize = 3;
 
@@ -57,6 +56,7 @@ pub struct Named {
 
 pub struct Search<'a> {
     pub fitter: Fitter<'a>,
+    pub plain: Model,
     pub held: Range<usize>,
     pub candidates: Vec<Term>,
     pub alpha: f64,
@@ -65,7 +65,7 @@ pub struct Search<'a> {
 }
 
 impl Search<'_> {
-    fn quick(&self, model: &Model) -> Effort {
+    pub fn quick(&self, model: &Model) -> Effort {
         let angle = if model.terms.is_empty() { COARSE } else { FINE };
         Effort {
             iterations: 8,
@@ -74,7 +74,7 @@ impl Search<'_> {
         }
     }
 
-    fn thorough(&self, model: &Model) -> Effort {
+    pub fn thorough(&self, model: &Model) -> Effort {
         Effort {
             iterations: 20,
             gain: 0.01,
@@ -132,13 +132,25 @@ impl Search<'_> {
             || self.shows(model, larger)
     }
 
+    /// Log likelihood less what the number of parameters costs (Schwarz's criterion), and less again for
+    /// what no bicycle can be.
+    pub fn merit(&self, model: &Model) -> f64 {
+        let count = |t: &Term| t.kind.spec().parameters.len() as f64;
+        let parameters: f64 = model.terms.iter().map(count).sum();
+        let cost = 0.5 * parameters * (self.fitter.samples as f64).ln();
+        let odd = !is_physical(self.fitter.scene, &self.plain, model);
+        model.likelihood - cost - if odd { CLOSE } else { 0.0 }
+    }
+
     /// All rounds from the plain model on.
-    pub fn run(&self, plain: Model) -> Result<Named, EngineError> {
-        let mut model = plain.clone();
+    pub fn run(&self) -> Result<Named, EngineError> {
+        let mut model = self.plain.clone();
         let mut rounds = Vec::new();
         let mut rivals: Vec<Model> = Vec::new();
+        // Effects that came near to the best of some round.
+        let mut near: Vec<Term> = Vec::new();
         // The last model whose every effect proved itself on the held-out part.
-        let mut proven = plain;
+        let mut proven = self.plain.clone();
         while model.terms.len() < MOST_TERMS {
             self.check()?;
             let offers = self.offers(&model, &model.terms);
@@ -147,13 +159,35 @@ impl Search<'_> {
                 break;
             }
             let found = self.refits(&model, &offers);
-            let Some(best) = found.first() else { break };
+            // What noise of the road channel brings leads to nothing.
+            let real = |m: &&Model| self.beats_road_noise(&model, m);
+            let Some(best) = found.iter().take(LEADERS).find(real) else {
+                break;
+            };
             let least = 0.5 * (best.likelihood - model.likelihood);
-            let choice = found
+            let leaders: Vec<&Model> = found
                 .iter()
                 .take(LEADERS)
+                .filter(|m| m.likelihood <= best.likelihood)
                 .filter(|m| m.likelihood - model.likelihood >= least)
-                .find(|m| self.accepts(&proven, &model, m, &null));
+                .collect();
+            near.extend(leaders.iter().map(|m| added(&model, m)));
+            // Of those that explain the ride as well, the one that a bicycle can be and that says least.
+            let mut accepted: Vec<&Model> = Vec::new();
+            for leader in leaders {
+                if accepted
+                    .first()
+                    .is_some_and(|first| leader.likelihood < first.likelihood - CLOSE)
+                {
+                    break;
+                }
+                if self.accepts(&proven, &model, leader, &null) {
+                    accepted.push(leader);
+                }
+            }
+            let choice = accepted
+                .into_iter()
+                .max_by(|a, b| self.merit(a).total_cmp(&self.merit(b)));
             let tell = |m: &Model, accepted: bool| Round {
                 term: added(&model, m),
                 p_value: null.p_value(m.likelihood - model.likelihood),
@@ -168,7 +202,7 @@ impl Search<'_> {
                 rivals = if model.terms.len() == 1 {
                     found
                 } else {
-                    let tried = self.exchanged(&mut model)?;
+                    let tried = self.exchanged(&mut model, &near)?;
                     model = self.pruned(model);
                     tried
                 };
@@ -207,25 +241,32 @@ impl Search<'_> {
         let gain = larger.likelihood - model.likelihood;
         let term = added(model, larger);
         let local = term.kind.spec().local;
+        let slow = SLOW.contains(&term.kind);
         let share = self.held.len() as f64 / self.fitter.samples as f64;
         let wanted = if local {
             -2.0 - 0.05 * gain * share
+        } else if slow {
+            2.0
         } else {
             2.0 + HELD * (larger.likelihood - proven.likelihood) * share
         };
         let beyond_chance = null.p_value(gain) <= self.alpha
             && (!local || gain > UNCONFIRMED * null.bound(self.alpha));
-        let counts = model.terms.is_empty() || self.counts(model, larger);
+        let counts = model.terms.is_empty() && !slow || self.counts(model, larger);
         beyond_chance
             && counts
             && self.held_score(larger) - self.held_score(proven) > wanted
-            && self.beats_road_noise(model, larger, gain)
+            && self.beats_road_noise(model, larger)
     }
 
-    /// Whether a gain is beyond what noise of the road channel can bring, and shows in the held-out error.
-    fn beats_road_noise(&self, model: &Model, larger: &Model, gain: f64) -> bool {
-        let beat = score_to_beat(&self.fitter, model, added(model, larger), self.seed);
-        beat == 0.0 || (2.0 * gain).sqrt() > beat && self.shows(model, larger)
+    /// Whether what `larger` has beyond `model` is more than noise of the road channel can bring, and
+    /// shows in the held-out error.
+    fn beats_road_noise(&self, model: &Model, larger: &Model) -> bool {
+        let term = added(model, larger);
+        let mut tracks = self.fitter.scene.tracks.iter();
+        !tracks.any(|t| term.acts_on(t.axle) && is_noisy(t))
+            || self.shows(model, larger)
+                && (SLOW.contains(&term.kind) || stands_out(&self.fitter, model, term, self.seed))
     }
 
     /// Whether `larger` removes a part of the held-out squares of some track.
@@ -243,98 +284,6 @@ impl Search<'_> {
         } else {
             Ok(())
         }
-    }
-
-    /// Signatures of every candidate outside `taken`.
-    pub fn offers(&self, model: &Model, taken: &[Term]) -> Vec<Signatures> {
-        let open: Vec<Term> = self
-            .candidates
-            .iter()
-            .copied()
-            .filter(|t| !taken.contains(t))
-            .collect();
-        let places = [Place::Front, Place::Rear, Place::Both];
-        let substeps = model.substeps(self.fitter.scene, COARSE);
-        let tangents: Vec<Option<Tangent>> = places
-            .par_iter()
-            .map(|p| {
-                let term = open.iter().find(|t| t.place == *p)?;
-                Some(tangent_for(&self.fitter, model, *term, substeps))
-            })
-            .collect();
-        open.par_iter()
-            .filter_map(|term| {
-                let at = places.iter().position(|p| *p == term.place)?;
-                Some(
-                    tangents[at]
-                        .as_ref()?
-                        .signatures(&self.fitter, *term, substeps),
-                )
-            })
-            .filter(|s| !s.starts.is_empty())
-            .collect()
-    }
-
-    /// Whether any offer may turn out significant: its linear promise comes near to that, or the model
-    /// is too far from the ride for linear promises to mean anything.
-    fn promising(&self, model: &Model, offers: &[Signatures], null: &Null) -> bool {
-        let scene = self.fitter.scene;
-        let most = offers.iter().map(promise).fold(0.0, f64::max);
-        most > HOPE * null.bound(self.alpha)
-            || model.fits.iter().any(|f| is_far(scene, model, &f.unit))
-    }
-
-    /// Exact refits of the offers that promise anything, best first.
-    fn refits(&self, model: &Model, offers: &[Signatures]) -> Vec<Model> {
-        let scene = self.fitter.scene;
-        let most = offers.iter().map(promise).fold(0.0, f64::max);
-        let near = |s: &Signatures| promise(s) > 2.0 && promise(s) > 0.02 * most;
-        let far =
-            |s: &Signatures| joined(scene, model, s.term).is_some_and(|u| is_far(scene, model, &u));
-        let fitted = |s: &Signatures, reach: Reach| {
-            if self.progress.cancelled() {
-                return None;
-            }
-            extend(&self.fitter, model, s, self.quick(model), reach)
-        };
-        let mut found: Vec<Model> = offers
-            .par_iter()
-            .filter(|s| near(s))
-            .filter_map(|s| fitted(s, Reach::Near))
-            .collect();
-        // Where no start close to the model comes near to the ride, all are tried from afar.
-        let arrived = found.iter().any(|m| {
-            let units = m
-                .fits
-                .iter()
-                .filter(|f| !model.fits.iter().any(|g| g.unit == f.unit));
-            units.into_iter().all(|f| !is_far(scene, m, &f.unit))
-        });
-        if !arrived {
-            let further: Vec<Model> = offers
-                .par_iter()
-                .filter(|s| far(s))
-                .filter_map(|s| fitted(s, Reach::Far))
-                .collect();
-            found.extend(further);
-            found.sort_by(|a, b| b.likelihood.total_cmp(&a.likelihood));
-            let mut seen: Vec<Vec<Term>> = Vec::new();
-            found.retain(|m| {
-                let new = !seen.contains(&m.terms);
-                seen.push(m.terms.clone());
-                new
-            });
-        }
-        found.sort_by(|a, b| b.likelihood.total_cmp(&a.likelihood));
-        // The leaders once more, to the end and each under its own noise.
-        let rest = found.split_off(found.len().min(LEADERS));
-        let mut found: Vec<Model> = found
-            .into_par_iter()
-            .map(|m| polish(&self.fitter, &m, self.quick(&m)).unwrap_or(m))
-            .collect();
-        found.extend(rest);
-        found.sort_by(|a, b| b.likelihood.total_cmp(&a.likelihood));
-        found
     }
 
     /// Standard deviations that a score must reach to be significant among all offers.
@@ -368,9 +317,9 @@ impl Search<'_> {
             .collect()
     }
 
-    /// Tries every other effect in the place of each of the model's; takes improvements, and gives
-    /// the models that were tried.
-    fn exchanged(&self, model: &mut Model) -> Result<Vec<Model>, EngineError> {
+    /// Tries others in the place of each of the model's effects, those that promise something and those
+    /// that came `near` before; takes improvements, and gives the models that were tried.
+    fn exchanged(&self, model: &mut Model, near: &[Term]) -> Result<Vec<Model>, EngineError> {
         let mut tried = Vec::new();
         if model.terms.len() < 2 {
             return Ok(tried);
@@ -388,14 +337,14 @@ impl Search<'_> {
             let loss = model.likelihood - less.likelihood;
             let offers: Vec<Signatures> = offers
                 .into_iter()
-                .filter(|o| o.starts.iter().any(|p| p.gain > 0.2 * loss))
+                .filter(|o| near.contains(&o.term) || promise(o) > 0.2 * loss)
                 .collect();
             tried.extend(self.refits(&less, &offers));
         }
         if let Some(best) = tried
             .iter()
-            .max_by(|a, b| a.likelihood.total_cmp(&b.likelihood))
-            && best.likelihood > model.likelihood + 1.0
+            .max_by(|a, b| self.merit(a).total_cmp(&self.merit(b)))
+            && self.merit(best) > self.merit(model) + 1.0
         {
             let better = best.clone();
             tried.push(std::mem::replace(model, better));
@@ -406,12 +355,7 @@ impl Search<'_> {
 }
 
 /// The term that `larger` has and `model` has not.
-fn added(model: &Model, larger: &Model) -> Term {
+pub fn added(model: &Model, larger: &Model) -> Term {
     let new = larger.terms.iter().find(|t| !model.terms.contains(t));
     *new.unwrap_or(&larger.terms[0])
-}
-
-/// What an offer promises at its best start.
-fn promise(offer: &Signatures) -> f64 {
-    offer.starts.iter().map(|p| p.gain).fold(0.0, f64::max)
 }

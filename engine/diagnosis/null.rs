@@ -5,7 +5,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::Place;
-use super::extend::{Signatures, dot};
+use super::signature::{Signatures, dot};
 
 /// Replicates of the largest gain.
 const REPLICATES: usize = 2000;
@@ -101,8 +101,8 @@ pub fn normal(rng: &mut ChaCha8Rng) -> f64 {
 mod tests {
     use super::*;
     use crate::diagnosis::effects::Kind;
-    use crate::diagnosis::extend::Promise;
     use crate::diagnosis::model::Term;
+    use crate::diagnosis::signature::Promise;
 
     fn offer(place: Place, basis: Vec<Vec<f64>>) -> Signatures {
         let start = Promise {

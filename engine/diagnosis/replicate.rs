@@ -4,81 +4,137 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
+use realfft::RealFftPlanner;
 
-use super::extend::{Model, tangent_for};
+use super::extend::Model;
 use super::fit::Fitter;
 use super::model::Term;
 use super::name::COARSE;
 use super::null::normal;
-use super::scene::Scene;
+use super::scene::{Scene, Track};
+use super::signature::tangent_for;
+use super::spectrum::Spectrum;
 
 /// Replicates of the ride.
 const REPLICATES: usize = 12;
+/// Factor by which the noise that the replicates are given may be too small.
+const UNSURE: f64 = 1.4;
+/// Road noise below this share of the sensor's (in density) cannot matter.
+const NEGLIGIBLE: f64 = 0.003;
 /// Standard deviations of the replicates' scores by which a score must lie above their mean.
 const BEYOND: f64 = 3.5;
 
-/// Score (standard deviations) that `term` must beat on a ride whose road channel is noisy: what it
-/// reaches on replicates of the ride under `model`, to first order. Zero where the road has no noise
-/// that matters.
-pub fn score_to_beat(fitter: &Fitter, model: &Model, term: Term, seed: u64) -> f64 {
-    let scene = fitter.scene;
-    let noisy = scene
-        .tracks
-        .iter()
-        .any(|t| t.has_road && term.acts_on(t.axle) && t.road_floor > NEGLIGIBLE * t.sensor_floor);
-    if !noisy {
-        return 0.0;
-    }
-    let substeps = model.substeps(scene, COARSE);
-    let truth: Vec<Vec<f64>> = (0..scene.tracks.len())
-        .map(|t| {
-            let (fit, a) = model.of_track(t);
-            let track = &scene.tracks[t];
-            let residuals = fitter.residuals_to(&fit.unit, &fit.point, substeps, scene.samples);
-            let pairs = track.measured.iter().zip(&residuals[a]);
-            pairs.map(|(y, r)| y - r).collect()
-        })
-        .collect();
+/// Whether the road channel is noisy enough to matter.
+pub fn is_noisy(track: &Track) -> bool {
+    track.has_road && track.road_floor > NEGLIGIBLE * track.sensor_floor
+}
+
+/// Whether `term` gains more on the ride, to first order, than on its replicates under `model`.
+pub fn stands_out(fitter: &Fitter, model: &Model, term: Term, seed: u64) -> bool {
+    let substeps = model.substeps(fitter.scene, COARSE);
+    let score = |scene: &Scene| {
+        let fitter = Fitter {
+            scene,
+            samples: fitter.samples,
+        };
+        let tangent = tangent_for(&fitter, model, term, substeps);
+        let offer = tangent.signatures(&fitter, term, substeps);
+        let gain = offer.starts.iter().map(|p| p.gain).fold(0.0, f64::max);
+        (2.0 * gain).sqrt()
+    };
+    let own = score(fitter.scene);
+    exceeds(own, fitter.scene, model, seed, score)
+}
+
+/// Whether a score of the ride lies beyond what it is on rides that differ from it by nothing but
+/// fresh noise in both channels, as they would be under `model`.
+pub fn exceeds(
+    own: f64,
+    scene: &Scene,
+    model: &Model,
+    seed: u64,
+    score: impl Fn(&Scene) -> f64 + Sync,
+) -> bool {
+    let quiet = quiet(scene, model, model.substeps(scene, COARSE));
     let scores: Vec<f64> = (0..REPLICATES)
         .into_par_iter()
         .map(|replicate| {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             rng.set_stream(u64::MAX - replicate as u64);
-            let scene = replica(scene, &truth, &mut rng);
-            let fitter = Fitter {
-                scene: &scene,
-                samples: fitter.samples,
-            };
-            let tangent = tangent_for(&fitter, model, term, substeps);
-            let offer = tangent.signatures(&fitter, term, substeps);
-            let gain = offer.starts.iter().map(|p| p.gain).fold(0.0, f64::max);
-            (2.0 * gain).sqrt()
+            score(&noisy(&quiet, &mut rng))
         })
         .collect();
     let n = scores.len() as f64;
     let mean = scores.iter().sum::<f64>() / n;
     let variance = scores.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / (n - 1.0);
-    mean + BEYOND * variance.sqrt().max(1.0)
+    own > UNSURE * mean + BEYOND * variance.sqrt().max(1.0)
 }
 
-/// Road noise below this share of the sensor's (in density) cannot matter.
-const NEGLIGIBLE: f64 = 0.003;
+/// The ride as it is under `model` if neither channel had noise: the recorded road without what its
+/// noise floor can be (Wiener's filter), and the motion over it.
+fn quiet(scene: &Scene, model: &Model, substeps: usize) -> Scene {
+    let mut quiet = scene.clone();
+    for track in quiet.tracks.iter_mut().filter(|t| t.has_road) {
+        let road = denoised(&track.input.road, scene.step, track.road_floor);
+        track.set_road(&road);
+    }
+    let fitter = Fitter {
+        scene: &quiet,
+        samples: scene.samples,
+    };
+    let motion: Vec<Vec<f64>> = (0..scene.tracks.len())
+        .map(|t| {
+            let (fit, a) = model.of_track(t);
+            let residuals = fitter.residuals(&fit.unit, &fit.point, substeps);
+            let pairs = scene.tracks[t].measured.iter().zip(&residuals[a]);
+            pairs.map(|(y, r)| y - r).collect()
+        })
+        .collect();
+    for (track, motion) in quiet.tracks.iter_mut().zip(motion) {
+        track.measured = motion;
+    }
+    quiet
+}
 
-/// The ride again: the same motion, both channels with fresh white noise.
-fn replica(scene: &Scene, truth: &[Vec<f64>], rng: &mut ChaCha8Rng) -> Scene {
-    let mut again = scene.clone();
-    for (track, truth) in again.tracks.iter_mut().zip(truth) {
-        let deviation = |density: f64| (0.5 * density / scene.step).sqrt();
+/// A record without white noise of one-sided density `floor` (m^2/Hz).
+fn denoised(record: &[f64], step: f64, floor: f64) -> Vec<f64> {
+    let n = record.len();
+    let Some(spectrum) = Spectrum::new(record, step) else {
+        return record.to_vec();
+    };
+    let mut planner = RealFftPlanner::<f64>::new();
+    let (forward, back) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
+    // Without the line from end to end the record is periodic enough.
+    let line = |i: usize| record[0] + (record[n - 1] - record[0]) * i as f64 / (n - 1) as f64;
+    let mut level: Vec<f64> = (0..n).map(|i| record[i] - line(i)).collect();
+    let mut bins = forward.make_output_vec();
+    if forward.process(&mut level, &mut bins).is_err() {
+        return record.to_vec();
+    }
+    let last = spectrum.density.len() - 1;
+    for (i, bin) in bins.iter_mut().enumerate() {
+        let at = (i as f64 / (n as f64 * step) / spectrum.hz[1]).round() as usize;
+        *bin *= (1.0 - floor / spectrum.density[at.min(last)]).max(0.0) / n as f64;
+    }
+    if back.process(&mut bins, &mut level).is_err() {
+        return record.to_vec();
+    }
+    level.iter().enumerate().map(|(i, x)| x + line(i)).collect()
+}
+
+/// The quiet ride recorded with fresh white noise in both channels.
+fn noisy(quiet: &Scene, rng: &mut ChaCha8Rng) -> Scene {
+    let mut again = quiet.clone();
+    for track in &mut again.tracks {
+        let deviation = |density: f64| (0.5 * density / quiet.step).sqrt();
         let (road, sensor) = (deviation(track.road_floor), deviation(track.sensor_floor));
-        track.measured = truth.iter().map(|z| z + sensor * normal(rng)).collect();
+        for z in &mut track.measured {
+            *z += sensor * normal(rng);
+        }
         if track.has_road {
-            let noisy: Vec<f64> = track
-                .input
-                .road
-                .iter()
-                .map(|u| u + road * normal(rng))
-                .collect();
-            track.set_road(&noisy);
+            let record = track.input.road.iter().map(|u| u + road * normal(rng));
+            let record: Vec<f64> = record.collect();
+            track.set_road(&record);
         }
     }
     again

@@ -8,39 +8,26 @@ use crate::ride::Ride;
 use crate::settings::Settings;
 use crate::{EngineError, identify};
 
-use super::adequacy::{Leftover, Motion, leftover, motions};
-use super::effects::Kind;
+use super::adequacy::{Motion, motions};
 use super::evidence::{Evidence, Excerpt, ResidualSpectrum, Surface};
 use super::extend::{Model, candidates};
 use super::fit::{Effort, Fitter, ORDER};
 use super::foil::is_curve;
+use super::free_form::free_form;
+use super::judge::{Judged, judge};
 use super::model::{Point, Unit};
 use super::name::{FINE, Named, Search};
+use super::physical::is_physical;
 use super::scene::Scene;
-use super::spectrum::resonance;
-use super::{Diagnosis, FreeForm, HeldOut, Location, Verdict, locate, next_ride, show, words};
+use super::{Diagnosis, Location, Verdict, locate, next_ride, show, words};
 
-/// A model explains a ride as well as another if it is behind by no more than this in log
-/// likelihood, fitted and held-out part together.
-const TIE: f64 = 8.0;
-/// The same for a model that stands in for one outside its physical ranges.
+/// A model explains a ride as well as another if it is behind by no more than this in log likelihood.
+const TIE: f64 = 4.0;
+/// A model stands in for one outside its physical ranges if it is behind by no more than this in log
+/// likelihood.
 const NEARLY: f64 = 70.0;
-/// Gain in held-out log score that the free form must make before something counts as left.
-const LEFT: f64 = 6.0;
-/// Gain in log likelihood by forces in the residual's spectrum from which a force counts as left.
-const RESONANT: f64 = 30.0;
-/// Share of the residual's power that these forces must have where nothing is named: the noise of a
-/// jittering clock comes in bursts, and its spectrum scatters more than Whittle's likelihood knows.
-const MATTERS: f64 = 0.27;
 /// Share of the explainable held-out variance beyond which an extension is adequate anyway.
 const ADEQUATE: f64 = 0.98;
-
-/// Judges one track: is anything left, and what was the noise.
-struct Judged {
-    leftover: Leftover,
-    remains: bool,
-    held_out: HeldOut,
-}
 
 /// Says what physics the plain model leaves out of a ride.
 pub fn diagnose(
@@ -73,6 +60,7 @@ pub fn diagnose(
             scene: &scene,
             samples: split.train.end,
         },
+        plain: plain.clone(),
         held: split.held.clone(),
         candidates: terms,
         alpha: settings.alpha,
@@ -84,7 +72,7 @@ pub fn diagnose(
         rounds,
         rivals,
         ..
-    } = search.run(plain.clone())?;
+    } = search.run()?;
     let mut rivals = rivals;
     if !is_physical(&scene, &plain, &found) && found.terms.len() > 1 {
         rivals.extend(search.without_each(&found));
@@ -201,9 +189,10 @@ pub fn diagnose(
         );
         diagnosis.location.set(axle, found);
         if verdict == Verdict::Unnamed && judged.remains {
-            diagnosis
-                .free_form
-                .set(axle, free_form(&scene, &model_motions[t], &judged, t));
+            diagnosis.free_form.set(
+                axle,
+                free_form(&scene, &model_motions[t], &judged.leftover, t),
+            );
         }
         diagnosis.held_out.set(axle, judged.held_out);
         diagnosis.extended.set(axle, Estimate { ..after });
@@ -270,102 +259,15 @@ fn plain_substeps(scene: &Scene, track: usize) -> usize {
     (((s.k.abs() / s.mass).sqrt() * scene.step / FINE).ceil() as usize).clamp(1, 20)
 }
 
-fn judge(
-    fitter: &Fitter,
-    fits: &PerAxle<output_error::AxleFit>,
-    model: &Model,
-    motions: &[Motion],
-    t: usize,
-    split: &Split,
-    settings: &Settings,
-) -> Judged {
-    let scene = fitter.scene;
-    let track = &scene.tracks[t];
-    let found = leftover(fitter, model, motions, t, &split.held);
-    let named = model.terms.iter().any(|term| term.acts_on(track.axle));
-    let plain = fits.get(track.axle).map_or(0.0, |f| f.held_rms);
-    let extended = if named { found.held_before } else { plain };
-    let (fit, a) = model.of_track(t);
-    // What springs named effects add is part of how the axle resonates: on the whole as the plain
-    // model's, whose stiffness is the mean one.
-    let mean = fits.get(track.axle).map(|f| (f.plain.kappa, f.plain.beta));
-    let [kappa, beta, ..] = fit.point.base[a];
-    let resonance = [Some((kappa, beta)), mean]
-        .into_iter()
-        .flatten()
-        .map(|(k, b)| resonance(&found.residual, scene.step, k, b, track.road_floor))
-        .min_by(|a, b| a.gain.total_cmp(&b.gain))
-        .unwrap_or_default();
-    let structured = found.p_value < 0.5 * settings.alpha
-        && found.held_gain > LEFT
-        && found.held_after < found.held_before;
-    let remains = structured || resonance.gain > RESONANT && (named || resonance.share > MATTERS);
-    let floor = if remains {
-        (extended * (1.0 - resonance.share).max(0.0).sqrt())
-            .min(found.held_after)
-            .max((0.5 * track.sensor_floor / scene.step).sqrt())
-            .min(extended)
-    } else {
-        extended
-    };
-    let explainable = plain * plain - floor * floor;
-    let removed = plain * plain - extended * extended;
-    let share = if explainable > 1e-4 * plain * plain {
-        (removed / explainable).clamp(-1.0, 1.0)
-    } else {
-        0.0
-    };
-    let at = |i: usize| scene.step * i as f64;
-    Judged {
-        remains,
-        held_out: HeldOut {
-            plain_rms_m: plain,
-            extended_rms_m: extended,
-            noise_floor_m: floor,
-            explained_share: share,
-            window_s: [at(split.held.start), at(split.held.end)],
-        },
-        leftover: found,
-    }
-}
-
-/// Whether a rival explains the ride as well with no more effects.
+/// Whether a rival explains the ride as well with no more effects, by fitted and held-out part together
+/// and with what its parameters cost.
 fn ties(search: &Search, model: &Model, rival: &Model, within: f64) -> bool {
-    if rival.terms.len() > model.terms.len() || rival.likelihood < model.likelihood - within {
+    if rival.terms.len() > model.terms.len() || rival.likelihood < model.likelihood - 2.0 * within {
         return false;
     }
-    let behind =
-        model.likelihood - rival.likelihood + search.held_score(model) - search.held_score(rival);
+    let behind = search.merit(model) - search.merit(rival) + search.held_score(model)
+        - search.held_score(rival);
     behind < within
-}
-
-/// Whether the effects' parameters lie in their physical ranges and what is left of the plain spring
-/// and damper on their axles is one: between stops lies a spring, and no damper pushes.
-fn is_physical(scene: &Scene, plain: &Model, model: &Model) -> bool {
-    let effects = model.fits.iter().all(|f| {
-        f.unit.terms.iter().enumerate().all(|(i, term)| {
-            (term.kind.spec().report)(&f.point.values[i], f.unit.scale(scene, i))
-                .iter()
-                .all(|r| r.physical)
-        })
-    });
-    let spring = (0..scene.tracks.len()).all(|t| {
-        let track = &scene.tracks[t];
-        if !model.terms.iter().any(|term| term.acts_on(track.axle)) {
-            return true;
-        }
-        let (before, after) = (
-            show::estimate(scene, plain, t),
-            show::estimate(scene, model, t),
-        );
-        let stopped = model
-            .terms
-            .iter()
-            .any(|term| term.kind == Kind::BumpStop && term.acts_on(track.axle));
-        (!stopped || after.k_n_m > 0.15 * before.k_n_m)
-            && after.b_n_s_m > -3.0 * after.b_std_n_s_m - 0.02 * before.b_n_s_m.abs()
-    });
-    effects && spring
 }
 
 #[expect(clippy::too_many_arguments, reason = "one track's part of `diagnose`")]
@@ -467,71 +369,6 @@ fn evidence(
         worst: Excerpt::of(track, &plain, &left),
         spectrum: ResidualSpectrum::of(track, &plain, &left),
         surface: Surface::of(track, motion, &plain, estimate),
-    }
-}
-
-/// The missing force without a name, on a grid of deflection and rate and along the ride.
-fn free_form(scene: &Scene, m: &Motion, judged: &Judged, t: usize) -> FreeForm {
-    const CELLS: usize = 11;
-    const POINTS: usize = 400;
-    let mass = scene.tracks[t].scale.mass;
-    let force: Vec<f64> = (0..scene.samples)
-        .map(|i| mass * (m.acceleration[i] - m.linear[i] + judged.leftover.force[i]))
-        .collect();
-    let rms = |x: &[f64]| (x.iter().map(|x| x * x).sum::<f64>() / x.len().max(1) as f64).sqrt();
-    let axis = |x: &[f64]| -> Vec<f64> {
-        let top = 2.5 * rms(x);
-        (0..CELLS)
-            .map(|i| top * (2.0 * i as f64 / (CELLS - 1) as f64 - 1.0))
-            .collect()
-    };
-    let (deflection_m, rate_m_s) = (axis(&m.d), axis(&m.w));
-    let cell = |grid: &[f64], x: f64| ((x - grid[0]) / (grid[1] - grid[0])).round();
-    let mut sums = vec![vec![(0.0, 0_usize); CELLS]; CELLS];
-    for (i, f) in force.iter().enumerate() {
-        let (c, r) = (cell(&deflection_m, m.d[i]), cell(&rate_m_s, m.w[i]));
-        let inside = |x: f64| (0.0..CELLS as f64).contains(&x);
-        if inside(c) && inside(r) {
-            let sum = &mut sums[r as usize][c as usize];
-            sum.0 += f;
-            sum.1 += 1;
-        }
-    }
-    let total = force
-        .iter()
-        .map(|f| f * f)
-        .sum::<f64>()
-        .max(f64::MIN_POSITIVE);
-    let explained: f64 = sums
-        .iter()
-        .flatten()
-        .filter(|s| s.1 > 0)
-        .map(|s| s.0 * s.0 / s.1 as f64)
-        .sum();
-    let thin = (scene.samples / POINTS).max(1);
-    FreeForm {
-        against: if explained > 0.5 * total {
-            "deflection and rate"
-        } else {
-            "time"
-        }
-        .to_owned(),
-        deflection_m,
-        rate_m_s,
-        force_n: sums
-            .iter()
-            .map(|r| {
-                r.iter()
-                    .map(|s| if s.1 > 0 { s.0 / s.1 as f64 } else { 0.0 })
-                    .collect()
-            })
-            .collect(),
-        t_s: (0..scene.samples)
-            .step_by(thin)
-            .map(|i| i as f64 * scene.step)
-            .collect(),
-        force_along_n: force.iter().copied().step_by(thin).collect(),
-        held_out_rms_m: judged.leftover.held_after,
     }
 }
 

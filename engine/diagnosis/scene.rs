@@ -90,6 +90,10 @@ pub struct Track {
     /// Density of white noise in the road channel and the displacement (m^2/Hz, one-sided), at most.
     pub road_floor: f64,
     pub sensor_floor: f64,
+    /// The same of the road channel whatever its sensor is said to have: a jittering clock adds to it.
+    pub road_most: f64,
+    /// The same of the force channel (N^2/Hz).
+    pub force_most: f64,
     /// Whether the mass is estimated, and whether the rest point is.
     pub free_mass: bool,
     pub rest_point: bool,
@@ -309,13 +313,15 @@ impl Scene {
             let warm_up = (WARM_UP_S / ride.step_s).min(0.03 * train_end as f64) as usize;
             valid[..warm_up].fill(false);
         }
-        let floor = |x: &[f64], declared: Option<f64>| match declared {
-            Some(noise) => 2.0 * noise * noise * ride.step_s,
-            None => Spectrum::new(x, ride.step_s).map_or(0.0, |s| s.white_floor()),
+        let most = |x: &[f64]| Spectrum::new(x, ride.step_s).map_or(0.0, |s| s.white_floor());
+        let floor = |x: &[f64], declared: Option<f64>| {
+            declared.map_or_else(|| most(x), |noise| 2.0 * noise * noise * ride.step_s)
         };
         Track {
             axle,
             road_floor: floor(&record.road, bike.noise_road_m),
+            road_most: most(&record.road),
+            force_most: record.force.as_deref().map_or(0.0, most),
             sensor_floor: floor(&record.displacement, bike.noise_displacement_m),
             input,
             road_integral,

@@ -7,10 +7,11 @@ use crate::report::Estimate;
 
 use super::adequacy::Motion;
 use super::effects::Values;
-use super::extend::{Model, Signatures};
+use super::extend::Model;
 use super::fit::Fitted;
 use super::model::{Slot, Term};
 use super::scene::{Scale, Scene};
+use super::signature::Signatures;
 use super::{Consequences, Detectable, EffectName, EffectReport, ParameterReport};
 
 pub fn name(term: &Term) -> EffectName {

@@ -82,13 +82,22 @@ pub struct Resonance {
 /// Correlations of first-order sensor noise, and corner frequencies (Hz) of forces, in the mixtures.
 const NOISES: [f64; 11] = [0.0, 0.3, 0.5, 0.7, 0.8, 0.88, 0.93, 0.96, 0.98, 0.99, 0.995];
 const FORCES_HZ: [f64; 7] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 1e3];
+/// Factor by which a measured noise floor may be too low.
+const UNSURE: f64 = 1.3;
 /// Steps of the multiplicative fit of a mixture.
 const STEPS: usize = 300;
 
+/// Density of white noise that the channels which drive an axle have at most, one-sided.
+pub struct Inputs {
+    /// Road (m^2/Hz).
+    pub road: f64,
+    /// Force over the axle mass (m^2/s^4/Hz).
+    pub force: f64,
+}
+
 /// Explains the spectrum of a residual (m) of an axle with k/m = `kappa` and B/m = `beta` by noise of
-/// its displacement sensor of any reddish colour and by noise of its road channel up to `road_floor`
-/// (m^2/Hz), then also by forces.
-pub fn resonance(residual: &[f64], step: f64, kappa: f64, beta: f64, road_floor: f64) -> Resonance {
+/// its displacement sensor of any reddish colour and by noise of its `inputs`, then also by forces.
+pub fn resonance(residual: &[f64], step: f64, kappa: f64, beta: f64, inputs: &Inputs) -> Resonance {
     let Some(spectrum) = Spectrum::new(residual, step) else {
         return Resonance::default();
     };
@@ -120,12 +129,16 @@ pub fn resonance(residual: &[f64], step: f64, kappa: f64, beta: f64, road_floor:
         .map(|phi| Part::new(hz.iter().map(|f| noise(*phi, *f)).collect(), f64::INFINITY))
         .collect();
     // Noise of the road channel, alone and where a jittering clock puts the same into both channels.
-    let most = 1.3 * road_floor;
+    let road = UNSURE * inputs.road;
     parts.push(Part::new(
         hz.iter().map(|f| answer(*f, false)).collect(),
-        most,
+        road,
     ));
-    parts.push(Part::new(hz.iter().map(|f| slip(*f)).collect(), most));
+    parts.push(Part::new(hz.iter().map(|f| slip(*f)).collect(), road));
+    parts.push(Part::new(
+        hz.iter().map(|f| answer(*f, true)).collect(),
+        UNSURE * inputs.force,
+    ));
     let without = mixed(&parts, density);
     let noises = parts.len();
     parts.extend(FORCES_HZ.iter().map(|corner| {
@@ -208,6 +221,11 @@ mod tests {
     use super::*;
     use crate::output_error::colour::Colour;
 
+    const QUIET: Inputs = Inputs {
+        road: 0.0,
+        force: 0.0,
+    };
+
     fn white(n: usize, mut state: u64) -> Vec<f64> {
         let mut uniform = || {
             state = state
@@ -273,7 +291,7 @@ mod tests {
                 .zip(white(6000, 17))
                 .map(|(a, b)| a + b)
                 .collect();
-            let r = resonance(&noise, 0.01, 355.0, 11.3, 0.0);
+            let r = resonance(&noise, 0.01, 355.0, 11.3, &QUIET);
             assert!(r.gain < 10.0, "{phi}: {r:?}");
         }
     }
@@ -289,7 +307,7 @@ mod tests {
             .zip(&moved)
             .map(|(a, b)| a + share * b)
             .collect();
-        let r = resonance(&both, 0.01, 355.0, 11.3, 0.0);
+        let r = resonance(&both, 0.01, 355.0, 11.3, &QUIET);
         assert!(r.gain > 30.0 && (0.1..0.3).contains(&r.share), "{r:?}");
     }
 }

@@ -25,6 +25,8 @@ impl Effect for AsymmetricDamping {
         on_road: false,
         on_sensor: false,
         local: false,
+        corners: false,
+        expected: &[],
         words: "compression and rebound damp differently",
         confused_with: &["progressive_stiffness"],
         source: "Dixon, The Shock Absorber Handbook, 2nd ed. 2007",

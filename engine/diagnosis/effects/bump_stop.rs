@@ -55,6 +55,8 @@ impl Effect for BumpStop {
         on_road: false,
         on_sensor: false,
         local: false,
+        corners: true,
+        expected: &[],
         words: "the travel ends at a stop (bottoming, rim strike)",
         confused_with: &["cubic_stiffness", "free_play", "progressive_stiffness"],
         source: "Sadauckas et al. 2024, Veh. Syst. Dyn. (rim strike)",

@@ -40,6 +40,8 @@ impl Effect for CoulombFriction {
         on_road: false,
         on_sensor: false,
         local: false,
+        corners: false,
+        expected: &[],
         words: "dry friction acts along the suspension (fork, seat post, guide)",
         confused_with: &["quadratic_damping", "hysteresis", "guide_friction"],
         source: "Olsson et al. 1998, Eur. J. Control 4:176-195",

@@ -25,6 +25,8 @@ impl Effect for CubicStiffness {
         on_road: false,
         on_sensor: false,
         local: false,
+        corners: false,
+        expected: &[],
         words: "the spring stiffens (or softens) with the cube of its deflection",
         confused_with: &["bump_stop", "free_play", "wheel_lift"],
         source: "Kerschen et al. 2006, Mech. Syst. Signal Process. 20:505-592",

@@ -25,6 +25,8 @@ impl Effect for GroundDamping {
         on_road: false,
         on_sensor: false,
         local: false,
+        corners: false,
+        expected: &[],
         words: "a damper acts against the resting frame (a rig's guide, air)",
         confused_with: &["guide_friction", "sensor_gain", "sensor_delay"],
         source: "Gillespie, Fundamentals of Vehicle Dynamics, 1992 (quarter car on a rig)",

@@ -26,6 +26,8 @@ impl Effect for GuideFriction {
         on_road: false,
         on_sensor: false,
         local: false,
+        corners: false,
+        expected: &[],
         words: "dry friction holds the mass against the resting frame",
         confused_with: &["coulomb_friction", "ground_damping"],
         source: "Olsson et al. 1998, Eur. J. Control 4:176-195",

@@ -39,6 +39,8 @@ impl Effect for Hysteresis {
         on_road: false,
         on_sensor: false,
         local: false,
+        corners: false,
+        expected: &[],
         words: "the tyre or frame loses energy by rate-independent hysteresis",
         confused_with: &["coulomb_friction", "cubic_stiffness", "free_play"],
         source: "Wen 1976, J. Eng. Mech. 102:249-263",

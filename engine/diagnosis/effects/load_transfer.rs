@@ -25,6 +25,8 @@ impl Effect for LoadTransfer {
         on_road: false,
         on_sensor: false,
         local: false,
+        corners: false,
+        expected: &[],
         words: "braking and accelerating shift load between the axles",
         confused_with: &["sensor_drift", "sensor_offset"],
         source: "Wilson & Schmidt, Bicycling Science, 4th ed. 2020",

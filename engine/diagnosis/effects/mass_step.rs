@@ -58,6 +58,8 @@ impl Effect for MassStep {
         on_road: false,
         on_sensor: false,
         local: true,
+        corners: false,
+        expected: &[],
         words: "the mass on the axle changes for a while (the rider stands up, luggage falls off)",
         confused_with: &["stiffness_drift"],
         source: "effect library: posture or load change",

@@ -82,6 +82,10 @@ pub struct Spec {
     pub on_sensor: bool,
     /// Whether the effect belongs to a moment of this ride, so that the held-out part need not show it.
     pub local: bool,
+    /// Whether the force has corners, which the integrator must meet with shorter steps.
+    pub corners: bool,
+    /// Parameters for which a value and a deviation are expected where the ride says nothing.
+    pub expected: &'static [(usize, f64, f64)],
     /// The effect in plain words.
     pub words: &'static str,
     pub confused_with: &'static [&'static str],
@@ -249,10 +253,19 @@ library! {
     sensor_drift::SensorDrift,
     power_damping::PowerDamping,
     position_damping::PositionDamping,
+    friction_curve::FrictionCurve,
 }
 
 /// General shapes that are never named, against which names are held.
-pub const FOILS: [Kind; 2] = [Kind::PowerDamping, Kind::PositionDamping];
+pub const FOILS: [Kind; 3] = [
+    Kind::PowerDamping,
+    Kind::PositionDamping,
+    Kind::FrictionCurve,
+];
+
+/// Effects so slow that coloured noise imitates them: what they promise under the noise of a model
+/// without them says nothing, only a refit does.
+pub const SLOW: [Kind; 3] = [Kind::SensorOffset, Kind::SensorDrift, Kind::LoadTransfer];
 
 impl Kind {
     pub fn id(self) -> &'static str {

@@ -36,6 +36,8 @@ impl Effect for PedallingForce {
         on_road: false,
         on_sensor: false,
         local: false,
+        corners: false,
+        expected: &[],
         words: "pedalling pushes the axle at twice the cadence",
         confused_with: &["wheel_out_of_round"],
         source: "Turner et al. 2019, arXiv 1905.00019 (cycling vibration)",

@@ -33,6 +33,8 @@ impl Effect for PitchCoupling {
         on_road: false,
         on_sensor: false,
         local: false,
+        corners: false,
+        expected: &[],
         words: "pitching couples the two axles",
         confused_with: &["sprung_mass"],
         source: "Gillespie, Fundamentals of Vehicle Dynamics, 1992 (dynamic index)",

@@ -29,6 +29,8 @@ impl Effect for PositionDamping {
         on_road: false,
         on_sensor: false,
         local: false,
+        corners: false,
+        expected: &[],
         words: "the damper depends on its position",
         confused_with: &["quadratic_damping"],
         source: "van der Pol 1926, Phil. Mag. 2:978-992",

@@ -40,6 +40,8 @@ impl Effect for PowerDamping {
         on_road: false,
         on_sensor: false,
         local: false,
+        corners: false,
+        expected: &[],
         words: "the damper follows some power of the rate",
         confused_with: &["coulomb_friction", "quadratic_damping"],
         source: "Worden & Tomlinson 2001, Nonlinearity in Structural Dynamics",

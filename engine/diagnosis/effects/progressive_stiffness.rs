@@ -26,6 +26,8 @@ impl Effect for ProgressiveStiffness {
         on_road: false,
         on_sensor: false,
         local: false,
+        corners: false,
+        expected: &[],
         words: "the spring stiffens in compression and softens in rebound",
         confused_with: &["asymmetric_damping", "wheel_lift", "bump_stop"],
         source: "Renart & Roura-Grabulosa, Am. J. Phys. 87:102 (F ~ d^1.5 of a light tyre)",

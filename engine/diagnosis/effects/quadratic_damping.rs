@@ -25,6 +25,8 @@ impl Effect for QuadraticDamping {
         on_road: false,
         on_sensor: false,
         local: false,
+        corners: false,
+        expected: &[],
         words: "damping grows with the speed of deflection",
         confused_with: &["coulomb_friction", "hysteresis"],
         source: "Nayek et al. 2021, arXiv 2012.01937",

@@ -25,6 +25,8 @@ impl Effect for SensorDelay {
         on_road: false,
         on_sensor: true,
         local: false,
+        corners: false,
+        expected: &[],
         words: "the displacement is logged late or early against the road",
         confused_with: &["wheelbase_delay", "viscoelastic_tyre", "ground_damping"],
         source: "effect library: separate loggers, separate clocks",

@@ -25,6 +25,8 @@ impl Effect for SensorDrift {
         on_road: false,
         on_sensor: true,
         local: false,
+        corners: false,
+        expected: &[],
         words: "the displacement sensor's zero point wanders",
         confused_with: &["sensor_offset", "load_transfer"],
         source: "effect library: zero point",

@@ -14,7 +14,7 @@ impl Effect for SensorGain {
     const SPEC: Spec = Spec {
         id: "sensor_gain",
         acts: Acts::OneAxle,
-        needs: &[Need::Road],
+        needs: &[],
         parameters: &[EXCESS],
         amplitudes: &[0],
         starts: |_| vec![[0.02, 0.0, 0.0]],
@@ -25,6 +25,8 @@ impl Effect for SensorGain {
         on_road: false,
         on_sensor: true,
         local: false,
+        corners: false,
+        expected: &[],
         words: "the displacement sensor's gain is off",
         confused_with: &["tyre_enveloping", "ground_damping"],
         source: "effect library: calibration; g on z is 1/g on u",

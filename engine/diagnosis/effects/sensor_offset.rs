@@ -25,6 +25,8 @@ impl Effect for SensorOffset {
         on_road: false,
         on_sensor: true,
         local: false,
+        corners: false,
+        expected: &[],
         words: "the displacement sensor's zero point is off",
         confused_with: &["progressive_stiffness", "asymmetric_damping", "sensor_drift"],
         source: "effect library: zero point",

@@ -25,6 +25,8 @@ impl Effect for SpeedDependentStiffness {
         on_road: false,
         on_sensor: false,
         local: false,
+        corners: false,
+        expected: &[],
         words: "the tyre's stiffness changes with speed",
         confused_with: &["stiffness_drift", "tyre_enveloping"],
         source: "Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, ch. 9",

@@ -62,6 +62,8 @@ impl Effect for SprungMass {
         on_road: false,
         on_sensor: false,
         local: false,
+        corners: false,
+        expected: &[],
         words: "a part of the mass rides on its own spring (rider on the saddle, luggage)",
         confused_with: &["viscoelastic_tyre", "sensor_delay", "pitch_coupling"],
         source: "Fairley & Griffin 1989, J. Biomech. 22:81-94 (seated body)",

@@ -25,6 +25,8 @@ impl Effect for StiffnessDrift {
         on_road: false,
         on_sensor: false,
         local: false,
+        corners: false,
+        expected: &[],
         words: "the stiffness drifts along the ride (pressure loss, warming)",
         confused_with: &["mass_step", "speed_dependent_stiffness"],
         source: "effect library, S16: dk/dp of a tyre 24 N/mm per bar (Dressel & Sadauckas 2020)",

@@ -25,6 +25,8 @@ impl Effect for TyreEnveloping {
         on_road: true,
         on_sensor: false,
         local: false,
+        corners: false,
+        expected: &[],
         words: "the tyre's contact patch averages the road",
         confused_with: &["sensor_delay", "sensor_gain"],
         source: "Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, ch. 10; Schmeitz 2004",

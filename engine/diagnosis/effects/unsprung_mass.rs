@@ -43,9 +43,11 @@ impl Effect for UnsprungMass {
         starts: |s| {
             let f0 = 1.0 / s.period();
             let mut starts = Vec::new();
-            for f in [1.5, 2.5, 4.0] {
-                for zeta in [0.1, 0.4] {
-                    starts.push([0.1, f * f0, zeta]);
+            for fraction in [0.08, 0.25] {
+                for f in [1.5, 2.5, 4.0] {
+                    for zeta in [0.1, 0.4] {
+                        starts.push([fraction, f * f0, zeta]);
+                    }
                 }
             }
             starts
@@ -63,6 +65,8 @@ impl Effect for UnsprungMass {
         on_road: false,
         on_sensor: false,
         local: false,
+        corners: false,
+        expected: &[(0, 0.2, 0.25)],
         words: "the wheel is a mass of its own on the tyre, below a fork or suspension stage",
         confused_with: &["viscoelastic_tyre", "sensor_delay", "tyre_enveloping"],
         source: "Schoeneck & Nagurka, BMD 2023 (quarter car of a bicycle)",

@@ -25,6 +25,8 @@ impl Effect for WheelLift {
         on_road: false,
         on_sensor: false,
         local: false,
+        corners: true,
+        expected: &[],
         words: "the wheel leaves the ground: the tyre cannot pull",
         confused_with: &["progressive_stiffness", "cubic_stiffness", "bump_stop"],
         source: "paper, eq. (2): the load F_nF has no lower bound there",

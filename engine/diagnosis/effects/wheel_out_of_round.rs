@@ -50,6 +50,8 @@ impl Effect for WheelOutOfRound {
         on_road: true,
         on_sensor: false,
         local: false,
+        corners: false,
+        expected: &[],
         words: "the wheel is out of round",
         confused_with: &["pedalling_force"],
         source: "Wilson & Schmidt, Bicycling Science, 4th ed. 2020",

@@ -25,6 +25,8 @@ impl Effect for WheelbaseDelay {
         on_road: true,
         on_sensor: false,
         local: false,
+        corners: false,
+        expected: &[],
         words: "the rear road input is shifted by a wrong wheelbase",
         confused_with: &["sensor_delay"],
         source: "effect library: rear input u_R(t) = u_F(t - L/V)",

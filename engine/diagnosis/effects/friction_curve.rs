@@ -1,0 +1,74 @@
+use super::*;
+use super::coulomb_friction::dry;
+
+/// Fc sign(w) (1 + a v^2 / (w^2 + v^2)): dry friction that is larger or smaller while it hardly slides
+/// (Stribeck's curve). Not an effect to be named: a general curve against which the named laws of the
+/// rate are held.
+pub struct FrictionCurve;
+
+const FRICTION: Parameter = Parameter {
+    name: "friction",
+    unit: "N",
+    size: |s| 0.05 * s.force_rms(),
+    limits: |s| [0.0, 20.0 * s.force_rms()],
+};
+const EXCESS: Parameter = Parameter {
+    name: "excess",
+    unit: "-",
+    size: |_| 0.3,
+    limits: |_| [-1.0, 20.0],
+};
+const RATE: Parameter = Parameter {
+    name: "rate",
+    unit: "m/s",
+    size: |s| 0.1 * s.w_rms,
+    limits: |s| [0.02 * s.w_rms, 2.0 * s.w_rms],
+};
+
+/// Rate over which the sign is smooth, in RMS rates.
+const WIDTH: f64 = 0.01;
+
+impl Effect for FrictionCurve {
+    const SPEC: Spec = Spec {
+        id: "friction_curve",
+        acts: Acts::OneAxle,
+        needs: &[],
+        parameters: &[FRICTION, EXCESS, RATE],
+        amplitudes: &[0],
+        starts: |s| {
+            let mut starts = Vec::new();
+            for excess in [-0.5, 2.0] {
+                for rate in [0.1, 0.4] {
+                    starts.push([(FRICTION.size)(s), excess, rate * s.w_rms]);
+                }
+            }
+            starts
+        },
+        nearer: none_nearer,
+        report: |p, s| {
+            vec![
+                reported(&FRICTION, p[0], (FRICTION.limits)(s)),
+                reported(&EXCESS, p[1], (EXCESS.limits)(s)),
+                reported(&RATE, p[2], (RATE.limits)(s)),
+            ]
+        },
+        stiffens: no_stiffer,
+        states: 0,
+        on_road: false,
+        on_sensor: false,
+        local: false,
+        corners: false,
+        expected: &[],
+        words: "dry friction changes with the sliding rate",
+        confused_with: &["coulomb_friction", "hysteresis"],
+        source: "Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica 30:1083-1138",
+    };
+
+    #[inline(always)]
+    fn tyre(p: &LaneValues, m: &Motion, _s: &States, force: Lanes) -> Lanes {
+        let slow = p[2] * p[2];
+        let size = Lanes::all(1.0) + p[1] * (slow / (m.w * m.w + slow));
+        let width = Lanes::all(WIDTH * m.scale.w_rms);
+        force + dry(p[0] * m.per_mass * size, m.w, width, m.step)
+    }
+}

@@ -1,0 +1,108 @@
+//! Judging what a model leaves on one axle: is it noise, or is a force still missing?
+
+use crate::bicycle::PerAxle;
+use crate::output_error::{self, Split};
+use crate::settings::Settings;
+
+use super::HeldOut;
+use super::adequacy::{Leftover, Motion, leftover};
+use super::extend::Model;
+use super::fit::Fitter;
+use super::name::COARSE;
+use super::replicate::{exceeds, is_noisy};
+use super::scene::Scene;
+use super::spectrum::{Inputs, resonance};
+
+/// Gain in held-out log score that the free form must make before something counts as left.
+const LEFT: f64 = 6.0;
+/// Gain in log likelihood by forces in the residual's spectrum from which a force counts as left.
+const RESONANT: f64 = 30.0;
+/// Share of the residual's power that these forces must have where nothing is named: the noise of a
+/// jittering clock comes in bursts, and its spectrum scatters more than Whittle's likelihood knows.
+const MATTERS: f64 = 0.27;
+
+/// Judges one track: is anything left, and what was the noise.
+pub struct Judged {
+    pub leftover: Leftover,
+    pub remains: bool,
+    pub held_out: HeldOut,
+}
+
+pub fn judge(
+    fitter: &Fitter,
+    fits: &PerAxle<output_error::AxleFit>,
+    model: &Model,
+    motions: &[Motion],
+    t: usize,
+    split: &Split,
+    settings: &Settings,
+) -> Judged {
+    let scene = fitter.scene;
+    let track = &scene.tracks[t];
+    let found = leftover(fitter, model, motions, t, &split.held);
+    let named = model.terms.iter().any(|term| term.acts_on(track.axle));
+    let plain = fits.get(track.axle).map_or(0.0, |f| f.held_rms);
+    let extended = if named { found.held_before } else { plain };
+    let (fit, a) = model.of_track(t);
+    // What springs named effects add is part of how the axle resonates: on the whole as the plain
+    // model's, whose stiffness is the mean one.
+    let mean = fits.get(track.axle).map(|f| (f.plain.kappa, f.plain.beta));
+    let [kappa, beta, per_mass, ..] = fit.point.base[a];
+    let inputs = Inputs {
+        road: track.road_most,
+        force: track.force_most * per_mass * per_mass,
+    };
+    let resonates = |residual: &[f64]| {
+        [Some((kappa, beta)), mean]
+            .into_iter()
+            .flatten()
+            .map(|(k, b)| resonance(residual, scene.step, k, b, &inputs))
+            .min_by(|a, b| a.gain.total_cmp(&b.gain))
+            .unwrap_or_default()
+    };
+    let resonance = resonates(&found.residual);
+    // How the noise of the road comes through an axle that is not linear, only replicates tell.
+    let on_replicate = |scene: &Scene| {
+        let again = Fitter {
+            scene,
+            samples: scene.samples,
+        };
+        let substeps = model.substeps(scene, COARSE);
+        let residuals = again.residuals(&fit.unit, &fit.point, substeps);
+        resonates(&residuals[a]).gain
+    };
+    let structured = found.p_value < 0.5 * settings.alpha
+        && found.held_gain > LEFT
+        && found.held_after < found.held_before;
+    let forced = resonance.gain > RESONANT
+        && (named || resonance.share > MATTERS)
+        && (!is_noisy(track) || exceeds(resonance.gain, scene, model, settings.seed, on_replicate));
+    let remains = structured || forced;
+    let floor = if remains {
+        (extended * (1.0 - resonance.share).max(0.0).sqrt())
+            .min(found.held_after)
+            .max((0.5 * track.sensor_floor / scene.step).sqrt())
+            .min(extended)
+    } else {
+        extended
+    };
+    let explainable = plain * plain - floor * floor;
+    let removed = plain * plain - extended * extended;
+    let share = if explainable > 1e-4 * plain * plain {
+        (removed / explainable).clamp(-1.0, 1.0)
+    } else {
+        0.0
+    };
+    let at = |i: usize| scene.step * i as f64;
+    Judged {
+        remains,
+        held_out: HeldOut {
+            plain_rms_m: plain,
+            extended_rms_m: extended,
+            noise_floor_m: floor,
+            explained_share: share,
+            window_s: [at(split.held.start), at(split.held.end)],
+        },
+        leftover: found,
+    }
+}

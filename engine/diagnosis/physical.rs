@@ -1,0 +1,35 @@
+//! Whether a bicycle can be what a model says it is.
+
+use super::effects::Kind;
+use super::extend::Model;
+use super::scene::Scene;
+use super::show;
+
+/// Whether the effects' parameters lie in their physical ranges and what is left of the plain spring
+/// and damper on their axles is one: between stops lies a spring, and no damper pushes.
+pub fn is_physical(scene: &Scene, plain: &Model, model: &Model) -> bool {
+    let effects = model.fits.iter().all(|f| {
+        f.unit.terms.iter().enumerate().all(|(i, term)| {
+            (term.kind.spec().report)(&f.point.values[i], f.unit.scale(scene, i))
+                .iter()
+                .all(|r| r.physical)
+        })
+    });
+    let spring = (0..scene.tracks.len()).all(|t| {
+        let track = &scene.tracks[t];
+        if !model.terms.iter().any(|term| term.acts_on(track.axle)) {
+            return true;
+        }
+        let (before, after) = (
+            show::estimate(scene, plain, t),
+            show::estimate(scene, model, t),
+        );
+        let stopped = model
+            .terms
+            .iter()
+            .any(|term| term.kind == Kind::BumpStop && term.acts_on(track.axle));
+        (!stopped || after.k_n_m > 0.15 * before.k_n_m)
+            && after.b_n_s_m > -3.0 * after.b_std_n_s_m - 0.02 * before.b_n_s_m.abs()
+    });
+    effects && spring
+}

@@ -1,0 +1,175 @@
+//! Exact refits of what the signatures promise.
+
+use rayon::prelude::*;
+
+use super::Place;
+use super::effects::{Kind, SLOW};
+use super::extend::{Model, Reach, extend, is_far, joined, polish, unstopped};
+use super::model::Term;
+use super::name::{COARSE, Search, added};
+use super::null::Null;
+use super::physical::is_physical;
+use super::signature::{Signatures, Tangent, tangent_for};
+
+/// Share of a significant gain below which a linear promise is not followed up.
+const HOPE: f64 = 0.4;
+/// Candidates that are fitted to the end in every round.
+pub const LEADERS: usize = 6;
+
+impl Search<'_> {
+    /// Signatures of every candidate outside `taken`.
+    pub fn offers(&self, model: &Model, taken: &[Term]) -> Vec<Signatures> {
+        let open: Vec<Term> = self
+            .candidates
+            .iter()
+            .copied()
+            .filter(|t| !taken.contains(t))
+            .collect();
+        let places = [Place::Front, Place::Rear, Place::Both];
+        let substeps = model.substeps(self.fitter.scene, COARSE);
+        let tangents: Vec<Option<Tangent>> = places
+            .par_iter()
+            .map(|p| {
+                let term = open.iter().find(|t| t.place == *p)?;
+                Some(tangent_for(&self.fitter, model, *term, substeps))
+            })
+            .collect();
+        open.par_iter()
+            .filter_map(|term| {
+                let at = places.iter().position(|p| *p == term.place)?;
+                Some(
+                    tangents[at]
+                        .as_ref()?
+                        .signatures(&self.fitter, *term, substeps),
+                )
+            })
+            .filter(|s| !s.starts.is_empty())
+            .collect()
+    }
+
+    /// Whether any offer may turn out significant: its linear promise comes near to that, or the model
+    /// is too far from the ride for linear promises to mean anything.
+    pub fn promising(&self, model: &Model, offers: &[Signatures], null: &Null) -> bool {
+        let scene = self.fitter.scene;
+        let most = offers.iter().map(promise).fold(0.0, f64::max);
+        most > HOPE * null.bound(self.alpha)
+            || offers.iter().any(|o| SLOW.contains(&o.term.kind))
+            || model.fits.iter().any(|f| is_far(scene, model, &f.unit))
+    }
+
+    /// Exact refits of the offers that promise anything, best first.
+    pub fn refits(&self, model: &Model, offers: &[Signatures]) -> Vec<Model> {
+        let scene = self.fitter.scene;
+        let most = offers.iter().map(promise).fold(0.0, f64::max);
+        let near = |s: &Signatures| {
+            SLOW.contains(&s.term.kind) || promise(s) > 2.0 && promise(s) > 0.02 * most
+        };
+        let far =
+            |s: &Signatures| joined(scene, model, s.term).is_some_and(|u| is_far(scene, model, &u));
+        let fitted = |s: &Signatures, reach: Reach| {
+            if self.progress.cancelled() {
+                return None;
+            }
+            extend(&self.fitter, model, s, self.quick(model), reach)
+        };
+        let mut found: Vec<Model> = offers
+            .par_iter()
+            .filter(|s| near(s))
+            .filter_map(|s| fitted(s, Reach::Near))
+            .collect();
+        // Where no start close to the model comes near to the ride, all are tried from afar.
+        let arrived = found.iter().any(|m| {
+            let units = m
+                .fits
+                .iter()
+                .filter(|f| !model.fits.iter().any(|g| g.unit == f.unit));
+            units.into_iter().all(|f| !is_far(scene, m, &f.unit))
+        });
+        if !arrived {
+            let further: Vec<Model> = offers
+                .par_iter()
+                .filter(|s| far(s))
+                .filter_map(|s| fitted(s, Reach::Far))
+                .collect();
+            found.extend(further);
+            found.sort_by(|a, b| b.likelihood.total_cmp(&a.likelihood));
+            let mut seen: Vec<Vec<Term>> = Vec::new();
+            found.retain(|m| {
+                let new = !seen.contains(&m.terms);
+                seen.push(m.terms.clone());
+                new
+            });
+        }
+        found.sort_by(|a, b| b.likelihood.total_cmp(&a.likelihood));
+        // The leaders once more, to the end and each under its own noise.
+        let rest = found.split_off(found.len().min(LEADERS));
+        let mut found: Vec<Model> = found
+            .into_par_iter()
+            .map(|m| self.settled(model, m, offers))
+            .collect();
+        found.extend(rest);
+        self.unstop(&mut found);
+        found.sort_by(|a, b| b.likelihood.total_cmp(&a.likelihood));
+        found
+    }
+
+    /// Stops on both sides with no spring between them are free play: fits that from there where its
+    /// own fit missed it.
+    fn unstop(&self, found: &mut [Model]) {
+        let scene = self.fitter.scene;
+        let of = |found: &[Model], kind: Kind, place: Place| {
+            let has = |m: &Model| m.terms.contains(&Term { kind, place });
+            found.iter().position(has)
+        };
+        for place in [Place::Front, Place::Rear] {
+            let (Some(stop), Some(play)) = (
+                of(found, Kind::BumpStop, place),
+                of(found, Kind::FreePlay, place),
+            ) else {
+                continue;
+            };
+            if is_physical(scene, &self.plain, &found[stop]) {
+                continue;
+            }
+            let play_term = Term {
+                kind: Kind::FreePlay,
+                place,
+            };
+            let better = unstopped(
+                &self.fitter,
+                &found[stop],
+                play_term,
+                self.thorough(&found[stop]),
+            );
+            if let Some(better) = better
+                && better.likelihood > found[play].likelihood
+                && better.terms == found[play].terms
+            {
+                found[play] = better;
+            }
+        }
+    }
+
+    /// A candidate fitted to the end; from afar too where no bicycle can be what was found, or where the
+    /// likelihood of a force with corners has many peaks.
+    fn settled(&self, model: &Model, found: Model, offers: &[Signatures]) -> Model {
+        let polished = |m: Model| polish(&self.fitter, &m, self.quick(&m)).unwrap_or(m);
+        let term = added(model, &found);
+        let near = polished(found);
+        if !term.kind.spec().corners && is_physical(self.fitter.scene, &self.plain, &near) {
+            return near;
+        }
+        offers
+            .iter()
+            .find(|o| o.term == term)
+            .and_then(|o| extend(&self.fitter, model, o, self.quick(model), Reach::Far))
+            .map(polished)
+            .filter(|far| self.merit(far) > self.merit(&near))
+            .unwrap_or(near)
+    }
+}
+
+/// What an offer promises at its best start.
+pub fn promise(offer: &Signatures) -> f64 {
+    offer.starts.iter().map(|p| p.gain).fold(0.0, f64::max)
+}
