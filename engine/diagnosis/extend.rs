@@ -169,8 +169,10 @@ pub fn candidates(scene: &Scene) -> (Vec<Term>, Vec<SwitchedOff>) {
 pub fn is_far(scene: &Scene, model: &Model, unit: &Unit) -> bool {
     unit.tracks.iter().any(|t| {
         let track = &scene.tracks[*t];
-        let sensor = 0.5 * track.sensor_floor / scene.step;
-        let excess = model.colour(*t).total_variance() - 1.5 * sensor;
+        let (fit, a) = model.of_track(*t);
+        let [kappa, beta, ..] = fit.point.base[a];
+        let noise = track.noise_variance(kappa, beta);
+        let excess = fit.colours[a].total_variance() - 1.5 * noise;
         excess > (FAR * track.scale.d_rms).powi(2)
     })
 }

@@ -10,7 +10,7 @@ use crate::identify::Progress;
 use crate::output_error::colour::Colour;
 
 use super::effects::SLOW;
-use super::extend::{Model, is_far, polish, reduce};
+use super::extend::{Model, Reach, is_far, polish, reduce};
 use super::fit::{Effort, Fitted, Fitter};
 use super::model::Term;
 use super::null::Null;
@@ -158,7 +158,7 @@ impl Search<'_> {
             if !self.promising(&model, &offers, &null) {
                 break;
             }
-            let found = self.refits(&model, &offers);
+            let found = self.refits(&model, &offers, Reach::Far);
             // What noise of the road channel brings leads to nothing.
             let real = |m: &&Model| self.beats_road_noise(&model, m);
             let Some(best) = found.iter().take(LEADERS).find(real) else {
@@ -339,7 +339,7 @@ impl Search<'_> {
                 .into_iter()
                 .filter(|o| near.contains(&o.term) || promise(o) > 0.2 * loss)
                 .collect();
-            tried.extend(self.refits(&less, &offers));
+            tried.extend(self.refits(&less, &offers, Reach::Near));
         }
         if let Some(best) = tried
             .iter()

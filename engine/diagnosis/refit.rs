@@ -58,7 +58,7 @@ impl Search<'_> {
     }
 
     /// Exact refits of the offers that promise anything, best first.
-    pub fn refits(&self, model: &Model, offers: &[Signatures]) -> Vec<Model> {
+    pub fn refits(&self, model: &Model, offers: &[Signatures], reach: Reach) -> Vec<Model> {
         let scene = self.fitter.scene;
         let most = offers.iter().map(promise).fold(0.0, f64::max);
         let near = |s: &Signatures| {
@@ -85,7 +85,7 @@ impl Search<'_> {
                 .filter(|f| !model.fits.iter().any(|g| g.unit == f.unit));
             units.into_iter().all(|f| !is_far(scene, m, &f.unit))
         });
-        if !arrived {
+        if !arrived && reach == Reach::Far {
             let further: Vec<Model> = offers
                 .par_iter()
                 .filter(|s| far(s))
@@ -105,7 +105,7 @@ impl Search<'_> {
         let rest = found.split_off(found.len().min(LEADERS));
         let mut found: Vec<Model> = found
             .into_par_iter()
-            .map(|m| self.settled(model, m, offers))
+            .map(|m| self.settled(model, m, offers, reach))
             .collect();
         found.extend(rest);
         self.unstop(&mut found);
@@ -152,11 +152,13 @@ impl Search<'_> {
 
     /// A candidate fitted to the end; from afar too where no bicycle can be what was found, or where the
     /// likelihood of a force with corners has many peaks.
-    fn settled(&self, model: &Model, found: Model, offers: &[Signatures]) -> Model {
+    fn settled(&self, model: &Model, found: Model, offers: &[Signatures], reach: Reach) -> Model {
         let polished = |m: Model| polish(&self.fitter, &m, self.quick(&m)).unwrap_or(m);
         let term = added(model, &found);
         let near = polished(found);
-        if !term.kind.spec().corners && is_physical(self.fitter.scene, &self.plain, &near) {
+        if reach == Reach::Near
+            || !term.kind.spec().corners && is_physical(self.fitter.scene, &self.plain, &near)
+        {
             return near;
         }
         offers

@@ -107,6 +107,20 @@ impl Track {
         self.road_integral = spline_integral(&self.input);
     }
 
+    /// Variance (m^2) that noise of the displacement sensor and of the road channel has at the
+    /// displacement of an axle with k/m = `kappa` and B/m = `beta`.
+    pub fn noise_variance(&self, kappa: f64, beta: f64) -> f64 {
+        const BANDS: usize = 256;
+        let width = 0.5 / self.input.step / BANDS as f64;
+        let answer = |band: usize| {
+            let w = std::f64::consts::TAU * width * (band as f64 + 0.5);
+            let road = kappa * kappa + (w * beta).powi(2);
+            road / ((kappa - w * w).powi(2) + (w * beta).powi(2))
+        };
+        let road = (0..BANDS).map(answer).sum::<f64>() * width;
+        0.5 * self.sensor_floor / self.input.step + self.road_floor * road
+    }
+
     /// Road height and rate at `position` (samples, fractional), the spline held at its ends.
     fn road_at(&self, position: f64) -> (f64, f64) {
         let (i, s) = self.locate(position);

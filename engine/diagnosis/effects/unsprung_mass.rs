@@ -37,7 +37,7 @@ impl Effect for UnsprungMass {
     const SPEC: Spec = Spec {
         id: "unsprung_mass",
         acts: Acts::OneAxle,
-        needs: &[Need::Road],
+        needs: &[],
         parameters: &[FRACTION, FREQUENCY, DAMPING],
         amplitudes: &[],
         starts: |s| {
