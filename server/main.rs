@@ -3,6 +3,8 @@
 
 mod api;
 mod cli;
+#[cfg(test)]
+mod conformance;
 mod files;
 mod fleet;
 mod jobs;

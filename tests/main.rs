@@ -9,6 +9,7 @@ mod dashboard;
 mod events;
 mod fleet;
 mod harness;
+mod hosts;
 mod jobs;
 mod model;
 mod object_storage;

@@ -24,10 +24,7 @@ pub async fn readyz(State(server): App) -> Result<&'static str, Problem> {
     if server.stop.is_cancelled() {
         return Err(Problem::new(Kind::Unavailable, "shutting down"));
     }
-    server.db.ping().await.map_err(|error| {
-        tracing::error!(%error, "database does not answer");
-        Problem::new(Kind::Unavailable, "the database does not answer")
-    })?;
+    server.db.ping().await?;
     Ok("ready\n")
 }
 

@@ -10,6 +10,7 @@ use veloid_engine::ride::ReadError;
 
 use crate::jobs::Fault;
 use crate::options::OptionsError;
+use crate::store;
 
 /// An error as RFC 9457 has it.
 #[derive(Clone, Debug, Serialize, ToSchema)]
@@ -143,8 +144,9 @@ impl IntoResponse for Problem {
 impl From<sqlx::Error> for Problem {
     fn from(error: sqlx::Error) -> Self {
         match error {
-            sqlx::Error::PoolTimedOut => {
-                Self::new(Kind::Unavailable, "the database is busy; try again")
+            error if store::is_outage(&error) => {
+                tracing::error!(%error, "database cannot be reached");
+                Self::new(Kind::Unavailable, "the database is busy or away; try again")
             }
             // Two requests with one idempotency key met; the second one will find the first's job.
             sqlx::Error::Database(error) if error.is_unique_violation() => Self::new(
@@ -164,7 +166,10 @@ impl From<std::io::Error> for Problem {
 
 impl From<riverqueue::Error> for Problem {
     fn from(error: riverqueue::Error) -> Self {
-        Self::internal(error)
+        match error {
+            riverqueue::Error::Database(error) => error.into(),
+            error => Self::internal(error),
+        }
     }
 }
 
@@ -180,6 +185,7 @@ impl From<Fault> for Problem {
             Fault::Read(error) => error.into(),
             Fault::Engine(error) => error.into(),
             Fault::Database(error) => error.into(),
+            Fault::Queue(error) => error.into(),
             fault => Self::internal(fault),
         }
     }

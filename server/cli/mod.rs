@@ -3,7 +3,9 @@
 mod bench;
 mod demo;
 mod error;
+mod health;
 mod identify;
+mod metrics;
 mod migrate;
 mod openapi;
 mod ride_csv;
@@ -46,6 +48,7 @@ enum Command {
     Identify(identify::Identify),
     Simulate(simulate::Simulate),
     Migrate(migrate::Migrate),
+    Health(health::Health),
     Openapi(openapi::Openapi),
     Bench(bench::Bench),
     Seed(seed::Seed),
@@ -60,6 +63,7 @@ impl Cli {
             Command::Identify(command) => command.run(),
             Command::Simulate(command) => command.run(),
             Command::Migrate(command) => runtime()?.block_on(command.run()),
+            Command::Health(command) => runtime()?.block_on(command.run()),
             Command::Openapi(command) => command.run(),
             Command::Bench(command) => command.run(),
             Command::Seed(command) => runtime()?.block_on(command.run()),

@@ -3,13 +3,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use clap::Args;
-use metrics_exporter_prometheus::{Matcher, PrometheusBuilder};
 use tokio::net::TcpListener;
 use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 
 use super::CliError;
 use super::demo;
+use super::metrics;
 use super::storage::Storage;
 use super::worker::{WorkLimits, asked_to_stop, cores};
 use crate::api::{self, Server};
@@ -23,10 +23,6 @@ const READERS: usize = 2;
 const SERIES: usize = 8;
 /// Time that answers in progress get at the end.
 const DRAIN: Duration = Duration::from_secs(5);
-
-/// Buckets of the histograms.
-const SECONDS: [f64; 9] = [0.001, 0.005, 0.02, 0.1, 0.5, 2.0, 10.0, 60.0, 300.0];
-const BYTES: [f64; 6] = [1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
 
 /// HTTP API, web pages and, unless `--workers 0`, workers in the same process.
 #[derive(Args)]
@@ -51,10 +47,7 @@ pub struct Serve {
 
 impl Serve {
     pub async fn run(self) -> Result<(), CliError> {
-        let metrics = PrometheusBuilder::new()
-            .set_buckets_for_metric(Matcher::Suffix("_seconds".to_owned()), &SECONDS)?
-            .set_buckets_for_metric(Matcher::Suffix("_bytes".to_owned()), &BYTES)?
-            .install_recorder()?;
+        let metrics = metrics::recorder()?;
         let (db, files) = self.storage.open().await?;
         let (rides, hub) = (RideCache::new(files.clone()), Hub::new());
         let threads = self.workers.unwrap_or_else(cores);

@@ -1,10 +1,17 @@
+use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
+use axum::Router;
+use axum::http::StatusCode;
+use axum::routing::get;
 use clap::Args;
+use metrics_exporter_prometheus::PrometheusHandle;
+use tokio::net::TcpListener;
 use tokio::signal::unix::{SignalKind, signal};
 
 use super::CliError;
+use super::metrics;
 use super::storage::Storage;
 use crate::files::Files;
 use crate::jobs::{self, Compute, Hub, RideCache, Work};
@@ -24,6 +31,9 @@ pub struct Worker {
     /// Threads that run swarms and diagnoses; by default one per core.
     #[arg(long, env = "VELOID_WORKERS")]
     workers: Option<usize>,
+    /// Address on which to answer /healthz, /readyz and /metrics; by default none.
+    #[arg(long, env = "VELOID_LISTEN")]
+    listen: Option<SocketAddr>,
 }
 
 #[derive(Args, Clone, Copy)]
@@ -55,6 +65,7 @@ impl WorkLimits {
 
 impl Worker {
     pub async fn run(self) -> Result<(), CliError> {
+        let metrics = metrics::recorder()?;
         let (db, files): (Db, Files) = self.storage.open().await?;
         let _lock = self.storage.lock_for_work(&db)?;
         let threads = self.workers.unwrap_or_else(cores).max(1);
@@ -62,10 +73,27 @@ impl Worker {
             .limits
             .work(&db, &RideCache::new(files), &Hub::new(), threads)?;
         let running = jobs::start(work).await?;
+        if let Some(address) = self.listen {
+            let listener = TcpListener::bind(address).await?;
+            let signs = axum::serve(listener, signs(db, metrics));
+            tokio::spawn(signs.into_future());
+        }
         eprintln!("veloid works with {threads} threads");
         asked_to_stop().await?;
         Ok(running.stop().await?)
     }
+}
+
+/// The signs of life of a worker.
+fn signs(db: Db, metrics: PrometheusHandle) -> Router {
+    let ready = async move || match db.ping().await {
+        Ok(()) => (StatusCode::OK, "ready\n"),
+        Err(_) => (StatusCode::SERVICE_UNAVAILABLE, "the database is away\n"),
+    };
+    Router::new()
+        .route("/healthz", get(|| async { "ok\n" }))
+        .route("/readyz", get(ready))
+        .route("/metrics", get(async move || metrics.render()))
 }
 
 /// Cores of this machine.

@@ -71,17 +71,20 @@ impl Stages {
             .await?;
 
         let queue = queue(context)?;
-        let mut tx = work.db.begin().await?;
-        complete(context, &mut tx, id).await?;
-        match computed {
-            (_, Some(report)) => finish(&mut tx, id, &job.bike, &report).await?,
-            (conclusion, None) => {
-                result::put(&mut tx, id, result::CONCLUSION, &conclusion).await?;
-                let row = queue.diagnose(&mut tx, id).await?;
-                job::enter(&mut tx, id, Stage::Diagnose, row).await?;
+        work.publish(context, || async {
+            let mut tx = work.db.begin().await?;
+            complete(context, &mut tx, id).await?;
+            match &computed {
+                (_, Some(report)) => finish(&mut tx, id, &job.bike, report).await?,
+                (conclusion, None) => {
+                    result::put(&mut tx, id, result::CONCLUSION, conclusion).await?;
+                    let row = queue.diagnose(&mut tx, id).await?;
+                    job::enter(&mut tx, id, Stage::Diagnose, row).await?;
+                }
             }
-        }
-        tx.commit().await?;
+            Ok(tx.commit().await?)
+        })
+        .await?;
         queue.wake();
         if diagnosed {
             work.hub.changed(id);

@@ -61,10 +61,13 @@ impl Stages {
             })
             .await?;
 
-        let mut tx = work.db.begin().await?;
-        complete(context, &mut tx, id).await?;
-        finish(&mut tx, id, &job.bike, &report).await?;
-        tx.commit().await?;
+        work.publish(context, || async {
+            let mut tx = work.db.begin().await?;
+            complete(context, &mut tx, id).await?;
+            finish(&mut tx, id, &job.bike, &report).await?;
+            Ok(tx.commit().await?)
+        })
+        .await?;
         work.hub.close(id);
         Ok(())
     }

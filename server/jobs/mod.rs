@@ -20,3 +20,5 @@ pub use hub::{Hub, HubEvent};
 pub use queue::Queue;
 pub use run::{Work, start};
 pub use stage::{Fault, give_up};
+#[cfg(test)]
+pub use takeover::sweep;

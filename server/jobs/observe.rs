@@ -50,17 +50,20 @@ impl Stages {
             .await?;
 
         let queue = queue(context)?;
-        let mut tx = work.db.begin().await?;
-        complete(context, &mut tx, id).await?;
-        if job::observed(&mut tx, id, &observed.least_squares).await? {
-            result::put(&mut tx, id, result::OBSERVED, &observed).await?;
-            let rows = queue.trials(&mut tx, id, settings.trials).await?;
-            for (index, row) in rows.into_iter().enumerate() {
-                let seed = settings.seed.wrapping_add(index as u64);
-                trial::insert(&mut tx, id, index as i64, seed, row).await?;
+        work.publish(context, || async {
+            let mut tx = work.db.begin().await?;
+            complete(context, &mut tx, id).await?;
+            if job::observed(&mut tx, id, &observed.least_squares).await? {
+                result::put(&mut tx, id, result::OBSERVED, &observed).await?;
+                let rows = queue.trials(&mut tx, id, settings.trials).await?;
+                for (index, row) in rows.into_iter().enumerate() {
+                    let seed = settings.seed.wrapping_add(index as u64);
+                    trial::insert(&mut tx, id, index as i64, seed, row).await?;
+                }
             }
-        }
-        tx.commit().await?;
+            Ok(tx.commit().await?)
+        })
+        .await?;
         queue.wake();
         work.hub.changed(id);
         Ok(())

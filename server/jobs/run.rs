@@ -1,7 +1,7 @@
 //! A working process: River's client with our four workers, its heartbeat, and its orderly end.
 
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use riverqueue::{MaintenanceConfig, QueueConfig, Retention, RunHandle, Workers};
 use tokio::task::JoinHandle;
@@ -20,7 +20,9 @@ use crate::store::{Db, river, worker};
 
 const BEAT: Duration = Duration::from_secs(2);
 /// A worker that has not beaten for so long is gone; four beats.
-const LEASE_MS: i64 = 8_000;
+const LEASE: Duration = Duration::from_secs(8);
+/// A database that does not answer a heartbeat for so long is not there.
+const PATIENCE: Duration = Duration::from_secs(4);
 /// Running stages get this long after a stop is asked for; then they hand their work back.
 const SOFT_STOP: Duration = Duration::from_secs(8);
 /// River steps in so much later than our own deadline, which ends the loop from inside.
@@ -128,20 +130,37 @@ fn client(id: &str, work: Arc<Work>) -> Result<riverqueue::Client, Fault> {
 async fn live(db: Db, queue: Queue, hub: Hub, slots: i64, stop: CancellationToken) {
     let mut ticks = tokio::time::interval(BEAT);
     ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+    // Since when no beat has failed.
+    let mut steady: Option<Instant> = None;
     while stop.run_until_cancelled(ticks.tick()).await.is_some() {
-        if let Err(error) = beat(&db, &queue, &hub, slots).await {
-            tracing::error!(%error, "heartbeat failed");
+        // Who could not reach the database cannot tell whether others could.
+        let judges = !db.is_sqlite() && steady.is_some_and(|since| since.elapsed() >= LEASE);
+        match in_time(beat(&db, queue.0.id(), slots, judges)).await {
+            Ok(()) => steady = steady.or_else(|| Some(Instant::now())),
+            Err(error) => {
+                tracing::error!(%error, "heartbeat failed");
+                steady = None;
+                continue;
+            }
+        }
+        if let Err(error) = in_time(sweep(&db, &queue, &hub)).await {
+            tracing::error!(%error, "looking for lost work failed");
         }
     }
 }
 
-async fn beat(db: &Db, queue: &Queue, hub: &Hub, slots: i64) -> Result<(), Fault> {
+/// Ends what waits for a database that does not answer.
+async fn in_time(work: impl Future<Output = Result<(), Fault>>) -> Result<(), Fault> {
+    let ended = tokio::time::timeout(PATIENCE, work).await;
+    ended.unwrap_or(Err(Fault::Database(sqlx::Error::PoolTimedOut)))
+}
+
+/// On SQLite nobody else works, and a process that was stopped for a while is not gone.
+async fn beat(db: &Db, id: &str, slots: i64, judges: bool) -> Result<(), Fault> {
     let mut tx = db.begin().await?;
-    worker::beat(&mut tx, queue.0.id(), slots).await?;
-    // On SQLite nobody else works, and a process that was stopped for a while is not gone.
-    if !db.is_sqlite() {
-        worker::expire(&mut tx, LEASE_MS).await?;
+    worker::beat(&mut tx, id, slots).await?;
+    if judges {
+        worker::expire(&mut tx, LEASE.as_millis() as i64).await?;
     }
-    tx.commit().await?;
-    sweep(db, queue, hub).await
+    Ok(tx.commit().await?)
 }

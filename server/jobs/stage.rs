@@ -13,7 +13,12 @@ use super::compute::Control;
 use super::queue::Queue;
 use super::run::Work;
 use crate::store::job::{self, Failure, JobRow};
-use crate::store::{Tx, on, trial};
+use crate::store::{self, Tx, on, trial};
+
+/// A transaction that is not heard of for so long is begun anew.
+const UNHEARD: Duration = Duration::from_secs(10);
+/// Wait before the database is tried again.
+const PAUSE: Duration = Duration::from_secs(1);
 
 /// Why a stage did not end well.
 #[derive(Debug, thiserror::Error)]
@@ -54,6 +59,15 @@ impl Fault {
         };
         Some(Failure::new(kind, self.to_string()))
     }
+
+    fn is_outage(&self) -> bool {
+        match self {
+            Fault::Database(error) | Fault::Queue(riverqueue::Error::Database(error)) => {
+                store::is_outage(error)
+            }
+            _ => false,
+        }
+    }
 }
 
 impl Work {
@@ -80,6 +94,32 @@ impl Work {
         }
     }
 
+    /// Runs the transaction that publishes a result, anew while the database cannot be reached: what
+    /// was computed is not lost with it. Should a commit have gone through unheard, the next turn is
+    /// refused as any late result is.
+    pub(super) async fn publish<F>(
+        &self,
+        context: &WorkContext,
+        transaction: impl Fn() -> F,
+    ) -> Result<(), Fault>
+    where
+        F: Future<Output = Result<(), Fault>>,
+    {
+        loop {
+            let ended = tokio::time::timeout(UNHEARD, transaction()).await;
+            let fault = match ended {
+                Ok(Err(fault)) if fault.is_outage() => fault,
+                Ok(ended) => return ended,
+                Err(_) => Fault::Database(sqlx::Error::PoolTimedOut),
+            };
+            tracing::warn!(%fault, "result kept until the database is back");
+            let stopped = context.cancellation_token().cancelled();
+            if tokio::time::timeout(PAUSE, stopped).await.is_ok() {
+                return Err(Fault::Stopped);
+            }
+        }
+    }
+
     /// Turns the end of an attempt into River's terms: done, to be tried again, or given up.
     pub(super) async fn settle(
         &self,
@@ -91,6 +131,8 @@ impl Work {
         let fault = match outcome {
             Ok(()) => return Ok(WorkOutcome::Complete),
             Err(Fault::Stopped) => return Err(WorkCancelled.into()),
+            // The attempt is not to blame.
+            Err(fault) if fault.is_outage() => return Ok(WorkOutcome::Snooze(PAUSE)),
             Err(Fault::Queue(riverqueue::Error::JobNotRunning { state })) => {
                 tracing::warn!(%job, kind = row.kind, %state, "result came too late and is refused");
                 metrics::counter!("veloid_stale_completions_total").increment(1);

@@ -57,15 +57,18 @@ impl Stages {
             .await?;
 
         let queue = queue(context)?;
-        let mut tx = work.db.begin().await?;
-        complete(context, &mut tx, id).await?;
-        if trial::finish(&mut tx, id, index as i64, &found).await?
-            && job::count_trial(&mut tx, id).await?
-        {
-            let row = queue.conclude(&mut tx, id).await?;
-            job::enter(&mut tx, id, Stage::Conclude, row).await?;
-        }
-        tx.commit().await?;
+        work.publish(context, || async {
+            let mut tx = work.db.begin().await?;
+            complete(context, &mut tx, id).await?;
+            if trial::finish(&mut tx, id, index as i64, &found).await?
+                && job::count_trial(&mut tx, id).await?
+            {
+                let row = queue.conclude(&mut tx, id).await?;
+                job::enter(&mut tx, id, Stage::Conclude, row).await?;
+            }
+            Ok(tx.commit().await?)
+        })
+        .await?;
         queue.wake();
         work.hub.changed(id);
         Ok(())

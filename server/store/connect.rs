@@ -9,16 +9,38 @@ use super::Db;
 const BUSY_TIMEOUT: Duration = Duration::from_secs(10);
 const ACQUIRE_TIMEOUT: Duration = Duration::from_secs(10);
 
+/// Connections of one process to PostgreSQL; one more listens for the queue.
+const WRITERS: u32 = 8;
+const READERS: u32 = 4;
+
+/// A process that is cut off in the middle of a transaction must not hold its locks for longer than
+/// others wait before they take its work over.
+const SESSION: [(&str, &str); 5] = [
+    ("idle_in_transaction_session_timeout", "8s"),
+    ("tcp_user_timeout", "8s"),
+    ("tcp_keepalives_idle", "4"),
+    ("tcp_keepalives_interval", "2"),
+    ("tcp_keepalives_count", "2"),
+];
+/// Longest statement of those who change things, and of those who only look.
+const WRITING: (&str, &str) = ("statement_timeout", "60s");
+const READING: (&str, &str) = ("statement_timeout", "10s");
+
 impl Db {
     /// Opens `sqlite:FILE` (made when absent) or `postgres://...`.
     pub async fn connect(url: &str) -> sqlx::Result<Db> {
         if url.starts_with("postgres://") || url.starts_with("postgresql://") {
-            let pool = PgPoolOptions::new()
-                .max_connections(16)
-                .acquire_timeout(ACQUIRE_TIMEOUT)
-                .connect_with(PgConnectOptions::from_str(url)?)
-                .await?;
-            return Ok(Db::Postgres(pool));
+            let options = PgConnectOptions::from_str(url)?.options(SESSION);
+            let pool = |most, options| {
+                PgPoolOptions::new()
+                    .max_connections(most)
+                    .acquire_timeout(ACQUIRE_TIMEOUT)
+                    .connect_with(options)
+            };
+            return Ok(Db::Postgres {
+                write: pool(WRITERS, options.clone().options([WRITING])).await?,
+                read: pool(READERS, options.options([READING])).await?,
+            });
         }
         // FULL: a 202 promises that the ride survives a power cut.
         let options = SqliteConnectOptions::from_str(url)?

@@ -29,8 +29,12 @@ impl Db {
                 SQLITE.run(write).await?;
                 SqliteMigrator::new(write.clone()).migrate_up().await?;
             }
-            Db::Postgres(pool) => {
+            Db::Postgres { write: pool, .. } => {
                 let mut lock = pool.acquire().await?.detach();
+                // Others may take their time.
+                sqlx::query("SET statement_timeout = 0")
+                    .execute(&mut lock)
+                    .await?;
                 sqlx::query("SELECT pg_advisory_lock($1)")
                     .bind(MIGRATION_LOCK)
                     .execute(&mut lock)

@@ -8,7 +8,7 @@ macro_rules! on {
     (read $db:expr, $p:ident => $body:expr) => {
         match $db {
             $crate::store::Db::Sqlite { read: $p, .. } => $body,
-            $crate::store::Db::Postgres($p) => $body,
+            $crate::store::Db::Postgres { read: $p, .. } => $body,
         }
     };
     ($tx:expr, $t:ident => $body:expr) => {
@@ -33,18 +33,21 @@ pub mod season;
 pub mod trial;
 pub mod worker;
 
+use std::time::Duration;
+
 pub use migrate::MigrateError;
 use sqlx::{PgPool, Postgres, Sqlite, SqlitePool, Transaction};
+
+/// Longest wait for a sign of life.
+const PING: Duration = Duration::from_secs(3);
 
 /// The database: native pools, since sqlx's `Any` knows neither UUID nor JSON.
 #[derive(Clone)]
 pub enum Db {
     /// One connection writes, so that writers queue in the pool instead of meeting `SQLITE_BUSY`.
-    Sqlite {
-        write: SqlitePool,
-        read: SqlitePool,
-    },
-    Postgres(PgPool),
+    Sqlite { write: SqlitePool, read: SqlitePool },
+    /// Apart, so that however many pages are looked at, the queue has its connections.
+    Postgres { write: PgPool, read: PgPool },
 }
 
 /// A transaction that may write.
@@ -61,7 +64,9 @@ impl Db {
             Db::Sqlite { write, .. } => {
                 Tx::Sqlite(riverqueue::database::begin_sqlite_write(write).await?)
             }
-            Db::Postgres(pool) => Tx::Postgres(riverqueue::database::begin_postgres(pool).await?),
+            Db::Postgres { write, .. } => {
+                Tx::Postgres(riverqueue::database::begin_postgres(write).await?)
+            }
         })
     }
 
@@ -69,7 +74,7 @@ impl Db {
     pub fn river(&self) -> riverqueue::ClientBuilder {
         match self {
             Db::Sqlite { write, .. } => riverqueue::Client::builder(write.clone()),
-            Db::Postgres(pool) => riverqueue::Client::builder(pool.clone()),
+            Db::Postgres { write, .. } => riverqueue::Client::builder(write.clone()),
         }
     }
 
@@ -77,9 +82,24 @@ impl Db {
         matches!(self, Db::Sqlite { .. })
     }
 
-    /// Whether the database answers.
+    /// Whether the database answers, and soon.
     pub async fn ping(&self) -> sqlx::Result<()> {
-        on!(read self, p => sqlx::query("SELECT 1").execute(p).await.map(drop))
+        let answer =
+            async { on!(read self, p => sqlx::query("SELECT 1").execute(p).await.map(drop)) };
+        let soon = tokio::time::timeout(PING, answer).await;
+        soon.unwrap_or(Err(sqlx::Error::PoolTimedOut))
+    }
+}
+
+/// Whether the database could not be reached, or ended the session.
+pub fn is_outage(error: &sqlx::Error) -> bool {
+    match error {
+        sqlx::Error::Io(_) | sqlx::Error::Protocol(_) | sqlx::Error::PoolTimedOut => true,
+        // Connection lost, idle in transaction for too long, shutting down, starting up.
+        sqlx::Error::Database(error) => error.code().is_some_and(|code| {
+            code.starts_with("08") || code.starts_with("57P") || code == "25P03"
+        }),
+        _ => false,
     }
 }
 

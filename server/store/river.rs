@@ -38,7 +38,7 @@ pub async fn orphans(db: &Db) -> sqlx::Result<Vec<Orphan>> {
     );
     match db {
         Db::Sqlite { read, .. } => sqlx::query_as(SQLITE).fetch_all(read).await,
-        Db::Postgres(pool) => sqlx::query_as(POSTGRES).fetch_all(pool).await,
+        Db::Postgres { read, .. } => sqlx::query_as(POSTGRES).fetch_all(read).await,
     }
 }
 

@@ -1,0 +1,413 @@
+//! What store and queue promise, held against SQLite always and against PostgreSQL where
+//! `VELOID_TEST_POSTGRES` names a server such as `postgres://postgres@127.0.0.1:5432`.
+#![allow(clippy::unwrap_used)]
+
+use riverqueue::JobState;
+use sqlx::{AssertSqlSafe, Connection, PgConnection};
+use uuid::Uuid;
+use veloid_engine::bicycle::{Bike, PerAxle};
+use veloid_engine::ride::RideSummary;
+
+use crate::jobs::{Hub, Queue, give_up, sweep};
+use crate::options::Options;
+use crate::store::job::{self, Failure, Filter, NewJob, Request, Stage, State};
+use crate::store::{Db, Tx, bike, idempotency_key, result, ride, trial, worker};
+
+/// Runs a test on a fresh database of each kind.
+async fn on_each(test: impl AsyncFn(Db)) {
+    let name = format!("veloid_conformance_{}", Uuid::now_v7().simple());
+    let folder = std::env::temp_dir().join(&name);
+    std::fs::create_dir(&folder).unwrap();
+    let url = format!("sqlite:{}", folder.join("veloid.db").display());
+    test(fresh(&url).await).await;
+    std::fs::remove_dir_all(folder).unwrap();
+
+    let Ok(server) = std::env::var("VELOID_TEST_POSTGRES") else {
+        eprintln!("skipped on PostgreSQL: VELOID_TEST_POSTGRES names none");
+        return;
+    };
+    let mut admin = PgConnection::connect(&format!("{server}/postgres"))
+        .await
+        .unwrap();
+    let create = format!("CREATE DATABASE {name}");
+    sqlx::query(AssertSqlSafe(create))
+        .execute(&mut admin)
+        .await
+        .unwrap();
+    test(fresh(&format!("{server}/{name}")).await).await;
+    let drop = format!("DROP DATABASE {name} WITH (FORCE)");
+    sqlx::query(AssertSqlSafe(drop))
+        .execute(&mut admin)
+        .await
+        .unwrap();
+}
+
+async fn fresh(url: &str) -> Db {
+    let db = Db::connect(url).await.unwrap();
+    db.migrate().await.unwrap();
+    db
+}
+
+fn queue(db: &Db) -> Queue {
+    Queue(db.river().build().unwrap())
+}
+
+const TRIALS: usize = 10;
+
+/// A job as an upload leaves it behind, and its River row.
+async fn queued(db: &Db, queue: &Queue) -> (Uuid, i64) {
+    let (id, mut options) = (Uuid::now_v7(), Options::default());
+    options.settings.trials = TRIALS;
+    let request = Request {
+        bike: Bike::default(),
+        options,
+    };
+    let mut tx = db.begin().await.unwrap();
+    bike::upsert(&mut tx, "lab", &request.bike).await.unwrap();
+    let ride = ride::upsert(&mut tx, "0f", "ride.csv", 3).await.unwrap();
+    let new = NewJob {
+        id,
+        ride,
+        bike: "lab",
+        fingerprint: "f1",
+        request: &request,
+        summary: &RideSummary::default(),
+    };
+    job::insert(&mut tx, &new).await.unwrap();
+    let row = queue.observe(&mut tx, id).await.unwrap();
+    job::enter(&mut tx, id, Stage::Observe, row).await.unwrap();
+    tx.commit().await.unwrap();
+    (id, row)
+}
+
+/// A job whose trials are queued; their River rows.
+async fn in_trials(db: &Db, queue: &Queue) -> (Uuid, Vec<i64>) {
+    let (id, observe) = queued(db, queue).await;
+    let mut tx = db.begin().await.unwrap();
+    job::start(&mut tx, id).await.unwrap();
+    queue.cancel(&mut tx, &[observe]).await.unwrap();
+    assert!(
+        job::observed(&mut tx, id, &PerAxle::default())
+            .await
+            .unwrap()
+    );
+    let rows = queue.trials(&mut tx, id, TRIALS).await.unwrap();
+    for (index, row) in rows.iter().enumerate() {
+        trial::insert(&mut tx, id, index as i64, 1, *row)
+            .await
+            .unwrap();
+    }
+    tx.commit().await.unwrap();
+    (id, rows)
+}
+
+async fn state(db: &Db, id: Uuid) -> State {
+    job::find(db, id).await.unwrap().unwrap().state
+}
+
+async fn row_state(queue: &Queue, row: i64) -> JobState {
+    queue.0.jobs().get(row).await.unwrap().state
+}
+
+/// Makes a River row look as if a worker had begun it.
+async fn begun_by(db: &Db, row: i64, worker: &str) {
+    const SQLITE: &str = "UPDATE river_job SET state = 'running', attempt = 1, \
+        attempted_at = datetime('now', 'subsec'), attempted_by = jsonb_array($2) WHERE id = $1";
+    const POSTGRES: &str = "UPDATE river_job SET state = 'running', attempt = 1, \
+        attempted_at = now(), attempted_by = ARRAY[$2] WHERE id = $1";
+    let mut tx = db.begin().await.unwrap();
+    let done = match &mut tx {
+        Tx::Sqlite(t) => sqlx::query(SQLITE)
+            .bind(row)
+            .bind(worker)
+            .execute(&mut **t)
+            .await
+            .map(drop),
+        Tx::Postgres(t) => sqlx::query(POSTGRES)
+            .bind(row)
+            .bind(worker)
+            .execute(&mut **t)
+            .await
+            .map(drop),
+    };
+    done.unwrap();
+    tx.commit().await.unwrap();
+}
+
+#[tokio::test]
+async fn migrations_can_be_repeated_and_on_postgres_run_at_once() {
+    on_each(async |db| {
+        db.migrate().await.unwrap();
+        if !db.is_sqlite() {
+            let again = || db.migrate();
+            let (a, b, c, d) = tokio::join!(again(), again(), again(), again());
+            assert!([a, b, c, d].iter().all(Result::is_ok));
+        }
+    })
+    .await;
+}
+
+#[tokio::test]
+async fn a_job_goes_its_way_and_no_step_twice() {
+    on_each(async |db| {
+        let queue = queue(&db);
+        let (id, _) = queued(&db, &queue).await;
+        let none = PerAxle::default();
+        let mut tx = db.begin().await.unwrap();
+        assert!(
+            !job::observed(&mut tx, id, &none).await.unwrap(),
+            "it is not running"
+        );
+        job::start(&mut tx, id).await.unwrap();
+        assert!(job::observed(&mut tx, id, &none).await.unwrap());
+        assert!(!job::observed(&mut tx, id, &none).await.unwrap());
+        job::enter(&mut tx, id, Stage::Diagnose, 7).await.unwrap();
+        assert!(job::succeed(&mut tx, id, Some("named")).await.unwrap());
+        assert!(!job::succeed(&mut tx, id, None).await.unwrap());
+        assert!(!job::end(&mut tx, id, None).await.unwrap());
+        assert!(!job::reset(&mut tx, id).await.unwrap());
+        tx.commit().await.unwrap();
+        let job = job::find(&db, id).await.unwrap().unwrap();
+        assert_eq!(
+            (job.state, job.verdict.as_deref()),
+            (State::Succeeded, Some("named"))
+        );
+        assert_eq!(
+            job.revision, 6,
+            "inserted, entered, started, observed, entered, ended"
+        );
+        assert_eq!(job::revision(&db, id).await.unwrap(), Some((6, true)));
+    })
+    .await;
+}
+
+#[tokio::test]
+async fn a_cancelled_job_stays_cancelled_until_it_is_begun_anew() {
+    on_each(async |db| {
+        let queue = queue(&db);
+        let (id, rows) = in_trials(&db, &queue).await;
+        let mut tx = db.begin().await.unwrap();
+        assert!(give_up(&queue, &mut tx, id, None).await.unwrap());
+        assert!(!give_up(&queue, &mut tx, id, None).await.unwrap());
+        assert!(!job::count_trial(&mut tx, id).await.unwrap());
+        assert!(!job::succeed(&mut tx, id, None).await.unwrap());
+        tx.commit().await.unwrap();
+        assert_eq!(state(&db, id).await, State::Cancelled);
+        for row in rows {
+            assert_eq!(row_state(&queue, row).await, JobState::Cancelled);
+        }
+        let mut tx = db.begin().await.unwrap();
+        assert!(job::reset(&mut tx, id).await.unwrap());
+        trial::delete(&mut tx, id).await.unwrap();
+        tx.commit().await.unwrap();
+        assert_eq!(state(&db, id).await, State::Queued);
+    })
+    .await;
+}
+
+#[tokio::test]
+async fn of_trials_that_end_at_once_one_is_the_last() {
+    on_each(async |db| {
+        let (id, _) = in_trials(&db, &queue(&db)).await;
+        let counts = (0..TRIALS).map(|_| {
+            let db = db.clone();
+            tokio::spawn(async move {
+                let mut tx = db.begin().await.unwrap();
+                let last = job::count_trial(&mut tx, id).await.unwrap();
+                tx.commit().await.unwrap();
+                last
+            })
+        });
+        let mut last = 0;
+        for count in counts.collect::<Vec<_>>() {
+            last += i32::from(count.await.unwrap());
+        }
+        assert_eq!(last, 1);
+    })
+    .await;
+}
+
+#[tokio::test]
+async fn what_is_queued_is_there_with_its_transaction_or_not_at_all() {
+    on_each(async |db| {
+        let queue = queue(&db);
+        let mut tx = db.begin().await.unwrap();
+        let row = queue.observe(&mut tx, Uuid::now_v7()).await.unwrap();
+        drop(tx);
+        let missing = queue.0.jobs().get(row).await.unwrap_err();
+        assert!(
+            matches!(missing, riverqueue::Error::NotFound(_)),
+            "{missing}"
+        );
+        let (_, row) = queued(&db, &queue).await;
+        assert_eq!(row_state(&queue, row).await, JobState::Available);
+    })
+    .await;
+}
+
+#[tokio::test]
+async fn work_is_taken_over_from_the_dead_alone_and_three_times_at_most() {
+    on_each(async |db| {
+        let (queue, hub) = (queue(&db), Hub::new());
+        let (id, rows) = in_trials(&db, &queue).await;
+        let mut held = rows[3];
+        let mut tx = db.begin().await.unwrap();
+        worker::beat(&mut tx, "alive", 1).await.unwrap();
+        tx.commit().await.unwrap();
+        begun_by(&db, held, "alive").await;
+        sweep(&db, &queue, &hub).await.unwrap();
+        assert_eq!(row_state(&queue, held).await, JobState::Running);
+
+        for takeover in 1..=4 {
+            begun_by(&db, held, "dead").await;
+            sweep(&db, &queue, &hub).await.unwrap();
+            assert_eq!(row_state(&queue, held).await, JobState::Discarded);
+            let mut tx = db.begin().await.unwrap();
+            let unfinished = trial::unfinished(&mut tx, id).await.unwrap();
+            tx.commit().await.unwrap();
+            assert_eq!(unfinished.len(), TRIALS);
+            if takeover <= 3 {
+                let new = unfinished.iter().find(|row| !rows.contains(row));
+                held = *new.unwrap();
+                assert_eq!(row_state(&queue, held).await, JobState::Available);
+            }
+        }
+        let job = job::find(&db, id).await.unwrap().unwrap();
+        assert_eq!(job.state, State::Failed);
+        assert_eq!(job.failure.unwrap().kind, "crash");
+    })
+    .await;
+}
+
+#[tokio::test]
+async fn a_job_that_the_queue_has_nothing_for_fails() {
+    on_each(async |db| {
+        let queue = queue(&db);
+        let (stray, row) = queued(&db, &queue).await;
+        let (sound, _) = queued(&db, &queue).await;
+        let mut tx = db.begin().await.unwrap();
+        queue.cancel(&mut tx, &[row]).await.unwrap();
+        tx.commit().await.unwrap();
+        sweep(&db, &queue, &Hub::new()).await.unwrap();
+        assert_eq!(state(&db, stray).await, State::Failed);
+        assert_eq!(state(&db, sound).await, State::Queued);
+    })
+    .await;
+}
+
+#[tokio::test]
+async fn workers_are_there_while_they_beat() {
+    on_each(async |db| {
+        let mut tx = db.begin().await.unwrap();
+        worker::beat(&mut tx, "a", 1).await.unwrap();
+        worker::beat(&mut tx, "a", 1).await.unwrap();
+        worker::beat(&mut tx, "b", 1).await.unwrap();
+        worker::expire(&mut tx, 3_600_000).await.unwrap();
+        worker::leave(&mut tx, "b").await.unwrap();
+        tx.commit().await.unwrap();
+        assert_eq!(worker::count(&db).await.unwrap(), 1);
+        let mut tx = db.begin().await.unwrap();
+        worker::expire(&mut tx, 0).await.unwrap();
+        tx.commit().await.unwrap();
+        assert_eq!(worker::count(&db).await.unwrap(), 0);
+    })
+    .await;
+}
+
+#[tokio::test]
+async fn documents_come_back_number_for_number() {
+    on_each(async |db| {
+        let (id, _) = queued(&db, &queue(&db)).await;
+        let numbers = [0.1 + 0.2, 5e-324, f64::MAX, -1e16, 1.0 / 3.0];
+        let mut tx = db.begin().await.unwrap();
+        result::put(&mut tx, id, result::OBSERVED, &[1.0])
+            .await
+            .unwrap();
+        result::put(&mut tx, id, result::OBSERVED, &numbers)
+            .await
+            .unwrap();
+        tx.commit().await.unwrap();
+        let back: Vec<f64> = result::get(&db, id, result::OBSERVED).await.unwrap();
+        assert_eq!(back, numbers);
+        // PostgreSQL spells them in its own way, -0.0 as 0.0 and without exponents.
+        let text = result::text(&db, id, result::OBSERVED).await.unwrap();
+        assert_eq!(
+            serde_json::from_str::<Vec<f64>>(&text.unwrap()).unwrap(),
+            numbers
+        );
+        assert_eq!(result::text(&db, id, result::REPORT).await.unwrap(), None);
+    })
+    .await;
+}
+
+#[tokio::test]
+async fn jobs_are_found_by_what_they_are() {
+    on_each(async |db| {
+        let queue = queue(&db);
+        let mut ids = Vec::new();
+        for _ in 0..3 {
+            ids.push(queued(&db, &queue).await.0);
+        }
+        let mut tx = db.begin().await.unwrap();
+        assert_eq!(job::find_equal(&mut tx, "f1").await.unwrap(), Some(ids[2]));
+        let failure = Failure::new("input", "why");
+        assert!(
+            give_up(&queue, &mut tx, ids[2], Some(&failure))
+                .await
+                .unwrap()
+        );
+        assert_eq!(job::find_equal(&mut tx, "f1").await.unwrap(), Some(ids[1]));
+        idempotency_key::insert(&mut tx, "key", "f1", ids[0])
+            .await
+            .unwrap();
+        let used = idempotency_key::find(&mut tx, "key").await.unwrap();
+        assert_eq!(used, Some(("f1".to_owned(), ids[0])));
+        tx.commit().await.unwrap();
+
+        let page = async |filter: Filter<'_>, limit| -> Vec<Uuid> {
+            let rows = job::page(&db, &filter, limit).await.unwrap();
+            rows.iter().map(|row| row.id).collect()
+        };
+        assert_eq!(page(Filter::default(), 2).await, [ids[2], ids[1]]);
+        let older = Filter {
+            before: Some(ids[1]),
+            ..Filter::default()
+        };
+        assert_eq!(page(older, 2).await, [ids[0]]);
+        let failed = Filter {
+            state: Some(State::Failed),
+            ..Filter::default()
+        };
+        assert_eq!(page(failed, 9).await, [ids[2]]);
+        let foreign = Filter {
+            bike: Some("other"),
+            ..Filter::default()
+        };
+        assert!(page(foreign, 9).await.is_empty());
+
+        let mut tx = db.begin().await.unwrap();
+        let again = idempotency_key::insert(&mut tx, "key", "f2", ids[1])
+            .await
+            .unwrap_err();
+        assert!(again.as_database_error().unwrap().is_unique_violation());
+    })
+    .await;
+}
+
+/// Nobody waits for a statement that is only curious, and no lock outlives who is gone.
+#[tokio::test]
+async fn postgres_ends_what_takes_too_long() {
+    on_each(async |db| {
+        let Db::Postgres { write, read } = &db else {
+            return;
+        };
+        let of = async |pool, what: &str| -> String {
+            let sql = AssertSqlSafe(format!("SHOW {what}"));
+            sqlx::query_scalar(sql).fetch_one(pool).await.unwrap()
+        };
+        assert_eq!(of(read, "statement_timeout").await, "10s");
+        assert_eq!(of(write, "statement_timeout").await, "1min");
+        assert_eq!(of(write, "idle_in_transaction_session_timeout").await, "8s");
+    })
+    .await;
+}
