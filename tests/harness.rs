@@ -140,10 +140,33 @@ impl Server {
         command
     }
 
+    /// Address of the server's database, where that is PostgreSQL.
+    pub fn database(&self) -> Option<&str> {
+        self.database.as_deref()
+    }
+
+    /// `veloid worker` beside the server, with one thread that stays on a core.
+    pub fn pinned_worker(&self, core: &str) -> Worker {
+        let mut worker = Command::new("taskset");
+        let veloid = self.beside(&["worker", "--workers", "1"]);
+        worker
+            .args(["-c", core])
+            .arg(VELOID)
+            .args(veloid.get_args());
+        worker.envs(self.env.iter().cloned());
+        Worker(worker.stderr(Stdio::null()).spawn().unwrap())
+    }
+
     /// `veloid worker` beside the server, with one thread and more arguments.
     pub fn worker(&self, args: &[&str]) -> Worker {
         let mut worker = self.beside(&["worker", "--workers", "1"]);
         Worker(worker.args(args).stderr(Stdio::null()).spawn().unwrap())
+    }
+
+    /// `veloid worker` beside the server, with so many threads.
+    pub fn worker_with(&self, threads: usize) -> Worker {
+        let mut worker = self.beside(&["worker", "--workers", &threads.to_string()]);
+        Worker(worker.stderr(Stdio::null()).spawn().unwrap())
     }
 
     pub async fn get(&self, path: &str) -> Response {

@@ -19,5 +19,6 @@ mod process;
 mod real;
 mod report_equality;
 mod ride;
+mod scale;
 mod simulate;
 mod upload;

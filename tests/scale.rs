@@ -1,0 +1,230 @@
+//! How far it scales, measured and printed; docs/scale.md says what came out. Not for CI:
+//! `VELOID_TEST_POSTGRES=... cargo test -p veloid --test blackbox scale:: -- --ignored --nocapture --test-threads 1`
+
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::harness::{Server, Worker};
+
+/// As little computing as a trial can be: what is left is the queue.
+const NOTHING: [(&str, &str); 4] = [
+    ("trials", "50"),
+    ("particles", "2"),
+    ("iterations", "1"),
+    ("again", "true"),
+];
+const RIDES: usize = 60;
+
+/// What one trial does to the database, without River and without us: claimed, then completed while
+/// its job is locked.
+const FLOOR: &str = "\
+BEGIN;
+UPDATE q SET state = 'running', at = now() WHERE id = (
+    SELECT id FROM q WHERE state = 'available' ORDER BY priority, id FOR UPDATE SKIP LOCKED LIMIT 1)
+    RETURNING id, job \\gset
+COMMIT;
+BEGIN;
+SELECT id FROM job WHERE id = :job FOR UPDATE;
+UPDATE q SET state = 'completed', at = now() WHERE id = :id;
+UPDATE trial SET result = repeat('x', 300) WHERE id = :id;
+UPDATE job SET done = done + 1 WHERE id = :job;
+COMMIT;
+";
+
+const FLOOR_TABLES: &str = "\
+CREATE SCHEMA floor; SET search_path = floor;
+CREATE TABLE job (id INT PRIMARY KEY, done INT NOT NULL);
+INSERT INTO job SELECT i, 0 FROM generate_series(0, 3999) i;
+CREATE TABLE q (id INT PRIMARY KEY, job INT, state TEXT, priority INT, at TIMESTAMPTZ);
+INSERT INTO q SELECT i, i / 50, 'available', 2, now() FROM generate_series(0, 199999) i;
+CREATE INDEX ON q (state, priority, id);
+CREATE TABLE trial (id INT PRIMARY KEY, result TEXT);
+INSERT INTO trial SELECT i FROM generate_series(0, 199999) i;
+ANALYZE;";
+
+/// A server without workers on PostgreSQL, or none and a word about it.
+fn server() -> Option<Server> {
+    if std::env::var_os("VELOID_TEST_POSTGRES").is_none() {
+        eprintln!("skipped: no PostgreSQL");
+        return None;
+    }
+    let load = std::fs::read_to_string("/proc/loadavg").unwrap();
+    eprintln!("load before: {}", load.trim());
+    Some(Server::with(&["--workers", "0"]))
+}
+
+fn sql(server: &Server, sql: &str) -> String {
+    let mut psql = Command::new("psql");
+    let output = psql
+        .args([server.database().unwrap(), "-qAtc", sql])
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{output:?}");
+    String::from_utf8(output.stdout).unwrap().trim().to_owned()
+}
+
+async fn submit_many(server: &Server, count: usize, parts: &[(&str, &str)]) {
+    for _ in 0..count {
+        server.submit(parts).await;
+    }
+}
+
+/// Trials per second between the first that ended and the last, once all are done.
+async fn trials_per_second(server: &Server) -> f64 {
+    let open = "SELECT count(*) FROM job WHERE finished_at IS NULL";
+    while sql(server, open) != "0" {
+        tokio::time::sleep(Duration::from_millis(200)).await;
+    }
+    let rate = "SELECT (count(*) - 1) * 1000.0 / (max(finished_at) - min(finished_at)) FROM trial";
+    let found = sql(server, rate).parse().unwrap();
+    sql(server, "TRUNCATE trial");
+    found
+}
+
+/// Claims and completions per second that this PostgreSQL gives so many clients.
+fn floor(server: &Server, clients: usize) -> f64 {
+    let script = server.folder.write("floor.sql", FLOOR);
+    sql(
+        server,
+        &format!("DROP SCHEMA IF EXISTS floor CASCADE; {FLOOR_TABLES}"),
+    );
+    let mut pgbench = Command::new("pgbench");
+    pgbench.args([
+        "-n",
+        "-M",
+        "prepared",
+        "-T",
+        "8",
+        "-c",
+        &clients.to_string(),
+        "-f",
+    ]);
+    pgbench.arg(script).arg(server.database().unwrap());
+    let output = pgbench
+        .env("PGOPTIONS", "-c search_path=floor")
+        .output()
+        .unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    let line = text.lines().find_map(|line| line.strip_prefix("tps = "));
+    line.unwrap_or_else(|| panic!("{text}"))
+        .split(' ')
+        .next()
+        .unwrap()
+        .parse()
+        .unwrap()
+}
+
+async fn working(server: &Server, count: usize) -> Vec<Worker> {
+    let workers: Vec<_> = (0..count).map(|_| server.worker_with(4)).collect();
+    while sql(server, "SELECT count(*) FROM worker") != count.to_string() {
+        tokio::time::sleep(Duration::from_millis(50)).await;
+    }
+    workers
+}
+
+#[tokio::test]
+#[ignore = "measures"]
+async fn jobs_per_second_beside_the_floor_of_the_database() {
+    for count in [1, 2, 4, 8] {
+        let Some(server) = server() else { return };
+        submit_many(&server, RIDES, &NOTHING).await;
+        let workers = working(&server, count).await;
+        let rate = trials_per_second(&server).await;
+        drop(workers);
+        let floor = floor(&server, count * 4);
+        eprintln!("{count} workers: {rate:.0} trials/s, floor {floor:.0} claims and completions/s");
+    }
+}
+
+#[tokio::test]
+#[ignore = "measures"]
+async fn reads_that_last_do_not_hold_the_queue_back() {
+    let Some(server) = server() else { return };
+    for long in [false, true, false, true] {
+        submit_many(&server, RIDES, &NOTHING).await;
+        let mut reader = long.then(|| {
+            let look = "BEGIN ISOLATION LEVEL REPEATABLE READ; SELECT count(*) FROM river_job; \
+                        SELECT pg_sleep(300)";
+            let mut psql = Command::new("psql");
+            psql.args([server.database().unwrap(), "-qAtc", look])
+                .stdout(Stdio::null());
+            psql.spawn().unwrap()
+        });
+        let workers = working(&server, 2).await;
+        let rate = trials_per_second(&server).await;
+        drop(workers);
+        eprintln!(
+            "{rate:.0} trials/s {}",
+            if long {
+                "beside a long transaction"
+            } else {
+                "alone"
+            }
+        );
+        if let Some(reader) = &mut reader {
+            reader.kill().unwrap();
+            reader.wait().unwrap();
+        }
+        sql(&server, "DELETE FROM worker");
+    }
+}
+
+#[tokio::test]
+#[ignore = "measures"]
+async fn an_idle_worker_picks_a_ride_up_at_once() {
+    let Some(server) = server() else { return };
+    let _worker = working(&server, 1).await;
+    for _ in 0..300 {
+        let job = server
+            .submit(&[("trials", "1"), ("particles", "2"), ("again", "true")])
+            .await;
+        server.succeeded(&job).await;
+    }
+    let latency = |quantile: f64| {
+        let sql_text = format!(
+            "SELECT percentile_disc({quantile}) WITHIN GROUP (ORDER BY started_at - created_at) FROM job"
+        );
+        sql(&server, &sql_text)
+    };
+    eprintln!(
+        "queued to begun: p50 {} ms, p99 {} ms, most {} ms",
+        latency(0.5),
+        latency(0.99),
+        latency(1.0)
+    );
+}
+
+#[tokio::test]
+#[ignore = "measures"]
+async fn two_pinned_workers_do_almost_twice_the_rides_of_one() {
+    let Some(server) = server() else { return };
+    let parts = [
+        ("trials", "10"),
+        ("particles", "60"),
+        ("iterations", "300"),
+        ("diagnosis", "true"),
+        ("again", "true"),
+    ];
+    let mut seconds = Vec::new();
+    for cores in [&["0"][..], &["0", "1"], &["0"], &["0", "1"]] {
+        submit_many(&server, 8, &parts).await;
+        let begin = Instant::now();
+        let workers: Vec<_> = cores
+            .iter()
+            .map(|core| server.pinned_worker(core))
+            .collect();
+        trials_per_second(&server).await;
+        seconds.push(begin.elapsed().as_secs_f64());
+        eprintln!(
+            "{} workers: 8 rides in {:.1} s",
+            cores.len(),
+            begin.elapsed().as_secs_f64()
+        );
+        drop(workers);
+        sql(&server, "DELETE FROM worker");
+    }
+    eprintln!(
+        "{:.2} times as fast",
+        (seconds[0] + seconds[2]) / (seconds[1] + seconds[3])
+    );
+}
