@@ -37,24 +37,10 @@ impl Model {
     /// Steps of the integrator for each sample, so that the stiffest axle turns by no more than `angle`
     /// (rad) in one, or by less where a force has corners.
     pub fn substeps(&self, scene: &Scene, angle: f64) -> usize {
-        let mut fastest: f64 = 0.0;
-        for fit in &self.fits {
-            for t in &fit.unit.tracks {
-                let track = &scene.tracks[*t];
-                let added: f64 = fit
-                    .unit
-                    .terms
-                    .iter()
-                    .zip(&fit.point.values)
-                    .filter(|(term, _)| term.acts_on(track.axle))
-                    .map(|(term, values)| (term.kind.spec().stiffens)(values, &track.scale))
-                    .sum();
-                let s = &track.scale;
-                fastest = fastest
-                    .max((s.k_size().min(4.0 * s.k.abs()) + added) / s.mass)
-                    .max(0.0);
-            }
-        }
+        let each = self.fits.iter();
+        let fastest = each
+            .map(|f| f.unit.fastest(scene, &f.point))
+            .fold(0.0, f64::max);
         let angle = if self.terms.iter().any(|t| t.kind.spec().corners) {
             CORNERS * angle
         } else {

@@ -7,6 +7,7 @@ mod extend;
 mod fit;
 mod foil;
 mod free_form;
+pub mod impose;
 mod integrate;
 mod judge;
 mod locate;
@@ -58,6 +59,16 @@ pub enum Place {
     Front,
     Rear,
     Both,
+}
+
+impl Place {
+    pub fn name(self) -> &'static str {
+        match self {
+            Place::Front => "front",
+            Place::Rear => "rear",
+            Place::Both => "both",
+        }
+    }
 }
 
 /// The report's `diagnosis` section.

@@ -141,6 +141,24 @@ impl Unit {
         &scene.tracks[*acted.unwrap_or(&self.tracks[0])].scale
     }
 
+    /// The stiffest axle's turn (rad/s).
+    pub fn fastest(&self, scene: &Scene, point: &Point) -> f64 {
+        let mut fastest: f64 = 0.0;
+        for t in &self.tracks {
+            let track = &scene.tracks[*t];
+            let s = &track.scale;
+            let added: f64 = self
+                .terms
+                .iter()
+                .zip(&point.values)
+                .filter(|(term, _)| term.acts_on(track.axle))
+                .map(|(term, values)| (term.kind.spec().stiffens)(values, s))
+                .sum();
+            fastest = fastest.max((s.k_size().min(4.0 * s.k.abs()) + added) / s.mass);
+        }
+        fastest.sqrt()
+    }
+
     /// Readings of the displacement sensors for eight points, by axle of the unit; only those of
     /// `wanted` when one axle is enough.
     pub fn simulate(

@@ -8,7 +8,7 @@ const HALVES_S: [f64; 8] = [0.05, 0.1, 0.15, 0.25, 0.4, 0.6, 0.9, 1.3];
 pub fn rate(x: &[f64], step: f64) -> Vec<f64> {
     let widest = x.len().saturating_sub(1) / 2;
     let halves = HALVES_S.map(|s| ((s / step).round() as usize).clamp(2, widest.max(2)));
-    if widest < 2 {
+    if widest < 2 || x.iter().all(|v| *v == x[0]) {
         return vec![0.0; x.len()];
     }
     let error = |half: usize| -> f64 {

@@ -41,6 +41,19 @@ pub struct AxleFit {
     pub held_rms: f64,
 }
 
+impl AxleFit {
+    /// A ride that is the plain model's own, without noise.
+    pub fn exact(plain: Plain, samples: usize) -> Self {
+        Self {
+            plain,
+            residual: vec![0.0; samples],
+            covariance: LocalMatrix::zeros(),
+            train_rms: 0.0,
+            held_rms: 0.0,
+        }
+    }
+}
+
 /// Where a fit starts: k/m (1/s^2), B/m (1/s), 1/m (1/kg).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Start {

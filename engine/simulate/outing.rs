@@ -1,6 +1,8 @@
 //! Whole simulated rides of the plain model, with everything known: for tests, for `veloid simulate`
 //! and for the figures in the documentation.
 
+use std::f64::consts::TAU;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
@@ -24,7 +26,7 @@ pub struct Spring {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Excitation {
-    /// Riding at constant speed over a road with bumps, rough or else flat.
+    /// Riding over a road with bumps, rough or else flat.
     Road {
         roughness: Option<Roughness>,
         bumps: Vec<Bump>,
@@ -39,12 +41,22 @@ pub enum Excitation {
     Release { displacement_m: f64 },
 }
 
+/// The speed swings around its mean: V (1 + share sin(2 pi t / period)).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SpeedChange {
+    pub share: f64,
+    pub period_s: f64,
+}
+
 /// A ride to simulate. The default is the paper's bicycle for a minute on an ISO class B road.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Outing {
     pub duration_s: f64,
     pub rate_hz: f64,
     pub speed_m_s: f64,
+    pub speed_change: Option<SpeedChange>,
+    /// Steady pedalling (revolutions per minute).
+    pub cadence_rpm: Option<f64>,
     pub wheelbase_m: f64,
     pub front: Option<Spring>,
     pub rear: Option<Spring>,
@@ -68,6 +80,8 @@ impl Default for Outing {
             duration_s: 60.0,
             rate_hz: 100.0,
             speed_m_s: 5.0,
+            speed_change: None,
+            cadence_rpm: None,
             wheelbase_m: 1.101,
             front: spring(23.0),
             rear: spring(63.0),
@@ -85,7 +99,7 @@ impl Default for Outing {
 /// Exact steps of the model within one sample interval; road and force are splines through them.
 const FINE: usize = 8;
 
-/// What drives one axle, and how it moves, at the samples and without noise.
+/// What drives one axle, and how it moves, without noise.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Motion {
     /// u (m), F (N), z (m), z' (m/s), z'' (m/s^2).
@@ -94,6 +108,19 @@ pub struct Motion {
     pub displacement: Vec<f64>,
     pub velocity: Vec<f64>,
     pub acceleration: Vec<f64>,
+}
+
+impl Motion {
+    fn at_samples(&self) -> Self {
+        let thin = |x: &Vec<f64>| x.iter().step_by(FINE).copied().collect();
+        Self {
+            road: thin(&self.road),
+            force: self.force.as_ref().map(thin),
+            displacement: thin(&self.displacement),
+            velocity: thin(&self.velocity),
+            acceleration: thin(&self.acceleration),
+        }
+    }
 }
 
 /// Samples that one simulation may write.
@@ -119,6 +146,13 @@ impl Outing {
             within("damping", spring.b_n_s_m, -most, most)?;
         }
         within("wheelbase", self.wheelbase_m, 0.0, 100.0)?;
+        if let Some(change) = self.speed_change {
+            within("share of the speed change", change.share, -0.95, 0.95)?;
+            within("period of the speed change", change.period_s, 0.1, most)?;
+        }
+        if let Some(cadence) = self.cadence_rpm {
+            within("cadence", cadence, 1.0, 300.0)?;
+        }
         within("noise", self.noise_displacement_m, 0.0, most)?;
         within("road noise", self.noise_road_m, 0.0, most)?;
         match &self.excitation {
@@ -157,8 +191,25 @@ impl Outing {
         }
     }
 
-    /// The motion without noise.
+    /// Distance ridden by the front wheel (m) and speed (m/s) at time `t` (s).
+    fn ridden(&self, t: f64) -> (f64, f64) {
+        let v = self.speed_m_s;
+        let Some(SpeedChange { share, period_s }) = self.speed_change else {
+            return (v * t, v);
+        };
+        let (sin, cos) = (TAU * t / period_s).sin_cos();
+        (
+            v * (t + share * period_s / TAU * (1.0 - cos)),
+            v * (1.0 + share * sin),
+        )
+    }
+
+    /// The motion without noise, at the samples.
     pub fn motion(&self) -> PerAxle<Motion> {
+        self.fine_motion().map(|_, m| m.at_samples())
+    }
+
+    fn fine_motion(&self) -> PerAxle<Motion> {
         let fine_step = 1.0 / (self.rate_hz * FINE as f64);
         let samples = (self.samples() - 1) * FINE + 1;
         let profile = self.profile(fine_step);
@@ -172,12 +223,11 @@ impl Outing {
             } else {
                 0.0
             };
-            let time = |i: usize| i as f64 * fine_step;
             let road: Vec<f64> = (0..samples)
-                .map(|i| profile.height(self.speed_m_s * time(i) - behind))
+                .map(|i| profile.height(self.ridden(i as f64 * fine_step).0 - behind))
                 .collect();
             let force = self.force(samples, fine_step);
-            motion.set(axle, self.run(spring, &road, force.as_deref(), fine_step));
+            motion.set(axle, self.run(spring, &road, force, fine_step));
         }
         motion
     }
@@ -185,8 +235,10 @@ impl Outing {
     fn profile(&self, fine_step: f64) -> Profile {
         match &self.excitation {
             Excitation::Road { roughness, bumps } => {
-                let length = self.speed_m_s * self.duration_s;
-                let highest = (0.2 * self.rate_hz / self.speed_m_s).min(4.0);
+                let (length, _) = self.ridden(self.duration_s);
+                let swing = self.speed_change.map_or(0.0, |change| change.share.abs());
+                let fastest = self.speed_m_s * (1.0 + swing);
+                let highest = (0.2 * self.rate_hz / fastest).min(4.0);
                 let spacing = self.speed_m_s * fine_step;
                 let road = match roughness {
                     Some(class) => Profile::iso(*class, length, spacing, highest, self.seed),
@@ -213,13 +265,13 @@ impl Outing {
                 .map(|i| {
                     let t = i as f64 * fine_step;
                     let cycles = from_hz * t + 0.5 * rise * t * t;
-                    amplitude_n * (2.0 * std::f64::consts::PI * cycles).sin()
+                    amplitude_n * (TAU * cycles).sin()
                 })
                 .collect(),
         )
     }
 
-    fn run(&self, spring: Spring, road: &[f64], force: Option<&[f64]>, fine_step: f64) -> Motion {
+    fn run(&self, spring: Spring, road: &[f64], force: Option<Vec<f64>>, fine_step: f64) -> Motion {
         let start = match self.excitation {
             Excitation::Release { displacement_m } => displacement_m,
             _ => 0.0,
@@ -229,51 +281,83 @@ impl Outing {
             spring.b_n_s_m / spring.mass_kg,
             1.0 / spring.mass_kg,
         );
-        let input = Input::new(road, force, fine_step);
+        let input = Input::new(road, force.as_deref(), fine_step);
         let (z, v) = simulate(&input, kappa, beta, per_mass, 0.0, [start, 0.0]);
-        let at_samples = |x: &[f64]| x.iter().step_by(FINE).copied().collect::<Vec<_>>();
         let acceleration = (0..z.len())
-            .step_by(FINE)
             .map(|i| {
                 kappa * (road[i] - z[i])
                     + beta * (input.road_slope[i] - v[i])
-                    + per_mass * force.map_or(0.0, |f| f[i])
+                    + per_mass * force.as_ref().map_or(0.0, |f| f[i])
             })
             .collect();
         Motion {
-            road: at_samples(road),
-            force: force.map(at_samples),
-            displacement: at_samples(&z),
-            velocity: at_samples(&v),
+            road: input.road,
+            force,
+            displacement: z,
+            velocity: v,
             acceleration,
         }
     }
 
     /// The ride as it would be recorded.
     pub fn ride(&self) -> Ride {
-        let samples = self.samples();
+        self.recorded(&self.fine())
+    }
+
+    /// The ride at every step of the simulation, without noise.
+    pub fn fine(&self) -> Ride {
+        let mut axles = PerAxle::default();
+        let motion = self.fine_motion();
+        for (axle, m) in [(Axle::Front, motion.front), (Axle::Rear, motion.rear)] {
+            let Some(m) = m else { continue };
+            axles.set(
+                axle,
+                AxleRecord {
+                    valid: vec![true; m.road.len()],
+                    road: m.road,
+                    force: m.force,
+                    displacement: m.displacement,
+                    acceleration: None,
+                },
+            );
+        }
+        self.logged(axles, FINE)
+    }
+
+    /// What a logger makes of a fine ride: its own rate, its own noise.
+    pub fn recorded(&self, fine: &Ride) -> Ride {
         let mut noise = Normal::new(self.seed.wrapping_add(0x6e6f_6973_6500));
+        let thin = |x: &[f64]| x.iter().step_by(FINE).copied().collect::<Vec<_>>();
         let mut noisy = |clean: &[f64], size: f64| -> Vec<f64> {
-            clean.iter().map(|x| x + size * noise.draw()).collect()
+            let clean = clean.iter().step_by(FINE);
+            clean.map(|x| x + size * noise.draw()).collect()
         };
-        let axles = self.motion().map(|_, m| AxleRecord {
+        let axles = fine.axles.map(|_, r| AxleRecord {
             road: match self.excitation {
-                Excitation::Road { .. } => noisy(&m.road, self.noise_road_m),
-                _ => m.road.clone(),
+                Excitation::Road { .. } => noisy(&r.road, self.noise_road_m),
+                _ => thin(&r.road),
             },
-            force: m.force.clone(),
-            displacement: noisy(&m.displacement, self.noise_displacement_m),
+            force: r.force.as_deref().map(thin),
+            displacement: noisy(&r.displacement, self.noise_displacement_m),
             acceleration: None,
-            valid: vec![true; samples],
+            valid: vec![true; self.samples()],
         });
+        self.logged(axles, 1)
+    }
+
+    /// A ride of these records, `per_sample` times as often as the outing's rate.
+    fn logged(&self, axles: PerAxle<AxleRecord>, per_sample: usize) -> Ride {
+        let samples = (self.samples() - 1) * per_sample + 1;
+        let rate_hz = self.rate_hz * per_sample as f64;
+        let speed = |i: usize| self.ridden(i as f64 / rate_hz).1;
         Ride {
             start_s: 0.0,
-            step_s: 1.0 / self.rate_hz,
+            step_s: 1.0 / rate_hz,
             samples,
             axles,
             speed: matches!(self.excitation, Excitation::Road { .. })
-                .then(|| vec![self.speed_m_s; samples]),
-            cadence: None,
+                .then(|| (0..samples).map(speed).collect()),
+            cadence: self.cadence_rpm.map(|cadence| vec![cadence; samples]),
             roll: None,
             steer: None,
             yaw_rate: None,
@@ -282,7 +366,7 @@ impl Outing {
                 samples,
                 rows: samples,
                 duration_s: self.duration_s,
-                rate_hz: self.rate_hz,
+                rate_hz,
                 ..RideSummary::default()
             },
         }
@@ -308,7 +392,7 @@ impl Normal {
             return spare;
         }
         let radius = (-2.0 * (1.0 - self.random.random::<f64>()).ln()).sqrt();
-        let (sin, cos) = (2.0 * std::f64::consts::PI * self.random.random::<f64>()).sin_cos();
+        let (sin, cos) = (TAU * self.random.random::<f64>()).sin_cos();
         self.spare = Some(radius * sin);
         radius * cos
     }

@@ -1,10 +1,14 @@
+use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
+use serde::Serialize;
 use veloid_engine::bicycle::{Axle, Bike};
-use veloid_engine::simulate::outing::{Excitation, Outing, Spring};
+use veloid_engine::diagnosis::Place;
+use veloid_engine::diagnosis::impose::{self, Imposed};
+use veloid_engine::simulate::outing::{Excitation, Outing, SpeedChange, Spring};
 use veloid_engine::simulate::road::{Bump, Roughness};
 
 use super::{CliError, ride_csv};
@@ -33,6 +37,17 @@ pub struct Simulate {
     /// Riding speed (m/s).
     #[arg(long, default_value_t = 5.0)]
     speed: f64,
+    /// A speed that swings around its mean: the share of it, and the period (s), as `0.4:20`.
+    #[arg(
+        long,
+        value_name = "SHARE:PERIOD",
+        value_parser = swing,
+        conflicts_with_all = ["shaker", "release"]
+    )]
+    speed_change: Option<SpeedChange>,
+    /// Steady pedalling (revolutions per minute); without it there is no cadence channel.
+    #[arg(long, value_name = "RPM")]
+    cadence: Option<f64>,
     /// Roughness of the road, a class of ISO 8608; `flat` for bumps alone.
     #[arg(long, value_enum, ignore_case = true, default_value = "B")]
     road: Road,
@@ -64,6 +79,13 @@ pub struct Simulate {
     /// Distance from the centre of gravity to the wheels (m).
     #[arg(long, value_name = "FRONT:REAR", default_value = "0.808:0.293")]
     lengths: Pair,
+    /// Radius of the wheels (m), for the bike file; one number stands for both.
+    #[arg(long, value_name = "FRONT:REAR")]
+    wheel_radius: Option<Pair>,
+    /// An effect that the plain model leaves out, by the names that the diagnosis gives it, as
+    /// `coulomb_friction:front:friction=20`; the axle is front, rear or both. Up to three times.
+    #[arg(long, value_name = "ID:AXLE:NAME=VALUE,..")]
+    effect: Vec<Effect>,
     /// Record one axle only.
     #[arg(long, value_enum)]
     only: Option<OneAxle>,
@@ -115,22 +137,20 @@ enum OneAxle {
 
 impl Simulate {
     pub fn run(self) -> Result<(), CliError> {
-        let outing = self.outing();
-        outing.validate()?;
-        let ride = ride_csv::text(&outing.ride());
+        let (outing, bike) = (self.outing(), self.bicycle());
+        let effects: Vec<Imposed> = self.effect.iter().map(|e| e.0.clone()).collect();
+        let ride = ride_csv::text(&impose::ride(&outing, &bike, &effects)?);
         if self.ride.as_os_str() == "-" {
             io::stdout().write_all(ride.as_bytes())?;
         } else {
             write(&self.ride, &ride)?;
         }
         if let Some(path) = &self.bike {
-            write(
-                path,
-                &(serde_json::to_string_pretty(&self.bicycle())? + "\n"),
-            )?;
+            write(path, &(serde_json::to_string_pretty(&bike)? + "\n"))?;
         }
         if let Some(path) = &self.truth {
-            write(path, &(serde_json::to_string_pretty(&outing)? + "\n"))?;
+            let truth = Truth { outing, effects };
+            write(path, &(serde_json::to_string_pretty(&truth)? + "\n"))?;
         }
         Ok(())
     }
@@ -163,6 +183,8 @@ impl Simulate {
             duration_s: self.duration,
             rate_hz: self.rate,
             speed_m_s: self.speed,
+            speed_change: self.speed_change,
+            cadence_rpm: self.cadence,
             wheelbase_m: self.lengths.0.iter().sum(),
             front: spring(Axle::Front),
             rear: spring(Axle::Rear),
@@ -180,9 +202,19 @@ impl Simulate {
             mass_rear_kg: Some(self.mass.of(Axle::Rear)),
             l_front_m: Some(self.lengths.of(Axle::Front)),
             l_rear_m: Some(self.lengths.of(Axle::Rear)),
+            wheel_radius_front_m: self.wheel_radius.map(|r| r.of(Axle::Front)),
+            wheel_radius_rear_m: self.wheel_radius.map(|r| r.of(Axle::Rear)),
             ..Bike::default()
         }
     }
+}
+
+/// What a ride was made of.
+#[derive(Serialize)]
+struct Truth {
+    #[serde(flatten)]
+    outing: Outing,
+    effects: Vec<Imposed>,
 }
 
 fn write(path: &Path, text: &str) -> Result<(), CliError> {
@@ -244,12 +276,60 @@ impl FromStr for Triple {
     }
 }
 
+/// An effect as `ID:AXLE:NAME=VALUE,..`.
+#[derive(Clone)]
+struct Effect(Imposed);
+
+impl FromStr for Effect {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let [id, axle, parameters] = text.splitn(3, ':').collect::<Vec<_>>()[..] else {
+            return Err("expected ID:AXLE:NAME=VALUE,..".to_owned());
+        };
+        let axle = match axle {
+            "front" => Place::Front,
+            "rear" => Place::Rear,
+            "both" => Place::Both,
+            _ => return Err(format!("'{axle}' is not front, rear or both")),
+        };
+        let mut given = BTreeMap::new();
+        for parameter in parameters.split(',') {
+            let Some((name, value)) = parameter.split_once('=') else {
+                return Err(format!("'{parameter}' is not NAME=VALUE"));
+            };
+            // As reports have the side of a stop.
+            let value = match value.trim() {
+                "compression" => 1.0,
+                "rebound" => -1.0,
+                "both" => 0.0,
+                value => number(value)?,
+            };
+            if given.insert(name.trim().to_owned(), value).is_some() {
+                return Err(format!("{name} is given twice"));
+            }
+        }
+        Ok(Effect(Imposed {
+            id: id.to_owned(),
+            axle,
+            parameters: given,
+        }))
+    }
+}
+
+fn swing(text: &str) -> Result<SpeedChange, String> {
+    match numbers(text)?[..] {
+        [share, period_s] => Ok(SpeedChange { share, period_s }),
+        _ => Err("expected SHARE:PERIOD".to_owned()),
+    }
+}
+
 fn numbers(text: &str) -> Result<Vec<f64>, String> {
-    text.split(':')
-        .map(|part| {
-            part.trim()
-                .parse()
-                .map_err(|_| format!("'{part}' is not a number"))
-        })
-        .collect()
+    text.split(':').map(number).collect()
+}
+
+fn number(text: &str) -> Result<f64, String> {
+    let text = text.trim();
+    text.parse()
+        .map_err(|_| format!("'{text}' is not a number"))
 }

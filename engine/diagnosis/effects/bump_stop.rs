@@ -73,4 +73,9 @@ impl Effect for BumpStop {
         }
         force + p[1] * m.per_mass * over
     }
+
+    fn from_reported(reported: &[f64], _scale: &Scale) -> Values {
+        let side = reported[2];
+        [reported[0], reported[1], if side == 0.0 { 0.0 } else { side.signum() }]
+    }
 }

@@ -51,4 +51,8 @@ impl Effect for CoulombFriction {
     fn tyre(p: &LaneValues, m: &Motion, _s: &States, force: Lanes) -> Lanes {
         force + dry(p[0] * m.per_mass, m.w, p[1], m.step)
     }
+
+    fn from_reported(reported: &[f64], scale: &Scale) -> Values {
+        [reported[0], (WIDTH.size)(scale), 0.0]
+    }
 }

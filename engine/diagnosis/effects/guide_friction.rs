@@ -37,4 +37,8 @@ impl Effect for GuideFriction {
     fn body(p: &LaneValues, m: &Motion, force: Lanes) -> Lanes {
         force - dry(p[0] * m.per_mass, m.v, p[1], m.step)
     }
+
+    fn from_reported(reported: &[f64], scale: &Scale) -> Values {
+        [reported[0], (WIDTH.size)(scale), 0.0]
+    }
 }

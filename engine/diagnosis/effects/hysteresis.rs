@@ -56,4 +56,8 @@ impl Effect for Hysteresis {
     fn rates(p: &LaneValues, m: &Motion, s: &States) -> States {
         [m.w - m.w.abs() * s[0] / p[1], Lanes::ZERO]
     }
+
+    fn from_reported(reported: &[f64], _scale: &Scale) -> Values {
+        [reported[0], reported[1] / reported[0], 0.0]
+    }
 }

@@ -173,6 +173,11 @@ pub trait Effect {
     fn road(_p: &Values, _spot: &Spot, _scale: &Scale, _tap: &mut Tap) {}
 
     fn sensor(_p: &Values, _t: f64, _pickup: &mut Pickup) {}
+
+    /// The values that are reported as these, in the order of the report.
+    fn from_reported(reported: &[f64], _scale: &Scale) -> Values {
+        std::array::from_fn(|i| reported.get(i).copied().unwrap_or(0.0))
+    }
 }
 
 macro_rules! library {
@@ -216,6 +221,10 @@ macro_rules! library {
 
             pub fn sensor(self, p: &Values, t: f64, pickup: &mut Pickup) {
                 match self { $(Kind::$name => $file::$name::sensor(p, t, pickup)),* }
+            }
+
+            pub fn from_reported(self, reported: &[f64], scale: &Scale) -> Values {
+                match self { $(Kind::$name => $file::$name::from_reported(reported, scale)),* }
             }
         }
     };

@@ -47,4 +47,9 @@ impl Effect for PedallingForce {
     fn body(p: &LaneValues, m: &Motion, force: Lanes) -> Lanes {
         force + (p[0] * m.crank[0] + p[1] * m.crank[1]) * m.per_mass
     }
+
+    fn from_reported(reported: &[f64], _scale: &Scale) -> Values {
+        let (sin, cos) = reported[1].sin_cos();
+        [reported[0] * cos, reported[0] * sin, 0.0]
+    }
 }

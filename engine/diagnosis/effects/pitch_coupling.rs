@@ -39,4 +39,8 @@ impl Effect for PitchCoupling {
         confused_with: &["sprung_mass"],
         source: "Gillespie, Fundamentals of Vehicle Dynamics, 1992 (dynamic index)",
     };
+
+    fn from_reported(reported: &[f64], scale: &Scale) -> Values {
+        [scale.balanced_pitch_inertia / reported[0] - 1.0, 0.0, 0.0]
+    }
 }

@@ -35,4 +35,8 @@ impl Effect for SensorGain {
     fn sensor(p: &Values, _t: f64, pickup: &mut Pickup) {
         pickup.gain *= 1.0 + p[0];
     }
+
+    fn from_reported(reported: &[f64], _scale: &Scale) -> Values {
+        [reported[0] - 1.0, 0.0, 0.0]
+    }
 }

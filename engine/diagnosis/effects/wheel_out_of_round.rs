@@ -63,4 +63,9 @@ impl Effect for WheelOutOfRound {
         tap.value += p[0] * sin + p[1] * cos;
         tap.slope += (p[0] * cos - p[1] * sin) * spot.speed / radius;
     }
+
+    fn from_reported(reported: &[f64], scale: &Scale) -> Values {
+        let (sin, cos) = reported[1].sin_cos();
+        [reported[0] * cos, reported[0] * sin, reported[2] / scale.wheel_radius]
+    }
 }

@@ -1,0 +1,407 @@
+//! Effects put into a simulated ride, by the same laws that the diagnosis looks for.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::Place;
+use super::effects::{ALL, FOILS, Kind, Values};
+use super::extend::candidates;
+use super::model::{Point, Term, Unit};
+use super::scene::Scene;
+use crate::EngineError;
+use crate::bicycle::{Axle, Bike, PerAxle};
+use crate::output_error::AxleFit;
+use crate::ride::Ride;
+use crate::settings::within;
+use crate::simulate::lanes::LANES;
+use crate::simulate::outing::Outing;
+use crate::simulate::sensitivity::Plain;
+
+/// An effect, with its parameters as reports give them.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Imposed {
+    pub id: String,
+    pub axle: Place,
+    pub parameters: BTreeMap<String, f64>,
+}
+
+/// Effects that may act at once, as many as are looked for.
+const MOST: usize = 3;
+/// Samples that one simulation with effects may write.
+const MOST_SAMPLES: usize = 1_000_000;
+/// Largest angle (rad) that the stiffest axle turns through in one step of the integrator.
+const ANGLE: f64 = 0.02;
+
+/// The ride as it would be recorded with these effects at work.
+///
+/// # Errors
+/// What cannot be simulated: an unknown effect, a wrong axle or parameter, a ride that lacks what the
+/// effect needs.
+pub fn ride(outing: &Outing, bike: &Bike, effects: &[Imposed]) -> Result<Ride, EngineError> {
+    outing.validate()?;
+    if effects.is_empty() {
+        return Ok(outing.ride());
+    }
+    within("number of effects", effects.len() as f64, 0.0, MOST as f64)?;
+    let samples = outing.samples() as f64;
+    within("samples with effects", samples, 0.0, MOST_SAMPLES as f64)?;
+    let mut fine = outing.fine();
+    let scene = scene(outing, bike, &fine);
+    let mut chosen: Vec<(Term, Values)> = Vec::new();
+    for effect in effects {
+        let term = effect.term(&scene)?;
+        if chosen.iter().any(|(other, _)| *other == term) {
+            return Err(effect.wrong("is given twice"));
+        }
+        chosen.push((term, effect.values(&scene, term)?));
+    }
+    chosen.sort_by_key(|(term, _)| *term);
+    let terms: Vec<Term> = chosen.iter().map(|(term, _)| *term).collect();
+    for unit in Unit::all(&scene, &terms) {
+        let acting = |(term, _): &&(Term, Values)| unit.terms.contains(term);
+        let values: Vec<Values> = chosen.iter().filter(acting).map(|(_, v)| *v).collect();
+        let point = Point {
+            base: unit.tracks.iter().map(|t| plain(&scene, *t)).collect(),
+            initial: vec![[0.0; 2]; values.len()],
+            values,
+        };
+        let turn = unit.fastest(&scene, &point) * scene.step;
+        let substeps = ((turn / ANGLE).ceil() as usize).clamp(4, 40);
+        let points: [Point; LANES] = std::array::from_fn(|_| point.clone());
+        let moved = unit.simulate(&scene, &points, None, scene.samples, substeps);
+        for (t, z) in unit.tracks.iter().zip(moved) {
+            let axle = scene.tracks[*t].axle;
+            let z: Vec<f64> = z.iter().map(|lanes| lanes.0[0]).collect();
+            if !z.iter().all(|z| z.is_finite()) {
+                return Err(wrong("the motion grows beyond all bounds".to_owned()));
+            }
+            if let Some(record) = fine.axles.get(axle) {
+                let mut record = record.clone();
+                record.displacement = z;
+                fine.axles.set(axle, record);
+            }
+        }
+    }
+    Ok(outing.recorded(&fine))
+}
+
+/// The fine ride as the diagnosis would see it, with sizes and limits at the logger's rate.
+fn scene(outing: &Outing, bike: &Bike, fine: &Ride) -> Scene {
+    let springs = [(Axle::Front, outing.front), (Axle::Rear, outing.rear)];
+    let mut fits = PerAxle::default();
+    for (axle, spring) in springs {
+        let (Some(spring), Some(record)) = (spring, fine.axles.get(axle)) else {
+            continue;
+        };
+        let plain = Plain {
+            kappa: spring.k_n_m / spring.mass_kg,
+            beta: spring.b_n_s_m / spring.mass_kg,
+            per_mass: 1.0 / spring.mass_kg,
+            constant: 0.0,
+            initial: [record.displacement[0], 0.0],
+        };
+        fits.set(axle, AxleFit::exact(plain, fine.samples));
+    }
+    let mut scene = Scene::new(fine, bike, &fits, fine.samples);
+    for track in &mut scene.tracks {
+        track.scale.step = 1.0 / outing.rate_hz;
+    }
+    scene
+}
+
+/// The plain model's numbers on one track, from the start at rest.
+fn plain(scene: &Scene, track: usize) -> [f64; 6] {
+    let track = &scene.tracks[track];
+    let s = &track.scale;
+    let start = track.measured[0];
+    [s.k / s.mass, s.b / s.mass, 1.0 / s.mass, 0.0, start, 0.0]
+}
+
+impl Imposed {
+    fn term(&self, scene: &Scene) -> Result<Term, EngineError> {
+        let kind = Kind::by_id(&self.id)
+            .filter(|kind| !FOILS.contains(kind))
+            .ok_or_else(|| self.wrong(&format!("there is only {}", ids())))?;
+        let (terms, switched_off) = candidates(scene);
+        let places: Vec<Place> = terms
+            .iter()
+            .filter(|term| term.kind == kind)
+            .map(|term| term.place)
+            .collect();
+        if places.contains(&self.axle) {
+            return Ok(Term {
+                kind,
+                place: self.axle,
+            });
+        }
+        let lacking = switched_off.iter().find(|off| off.id == self.id);
+        Err(match (places.is_empty(), lacking) {
+            (true, Some(off)) => self.wrong(&off.why),
+            _ => {
+                let places: Vec<&str> = places.into_iter().map(Place::name).collect();
+                self.wrong(&format!("the axle can be {} here", places.join(" or ")))
+            }
+        })
+    }
+
+    fn values(&self, scene: &Scene, term: Term) -> Result<Values, EngineError> {
+        let acted = scene.tracks.iter().find(|t| term.acts_on(t.axle));
+        let Some(track) = acted else {
+            return Err(self.wrong("nothing is simulated on this axle"));
+        };
+        let report = |values: &Values| (term.kind.spec().report)(values, &track.scale);
+        let known = report(&[1.0; 3]);
+        let expected = known.iter().map(|p| p.name).collect::<Vec<_>>().join(", ");
+        if let Some(name) =
+            (self.parameters.keys()).find(|name| known.iter().all(|p| p.name != **name))
+        {
+            return Err(self.wrong(&format!("has no parameter '{name}', only {expected}")));
+        }
+        let mut given = Vec::new();
+        for parameter in &known {
+            let value = self.parameters.get(parameter.name).ok_or_else(|| {
+                self.wrong(&format!(
+                    "{} is missing; it takes {expected}",
+                    parameter.name
+                ))
+            })?;
+            given.push(*value);
+        }
+        let values = term.kind.from_reported(&given, &track.scale);
+        for (back, given) in report(&values).iter().zip(&given) {
+            if !back.physical || !((back.value - given).abs() <= 1e-9 * given.abs()) {
+                let problem = format!("{} = {given} is outside its range on this ride", back.name);
+                return Err(self.wrong(&problem));
+            }
+        }
+        Ok(values)
+    }
+
+    fn wrong(&self, problem: &str) -> EngineError {
+        wrong(format!("{}: {problem}", self.id))
+    }
+}
+
+fn ids() -> String {
+    let named = ALL.iter().filter(|kind| !FOILS.contains(kind));
+    named.map(|kind| kind.id()).collect::<Vec<_>>().join(", ")
+}
+
+fn wrong(problem: String) -> EngineError {
+    EngineError::Setting {
+        name: "effect",
+        problem,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::diagnosis::{Diagnosis, Verdict};
+    use crate::settings::Settings;
+    use crate::simulate::outing::{SpeedChange, Spring};
+    use crate::{Silent, identify};
+
+    fn bike() -> Bike {
+        Bike {
+            mass_front_kg: Some(30.0),
+            mass_rear_kg: Some(50.0),
+            l_front_m: Some(0.6),
+            l_rear_m: Some(0.45),
+            wheel_radius_front_m: Some(0.34),
+            wheel_radius_rear_m: Some(0.34),
+            ..Bike::default()
+        }
+    }
+
+    /// Half a minute with 10 um of noise, at a speed that swings, pedalling.
+    fn outing() -> Outing {
+        let spring = |mass_kg| {
+            Some(Spring {
+                mass_kg,
+                k_n_m: 60e3,
+                b_n_s_m: 500.0,
+            })
+        };
+        Outing {
+            duration_s: 30.0,
+            speed_change: Some(SpeedChange {
+                share: 0.3,
+                period_s: 11.0,
+            }),
+            cadence_rpm: Some(80.0),
+            wheelbase_m: 1.05,
+            front: spring(30.0),
+            rear: spring(50.0),
+            noise_displacement_m: 1e-5,
+            ..Outing::default()
+        }
+    }
+
+    fn imposed(id: &str, axle: Place, parameters: &[(&str, f64)]) -> Imposed {
+        Imposed {
+            id: id.to_owned(),
+            axle,
+            parameters: parameters
+                .iter()
+                .map(|(n, v)| ((*n).to_owned(), *v))
+                .collect(),
+        }
+    }
+
+    fn diagnosed(effect: &Imposed) -> Diagnosis {
+        let settings = Settings {
+            trials: 1,
+            iterations: 2,
+            ..Settings::default()
+        };
+        let ride = ride(&outing(), &bike(), std::slice::from_ref(effect)).unwrap();
+        identify::identify(&ride, &bike(), &settings, &Silent)
+            .unwrap()
+            .diagnosis
+            .unwrap()
+    }
+
+    fn is_found(id: &str, axle: Place, parameters: &[(&str, f64)]) {
+        let d = diagnosed(&imposed(id, axle, parameters));
+        assert_eq!(d.verdict, Verdict::Named, "{}", d.sentence);
+        assert_eq!(d.effects.len(), 1, "{}", d.sentence);
+        assert_eq!((d.effects[0].id.as_str(), d.effects[0].axle), (id, axle));
+        for (name, value) in parameters {
+            let found = &d.effects[0].parameters[*name];
+            assert!(
+                (found.value / value - 1.0).abs() < 0.02,
+                "{name}: {found:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_cubic_spring_is_found_again() {
+        is_found("cubic_stiffness", Place::Front, &[("k3", 4e9)]);
+    }
+
+    #[test]
+    fn a_late_sensor_is_found_again() {
+        is_found("sensor_delay", Place::Rear, &[("delay", 0.008)]);
+    }
+
+    #[test]
+    fn dry_friction_is_found_again() {
+        is_found("coulomb_friction", Place::Front, &[("friction", 15.0)]);
+    }
+
+    #[test]
+    fn a_wheel_out_of_round_is_found_again() {
+        let parameters = [
+            ("amplitude", 8e-4),
+            ("phase", 1.1),
+            ("rolling_radius", 0.337),
+        ];
+        is_found("wheel_out_of_round", Place::Rear, &parameters);
+    }
+
+    #[test]
+    fn pitch_is_found_again() {
+        let balanced = 80.0 * 0.6 * 0.45;
+        is_found(
+            "pitch_coupling",
+            Place::Both,
+            &[("pitch_inertia", 1.3 * balanced)],
+        );
+    }
+
+    /// Every effect with what its starts would report: it moves the axle, and values and reports agree.
+    #[test]
+    fn every_effect_can_be_imposed() {
+        let outing = Outing {
+            duration_s: 6.0,
+            noise_displacement_m: 0.0,
+            ..outing()
+        };
+        let fine = outing.fine();
+        let scene = scene(&outing, &bike(), &fine);
+        let plain = outing.ride();
+        let (terms, off) = candidates(&scene);
+        assert!(off.is_empty(), "{off:?}");
+        for kind in ALL.iter().filter(|kind| !FOILS.contains(kind)) {
+            let term = terms.iter().find(|t| t.kind == *kind).unwrap();
+            let track = scene.tracks.iter().find(|t| term.acts_on(t.axle)).unwrap();
+            let start = (kind.spec().starts)(&track.scale)[0];
+            let parameters: Vec<_> = (kind.spec().report)(&start, &track.scale)
+                .iter()
+                .map(|p| (p.name, p.value))
+                .collect();
+            let effect = imposed(kind.id(), term.place, &parameters);
+            let ride = ride(&outing, &bike(), &[effect]).unwrap();
+            let [before, after] = [&plain, &ride].map(|r| r.axles.get(track.axle).unwrap());
+            assert_eq!(before.road, after.road);
+            assert!(before.displacement != after.displacement, "{}", kind.id());
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_imposed_is_refused() {
+        let steady = Outing {
+            speed_change: None,
+            cadence_rpm: None,
+            rear: None,
+            ..outing()
+        };
+        let one = |id, axle, parameters: &[(&str, f64)]| {
+            let effect = imposed(id, axle, parameters);
+            ride(&steady, &bike(), &[effect]).unwrap_err().to_string()
+        };
+        let front = Place::Front;
+        for (found, expected) in [
+            (
+                one("square_wheel", front, &[]),
+                "there is only cubic_stiffness, ",
+            ),
+            (
+                one("power_damping", front, &[]),
+                "there is only cubic_stiffness, ",
+            ),
+            (
+                one("cubic_stiffness", Place::Rear, &[("k3", 1e9)]),
+                "the axle can be front here",
+            ),
+            (one("cubic_stiffness", front, &[]), "k3 is missing"),
+            (
+                one("cubic_stiffness", front, &[("k4", 1.0)]),
+                "no parameter 'k4', only k3",
+            ),
+            (
+                one("cubic_stiffness", front, &[("k3", f64::NAN)]),
+                "k3 = NaN is outside",
+            ),
+            (
+                one("sensor_delay", front, &[("delay", 7.0)]),
+                "delay = 7 is outside",
+            ),
+            (
+                one("pitch_coupling", Place::Both, &[("pitch_inertia", 9.0)]),
+                "both axles with",
+            ),
+            (
+                one("stiffness_drift", Place::Both, &[("rate", 0.01)]),
+                "the axle can be front",
+            ),
+            (
+                one("load_transfer", Place::Both, &[("cog_height", 1.0)]),
+                "no speed channel",
+            ),
+            (
+                one("pedalling_force", front, &[("amplitude", 9.0)]),
+                "no cadence channel",
+            ),
+        ] {
+            assert!(found.contains(expected), "{found}");
+        }
+        let delay = imposed("sensor_delay", front, &[("delay", 0.01)]);
+        let twice = [delay.clone(), delay];
+        assert!(ride(&steady, &bike(), &twice).is_err());
+    }
+}
