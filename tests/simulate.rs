@@ -101,10 +101,99 @@ fn what_cannot_be_simulated_is_refused() {
         &["--bump", "1:2"],
         &["--noise", "NaN"],
         &["--road", "J"],
+        &["--speed-change", "0.4"],
+        &["--speed-change", "1.2:20"],
+        &["--cadence", "-3"],
     ] {
         let output = veloid(&[&["simulate", "-"], args].concat());
         assert_eq!(output.status.code(), Some(2), "{args:?}");
         assert!(output.stdout.is_empty() && !output.stderr.is_empty());
+    }
+}
+
+#[test]
+fn effects_that_cannot_act_are_refused_in_one_line() {
+    for (effect, problem) in [
+        (
+            "square_wheel:front:side=1",
+            "square_wheel: there is only cubic_stiffness, ",
+        ),
+        (
+            "pitch_coupling:rear:pitch_inertia=9",
+            "the axle can be both here",
+        ),
+        (
+            "sensor_gain:front:gian=1.1",
+            "no parameter 'gian', only gain",
+        ),
+        (
+            "bump_stop:front:gap=0.005,side=compression",
+            "stop_stiffness is missing",
+        ),
+        (
+            "sensor_delay:rear:delay=3",
+            "delay = 3 is outside its range",
+        ),
+        ("load_transfer:both:cog_height=1", "the speed hardly varies"),
+        (
+            "pedalling_force:rear:amplitude=30,phase=0",
+            "no cadence channel",
+        ),
+    ] {
+        let output = veloid(&["simulate", "-", "--duration", "5", "--effect", effect]);
+        assert_eq!(output.status.code(), Some(2), "{effect}");
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert!(message.contains(problem), "{effect}: {message}");
+        assert!(
+            output.stdout.is_empty() && message.lines().count() == 1,
+            "{message}"
+        );
+    }
+    for effect in [
+        "sensor_gain:front",
+        "sensor_gain:top:gain=1",
+        "sensor_gain:rear:gain",
+    ] {
+        let output = veloid(&["simulate", "-", "--effect", effect]);
+        assert_eq!(output.status.code(), Some(2), "{effect}");
+    }
+}
+
+#[test]
+fn effects_are_in_the_ride_and_in_the_truth_and_are_named() {
+    let folder = Folder::new();
+    let [ride, bike, truth, report] = ["ride.csv", "bike.json", "truth.json", "report.json"]
+        .map(|name| folder.0.join(name).to_str().unwrap().to_owned());
+    let files = ["simulate", &ride, "--bike", &bike, "--truth", &truth];
+    let outing = ["--duration", "30", "--noise", "1e-5", "--damping", "500"];
+    let effects = [
+        "--effect",
+        "cubic_stiffness:front:k3=8e9",
+        "--effect",
+        "sensor_delay:rear:delay=0.008",
+    ];
+    let simulated = veloid(&[&files[..], &outing, &effects].concat());
+    assert!(simulated.status.success(), "{simulated:?}");
+    let files = ["identify", &ride, "--bike", &bike, "--json", &report];
+    let identified = veloid(&[&files[..], &["--trials", "1", "--iterations", "2"]].concat());
+    assert!(identified.status.success(), "{identified:?}");
+    let [truth, report] = [truth, report]
+        .map(|path| serde_json::from_slice::<Value>(&std::fs::read(path).unwrap()).unwrap());
+    let found = &report["diagnosis"]["effects"];
+    assert_eq!(
+        found.as_array().unwrap().len(),
+        2,
+        "{}",
+        report["diagnosis"]["sentence"]
+    );
+    for effect in truth["effects"].as_array().unwrap() {
+        let same = |f: &&Value| f["id"] == effect["id"] && f["axle"] == effect["axle"];
+        let found = found.as_array().unwrap().iter().find(same).unwrap();
+        for (name, value) in effect["parameters"].as_object().unwrap() {
+            let ratio =
+                found["parameters"][name]["value"].as_f64().unwrap() / value.as_f64().unwrap();
+            assert!((ratio - 1.0).abs() < 0.02, "{name}: {ratio}");
+        }
     }
 }
 

@@ -46,7 +46,7 @@ impl Model {
         } else {
             angle
         };
-        ((fastest.sqrt() * scene.step / angle).ceil() as usize).clamp(1, 20)
+        ((fastest * scene.step / angle).ceil() as usize).clamp(1, 20)
     }
 
     /// Noise of one track's residual.
