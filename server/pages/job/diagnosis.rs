@@ -139,10 +139,16 @@ impl EffectView {
             p => significant(p, 2),
         };
         let parameters = effect.parameters.iter().map(|(name, p)| {
-            (
-                words::plain(name),
-                Quantity::new(p.value, Some(p.std_error), &p.unit),
-            )
+            let quantity = match name.as_str() {
+                // A choice, told by its unit; the number only tells programs apart.
+                "side" => Quantity {
+                    value: String::new(),
+                    margin: None,
+                    unit: p.unit.clone(),
+                },
+                _ => Quantity::new(p.value, Some(p.std_error), &p.unit),
+            };
+            (words::plain(name), quantity)
         });
         Self {
             title: words::title(&effect.id),
