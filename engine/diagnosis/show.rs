@@ -39,7 +39,10 @@ pub fn effect(
     let inside = reported.iter().all(|r| r.physical);
     let told = reported
         .iter()
-        .map(|r| format!("{} {:.4} {}", r.name.replace('_', " "), r.value, r.unit))
+        .map(|r| match r.name {
+            "side" => format!("side {}", r.unit),
+            name => format!("{} {:.4} {}", name.replace('_', " "), r.value, r.unit),
+        })
         .map(|told| told.trim_end_matches(" -").to_owned())
         .collect::<Vec<_>>()
         .join(", ");
