@@ -11,7 +11,15 @@ use veloid_engine::ride::RideSummary;
 use crate::jobs::{Hub, Queue, give_up, sweep};
 use crate::options::Options;
 use crate::store::job::{self, Failure, Filter, NewJob, Request, Stage, State};
+use crate::store::key::HOME;
 use crate::store::{Db, Tx, bike, idempotency_key, result, ride, trial, worker};
+
+fn home() -> Filter<'static> {
+    Filter {
+        group: HOME,
+        ..Filter::default()
+    }
+}
 
 /// Runs a test on a fresh database of each kind.
 async fn on_each(test: impl AsyncFn(Db)) {
@@ -63,10 +71,16 @@ async fn queued(db: &Db, queue: &Queue) -> (Uuid, i64) {
         options,
     };
     let mut tx = db.begin().await.unwrap();
-    bike::upsert(&mut tx, "lab", &request.bike).await.unwrap();
-    let ride = ride::upsert(&mut tx, "0f", "ride.csv", 3).await.unwrap();
+    bike::upsert(&mut tx, HOME, "lab", &request.bike)
+        .await
+        .unwrap();
+    let ride = ride::upsert(&mut tx, HOME, "0f", "ride.csv", 3)
+        .await
+        .unwrap();
     let new = NewJob {
         id,
+        group: HOME,
+        key: None,
         ride,
         bike: "lab",
         fingerprint: "f1",
@@ -102,7 +116,7 @@ async fn in_trials(db: &Db, queue: &Queue) -> (Uuid, Vec<i64>) {
 }
 
 async fn state(db: &Db, id: Uuid) -> State {
-    job::find(db, id).await.unwrap().unwrap().state
+    job::load(db, id).await.unwrap().unwrap().state
 }
 
 async fn row_state(queue: &Queue, row: i64) -> JobState {
@@ -167,7 +181,7 @@ async fn a_job_goes_its_way_and_no_step_twice() {
         assert!(!job::end(&mut tx, id, None).await.unwrap());
         assert!(!job::reset(&mut tx, id).await.unwrap());
         tx.commit().await.unwrap();
-        let job = job::find(&db, id).await.unwrap().unwrap();
+        let job = job::load(&db, id).await.unwrap().unwrap();
         assert_eq!(
             (job.state, job.verdict.as_deref()),
             (State::Succeeded, Some("named"))
@@ -176,7 +190,7 @@ async fn a_job_goes_its_way_and_no_step_twice() {
             job.revision, 6,
             "inserted, entered, started, observed, entered, ended"
         );
-        assert_eq!(job::revision(&db, id).await.unwrap(), Some((6, true)));
+        assert_eq!(job::revision(&db, HOME, id).await.unwrap(), Some((6, true)));
     })
     .await;
 }
@@ -272,7 +286,7 @@ async fn work_is_taken_over_from_the_dead_alone_and_three_times_at_most() {
                 assert_eq!(row_state(&queue, held).await, JobState::Available);
             }
         }
-        let job = job::find(&db, id).await.unwrap().unwrap();
+        let job = job::load(&db, id).await.unwrap().unwrap();
         assert_eq!(job.state, State::Failed);
         assert_eq!(job.failure.unwrap().kind, "crash");
     })
@@ -349,18 +363,24 @@ async fn jobs_are_found_by_what_they_are() {
             ids.push(queued(&db, &queue).await.0);
         }
         let mut tx = db.begin().await.unwrap();
-        assert_eq!(job::find_equal(&mut tx, "f1").await.unwrap(), Some(ids[2]));
+        assert_eq!(
+            job::find_equal(&mut tx, HOME, "f1").await.unwrap(),
+            Some(ids[2])
+        );
         let failure = Failure::new("input", "why");
         assert!(
             give_up(&queue, &mut tx, ids[2], Some(&failure))
                 .await
                 .unwrap()
         );
-        assert_eq!(job::find_equal(&mut tx, "f1").await.unwrap(), Some(ids[1]));
-        idempotency_key::insert(&mut tx, "key", "f1", ids[0])
+        assert_eq!(
+            job::find_equal(&mut tx, HOME, "f1").await.unwrap(),
+            Some(ids[1])
+        );
+        idempotency_key::insert(&mut tx, HOME, "key", "f1", ids[0])
             .await
             .unwrap();
-        let used = idempotency_key::find(&mut tx, "key").await.unwrap();
+        let used = idempotency_key::find(&mut tx, HOME, "key").await.unwrap();
         assert_eq!(used, Some(("f1".to_owned(), ids[0])));
         tx.commit().await.unwrap();
 
@@ -368,25 +388,25 @@ async fn jobs_are_found_by_what_they_are() {
             let rows = job::page(&db, &filter, limit).await.unwrap();
             rows.iter().map(|row| row.id).collect()
         };
-        assert_eq!(page(Filter::default(), 2).await, [ids[2], ids[1]]);
+        assert_eq!(page(home(), 2).await, [ids[2], ids[1]]);
         let older = Filter {
             before: Some(ids[1]),
-            ..Filter::default()
+            ..home()
         };
         assert_eq!(page(older, 2).await, [ids[0]]);
         let failed = Filter {
             state: Some(State::Failed),
-            ..Filter::default()
+            ..home()
         };
         assert_eq!(page(failed, 9).await, [ids[2]]);
         let foreign = Filter {
             bike: Some("other"),
-            ..Filter::default()
+            ..home()
         };
         assert!(page(foreign, 9).await.is_empty());
 
         let mut tx = db.begin().await.unwrap();
-        let again = idempotency_key::insert(&mut tx, "key", "f2", ids[1])
+        let again = idempotency_key::insert(&mut tx, HOME, "key", "f2", ids[1])
             .await
             .unwrap_err();
         assert!(again.as_database_error().unwrap().is_unique_violation());

@@ -193,6 +193,7 @@ async fn no_page_has_a_serious_fault_of_access() {
         "/bikes/season-001".to_owned(),
         "/parameters".to_owned(),
         "/jobs/none".to_owned(),
+        "/sign-in".to_owned(),
     ];
     for look in [Look::WIDE, Look::NARROW] {
         let Some(browser) = Browser::start(look).await else {

@@ -8,6 +8,7 @@ use std::process::{Child, Command, Output, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
+use reqwest::header::AUTHORIZATION;
 use reqwest::multipart::{Form, Part};
 use reqwest::{Client, ClientBuilder, Response};
 use serde_json::Value;
@@ -87,6 +88,25 @@ impl Server {
         Self::on(false, args, &[])
     }
 
+    /// Makes a key for each set of arguments of `veloid key create`, and starts a server that asks
+    /// for one.
+    pub fn with_keys<const N: usize>(keys: [&[&str]; N], args: &[&str]) -> (Self, [String; N]) {
+        // The keys have to be there before the server starts.
+        let mut server = Self::with(&[]);
+        server.kill();
+        let keys = keys.map(|asked| {
+            let mut command = server.beside(&["key", "create"]);
+            key_of(&command.args(asked).output().unwrap())
+        });
+        server.args = [&["--keys"], args]
+            .concat()
+            .iter()
+            .map(ToString::to_string)
+            .collect();
+        server.restart();
+        (server, keys)
+    }
+
     fn on(postgres: bool, args: &[&str], env: &[(&str, &str)]) -> Self {
         let folder = Folder::new();
         let args: Vec<String> = args.iter().map(|arg| (*arg).to_owned()).collect();
@@ -109,10 +129,15 @@ impl Server {
         }
     }
 
-    /// Ends the process as a power cut would, and starts it anew on the same data.
-    pub fn crash_and_restart(&mut self) {
+    /// Ends the process as a power cut would.
+    pub fn kill(&mut self) {
         self.child.kill().unwrap();
         self.child.wait().unwrap();
+    }
+
+    /// Ends the process as a power cut would, and starts it anew on the same data.
+    pub fn crash_and_restart(&mut self) {
+        self.kill();
         self.restart();
     }
 
@@ -126,6 +151,14 @@ impl Server {
 
     pub fn restart(&mut self) {
         (self.child, self.url) = launch(&self.folder.0, &self.env, &self.args);
+    }
+
+    /// The server as seen by whoever has this key.
+    pub fn as_seen_by(&mut self, key: &str) {
+        let bearer = format!("Bearer {key}").parse().unwrap();
+        let headers = [(AUTHORIZATION, bearer)].into_iter().collect();
+        let client = http().default_headers(headers);
+        self.client = client.build().unwrap();
     }
 
     /// A process beside the server on the same data.
@@ -243,6 +276,13 @@ impl Drop for Server {
             eprintln!("--- log of the server ---\n{log}");
         }
     }
+}
+
+/// The key that `veloid key create` has printed.
+pub fn key_of(output: &Output) -> String {
+    assert!(output.status.success(), "{output:?}");
+    let key = String::from_utf8(output.stdout.clone()).unwrap();
+    key.trim().to_owned()
 }
 
 fn launch(data: &Path, env: &[(String, String)], args: &[String]) -> (Child, String) {

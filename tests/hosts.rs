@@ -181,7 +181,9 @@ impl Lab {
         command
             .arg("--files")
             .arg(format!("file://{}", self.folder.0.join("files").display()));
-        command.env("DATABASE_URL", DATABASE);
+        command
+            .env("DATABASE_URL", DATABASE)
+            .env("VELOID_OPEN", "true");
         let log = log(&self.folder, &format!("{host}.log"));
         let child = command.stdout(Stdio::null()).stderr(log).spawn().unwrap();
         let host = Host {

@@ -1,6 +1,7 @@
 //! Drives the real binary from outside: over HTTP and from the command line.
 #![allow(clippy::unwrap_used)]
 
+mod access;
 mod api_guide;
 mod bad_input;
 mod bench;

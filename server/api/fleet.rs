@@ -5,6 +5,7 @@ use axum::extract::State;
 use serde::Serialize;
 use utoipa::ToSchema;
 
+use super::access::Caller;
 use super::problem::Problem;
 use super::{App, Server};
 use crate::fleet::{FleetSpread, PooledBike, against_the_fleet, histories};
@@ -26,14 +27,15 @@ pub struct Fleet {
 /// Every bicycle's pooled parameters, and which of them stand out.
 #[utoipa::path(get, path = "/v1/fleet", operation_id = "get_fleet", tag = "fleet",
     responses((status = 200, description = "The fleet, by name, at most 1000 bikes", body = Fleet)))]
-pub async fn fleet(State(server): App) -> Result<Json<Fleet>, Problem> {
-    Ok(Json(look(&server).await?))
+pub async fn fleet(State(server): App, caller: Caller) -> Result<Json<Fleet>, Problem> {
+    Ok(Json(look(&server, &caller.group).await?))
 }
 
-pub async fn look(server: &Server) -> Result<Fleet, Problem> {
-    let bikes = bike::page(&server.db, "", BIKES).await?;
+/// The group's bicycles.
+pub async fn look(server: &Server, group: &str) -> Result<Fleet, Problem> {
+    let bikes = bike::page(&server.db, group, "", BIKES).await?;
     let names: Vec<String> = bikes.into_iter().map(|bike| bike.name).collect();
-    let histories = histories(&server.db, &names, RIDES).await?;
+    let histories = histories(&server.db, group, &names, RIDES).await?;
     let (spread, bikes) = against_the_fleet(&histories);
     Ok(Fleet { spread, bikes })
 }

@@ -1,6 +1,7 @@
 //! The HTTP API: one file per route, folders by noun. The handlers' documentation is the API's
 //! documentation, served as `/openapi.json` and committed as `openapi/openapi.json`.
 
+pub mod access;
 pub mod bikes;
 pub mod extract;
 pub mod fleet;
@@ -12,6 +13,7 @@ mod parquet;
 pub mod problem;
 pub mod rides;
 mod router;
+mod security;
 mod telemetry;
 pub mod time;
 
@@ -24,6 +26,7 @@ use veloid_engine::report::Series;
 
 pub use router::{document, router};
 
+use self::access::Access;
 use crate::files::Files;
 use crate::jobs::{Hub, Queue, RideCache};
 use crate::lru::Lru;
@@ -43,6 +46,7 @@ pub struct Server {
     /// Largest upload (bytes).
     pub max_upload: u64,
     pub metrics: PrometheusHandle,
+    pub access: Access,
     /// Ends long answers when the server stops.
     pub stop: CancellationToken,
 }

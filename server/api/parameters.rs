@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
 
+use super::access::Caller;
 use super::extract::Query;
 use super::list::{Page, limit_to, next_link, without_cursor};
 use super::problem::{Kind, Problem};
@@ -103,19 +104,25 @@ impl From<ParameterRow> for ParameterView {
         (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json")))]
 pub async fn list(
     State(server): App,
+    caller: Caller,
     OriginalUri(uri): OriginalUri,
     Query(params): Query<Params>,
 ) -> Result<Response, Problem> {
-    respond(&server, &uri, &params).await
+    respond(&server, &caller.group, &uri, &params).await
 }
 
 /// Most rows of one answer.
 const MOST: i64 = 100_000;
 
 /// The page that the parameters ask for.
-pub async fn respond(server: &Server, uri: &Uri, params: &Params) -> Result<Response, Problem> {
+pub async fn respond(
+    server: &Server,
+    group: &str,
+    uri: &Uri,
+    params: &Params,
+) -> Result<Response, Problem> {
     let limit = limit_to(params.limit, MOST)?;
-    let rows = rows(server, params, limit).await?;
+    let rows = rows(server, group, params, limit).await?;
     let next = Page::cut(rows, limit, cursor, |row| row);
     let address = without_cursor(uri);
     let (kind, name, body) = match params.format.unwrap_or_default() {
@@ -157,6 +164,7 @@ pub async fn respond(server: &Server, uri: &Uri, params: &Params) -> Result<Resp
 /// The rows that the parameters ask for, and one more where there are more.
 pub async fn rows(
     server: &Server,
+    group: &str,
     params: &Params,
     limit: i64,
 ) -> Result<Vec<ParameterRow>, Problem> {
@@ -171,6 +179,7 @@ pub async fn rows(
         .map(|cursor| parse_cursor(cursor).ok_or_else(bad_cursor))
         .transpose()?;
     let filter = Filter {
+        group,
         bike: params.bike.as_deref(),
         method: params.method.as_deref(),
         axle: params.axle.as_deref(),

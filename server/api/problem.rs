@@ -1,5 +1,7 @@
 //! Every error of the API: RFC 9457 `application/problem+json` with a stable `type`.
 
+use std::time::Duration;
+
 use axum::extract::rejection::{PathRejection, QueryRejection};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -26,6 +28,9 @@ pub struct Problem {
     /// Where in the uploaded file the fault lies.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub place: Option<Box<Place>>,
+    /// Wait before another try is worth it: the header `Retry-After`.
+    #[serde(skip)]
+    retry_after: Option<Duration>,
 }
 
 /// The kinds of problem, as the `type` that clients may rely on.
@@ -53,6 +58,12 @@ pub enum Kind {
     WrongState,
     #[serde(rename = "urn:veloid:problem:foreign")]
     Foreign,
+    #[serde(rename = "urn:veloid:problem:unauthorized")]
+    Unauthorized,
+    #[serde(rename = "urn:veloid:problem:forbidden")]
+    Forbidden,
+    #[serde(rename = "urn:veloid:problem:too-many")]
+    TooMany,
     #[serde(rename = "urn:veloid:problem:unavailable")]
     Unavailable,
     #[serde(rename = "urn:veloid:problem:internal")]
@@ -84,7 +95,10 @@ impl Kind {
             ),
             Kind::NotFinished => (StatusCode::CONFLICT, "The job has no report yet"),
             Kind::WrongState => (StatusCode::CONFLICT, "The job's state does not allow this"),
-            Kind::Foreign => (StatusCode::FORBIDDEN, "Another site sent this form"),
+            Kind::Foreign => (StatusCode::FORBIDDEN, "Another site sent this request"),
+            Kind::Unauthorized => (StatusCode::UNAUTHORIZED, "This needs a key"),
+            Kind::Forbidden => (StatusCode::FORBIDDEN, "The key does not allow this"),
+            Kind::TooMany => (StatusCode::TOO_MANY_REQUESTS, "The key's limit is reached"),
             Kind::Unavailable => (StatusCode::SERVICE_UNAVAILABLE, "Not ready"),
             Kind::Internal => (
                 StatusCode::INTERNAL_SERVER_ERROR,
@@ -118,7 +132,13 @@ impl Problem {
             status: status.as_u16(),
             detail: detail.into(),
             place: None,
+            retry_after: (kind == Kind::Unavailable).then_some(Duration::from_secs(1)),
         }
+    }
+
+    pub fn retry_after(mut self, wait: Duration) -> Self {
+        self.retry_after = Some(wait);
+        self
     }
 
     pub fn not_found(what: &str) -> Self {
@@ -137,7 +157,17 @@ impl IntoResponse for Problem {
         let status = StatusCode::from_u16(self.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
         let body = serde_json::to_vec(&self).unwrap_or_default();
         let json = HeaderValue::from_static("application/problem+json");
-        (status, [(header::CONTENT_TYPE, json)], body).into_response()
+        let mut response = (status, [(header::CONTENT_TYPE, json)], body).into_response();
+        let headers = response.headers_mut();
+        if let Some(wait) = self.retry_after {
+            let seconds = wait.as_secs_f64().ceil().max(1.0) as u64;
+            headers.insert(header::RETRY_AFTER, seconds.into());
+        }
+        if self.kind == Kind::Unauthorized {
+            let bearer = HeaderValue::from_static("Bearer");
+            headers.insert(header::WWW_AUTHENTICATE, bearer);
+        }
+        response
     }
 }
 

@@ -2,7 +2,7 @@ use std::any::Any;
 use std::sync::Arc;
 
 use axum::Router;
-use axum::middleware::from_fn;
+use axum::middleware::{from_fn, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use tower_http::catch_panic::CatchPanicLayer;
@@ -15,7 +15,8 @@ use utoipa_swagger_ui::{Config, SwaggerUi};
 use veloid_engine::diagnosis::{Excerpt, ResidualSpectrum, Surface};
 
 use super::problem::{Kind, Problem};
-use super::{Server, bikes, fleet, health, jobs, parameters, rides, telemetry};
+use super::security::secured;
+use super::{Server, access, bikes, fleet, health, jobs, parameters, rides, telemetry};
 use crate::pages;
 
 #[derive(OpenApi)]
@@ -65,22 +66,27 @@ fn routes() -> OpenApiRouter<Arc<Server>> {
 
 /// The OpenAPI document.
 pub fn document() -> Document {
-    routes().into_openapi()
+    let mut document = routes().into_openapi();
+    secured(&mut document);
+    document
 }
 
 /// The whole service.
 pub fn router(server: Arc<Server>) -> Router {
-    let (router, document) = routes().split_for_parts();
+    let (router, mut document) = routes().split_for_parts();
+    secured(&mut document);
     let swagger = SwaggerUi::new("/docs").config(Config::from("/openapi.json"));
     router
         .merge(pages::routes())
         .route("/openapi.json", get(|| async { axum::Json(document) }))
-        .with_state(server)
+        .with_state(Arc::clone(&server))
         .merge(swagger)
         .fallback(not_found)
         .method_not_allowed_fallback(method_not_allowed)
+        .layer(from_fn_with_state(server, access::enter))
         .layer(CompressionLayer::new())
         .layer(CatchPanicLayer::custom(panicked))
+        .layer(from_fn(access::protect))
         .layer(from_fn(telemetry::measure))
 }
 

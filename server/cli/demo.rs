@@ -1,5 +1,6 @@
 //! `serve --demo`: an example ride, sent through the server's own API.
 
+use reqwest::header::AUTHORIZATION;
 use reqwest::multipart::{Form, Part};
 use reqwest::{Client, StatusCode};
 use serde_json::Value;
@@ -17,6 +18,15 @@ fn example() -> (String, &'static str) {
     (ride_csv::text(&outing.ride()), bike)
 }
 
+/// A client that shows the key in `VELOID_KEY`, if there is one.
+fn client() -> Result<Client, reqwest::Error> {
+    let key = std::env::var("VELOID_KEY").ok();
+    let bearer = key.and_then(|key| format!("Bearer {key}").parse().ok());
+    let headers = bearer.map(|value| (AUTHORIZATION, value));
+    let headers = headers.into_iter().collect();
+    Client::builder().default_headers(headers).build()
+}
+
 /// Uploads the example and prints where its result is, and how it ended.
 pub async fn run(server: String) {
     if let Err(error) = upload_and_follow(&server).await {
@@ -29,7 +39,7 @@ async fn upload_and_follow(server: &str) -> Result<(), reqwest::Error> {
     let form = Form::new()
         .part("file", Part::text(ride).file_name("demo.csv"))
         .text("bike", bike);
-    let client = Client::new();
+    let client = client()?;
     let request = client.post(format!("{server}/v1/rides")).multipart(form);
     let response = request.send().await?;
     let status = response.status();

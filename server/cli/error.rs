@@ -1,5 +1,7 @@
+use std::net::SocketAddr;
 use std::path::PathBuf;
 
+use uuid::Uuid;
 use veloid_engine::EngineError;
 use veloid_engine::ride::ReadError;
 
@@ -27,6 +29,13 @@ pub enum CliError {
     Engine(#[from] EngineError),
     #[error("{}: another veloid works on this data; PostgreSQL lets many do so", .0.display())]
     Locked(PathBuf),
+    #[error(
+        "{0} can be reached from other machines and there is no valid key: make one with `veloid key create`, \
+         or say `--open` to serve everyone"
+    )]
+    NoKeys(SocketAddr),
+    #[error("there is no valid key {0}")]
+    NoSuchKey(Uuid),
     #[error("database: {0}")]
     Database(#[from] sqlx::Error),
     #[error(transparent)]

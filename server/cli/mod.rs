@@ -5,6 +5,7 @@ mod demo;
 mod error;
 mod health;
 mod identify;
+mod key;
 mod metrics;
 mod migrate;
 mod openapi;
@@ -50,6 +51,7 @@ enum Command {
     Migrate(migrate::Migrate),
     Health(health::Health),
     Openapi(openapi::Openapi),
+    Key(key::Key),
     Bench(bench::Bench),
     Seed(seed::Seed),
 }
@@ -65,6 +67,7 @@ impl Cli {
             Command::Migrate(command) => runtime()?.block_on(command.run()),
             Command::Health(command) => runtime()?.block_on(command.run()),
             Command::Openapi(command) => command.run(),
+            Command::Key(command) => runtime()?.block_on(command.run()),
             Command::Bench(command) => command.run(),
             Command::Seed(command) => runtime()?.block_on(command.run()),
         }

@@ -12,10 +12,13 @@ use super::demo;
 use super::metrics;
 use super::storage::Storage;
 use super::worker::{WorkLimits, asked_to_stop, cores};
+use crate::api::access::{Access, Limits, Mode};
 use crate::api::{self, Server};
 use crate::jobs::{self, Hub, Queue, RideCache};
 use crate::lru::Lru;
 use crate::pages;
+use crate::store::Db;
+use crate::store::key::{self, KeyRow};
 
 /// Uploads that are read, and so lie in memory, at the same time.
 const READERS: usize = 2;
@@ -40,15 +43,58 @@ pub struct Serve {
     /// Largest upload (bytes).
     #[arg(long, env = "VELOID_MAX_UPLOAD", default_value_t = 256 << 20)]
     max_upload: u64,
+    #[command(flatten)]
+    entry: Entry,
     /// Upload an example ride through the API and print the address of its result.
     #[arg(long)]
     demo: bool,
+}
+
+/// Who may enter.
+#[derive(Args)]
+struct Entry {
+    /// Ask for a key on a loopback address too, as behind a proxy.
+    #[arg(long, env = "VELOID_KEYS", conflicts_with = "open")]
+    keys: bool,
+    /// Serve everyone who reaches the address, without keys.
+    #[arg(long, env = "VELOID_OPEN")]
+    open: bool,
+    /// Requests per minute of a key that has no limit of its own.
+    #[arg(long, env = "VELOID_REQUESTS_PER_MINUTE", default_value_t = 6000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    requests_per_minute: u32,
+    /// Queued and running jobs of a key that has no limit of its own.
+    #[arg(long, env = "VELOID_UNFINISHED_JOBS", default_value_t = 1000)]
+    unfinished_jobs: i64,
+    /// Queued and running jobs of all together; further uploads are put off.
+    #[arg(long, env = "VELOID_QUEUE", default_value_t = 10_000)]
+    queue: i64,
+}
+
+impl Entry {
+    /// A server that others reach needs a key, or the word that it needs none.
+    async fn access(&self, db: &Db, address: SocketAddr) -> Result<Access, CliError> {
+        let mode = match (self.open, self.keys || !address.ip().is_loopback()) {
+            (true, _) => Mode::Open,
+            (false, true) => Mode::Keys,
+            (false, false) => Mode::Local,
+        };
+        if mode == Mode::Keys && !key::list(db).await?.iter().any(KeyRow::is_valid) {
+            return Err(CliError::NoKeys(address));
+        }
+        let limits = Limits {
+            requests_per_minute: self.requests_per_minute,
+            unfinished_jobs: self.unfinished_jobs,
+            queue: self.queue,
+        };
+        Ok(Access::new(mode, limits))
+    }
 }
 
 impl Serve {
     pub async fn run(self) -> Result<(), CliError> {
         let metrics = metrics::recorder()?;
         let (db, files) = self.storage.open().await?;
+        let access = self.entry.access(&db, self.listen).await?;
         let (rides, hub) = (RideCache::new(files.clone()), Hub::new());
         let threads = self.workers.unwrap_or_else(cores);
         let lock = match threads {
@@ -76,6 +122,7 @@ impl Serve {
             readers: Semaphore::new(READERS),
             max_upload: self.max_upload,
             metrics,
+            access,
             stop: stop.clone(),
         });
         let listener = TcpListener::bind(self.listen).await?;

@@ -14,14 +14,14 @@ use crate::store::Db;
 #[derive(Args)]
 pub struct Storage {
     /// Folder of the raw files and of the SQLite database; made when absent.
-    #[arg(long, env = "VELOID_DATA", default_value = "data")]
+    #[arg(long, global = true, env = "VELOID_DATA", default_value = "data")]
     data: PathBuf,
     /// Where the raw files lie when not in the data folder: `file:///FOLDER`, or `s3://BUCKET/PREFIX`
     /// with credentials, region and endpoint from the AWS_* variables.
     #[arg(long, env = "VELOID_FILES", value_name = "URL")]
     files: Option<Url>,
     /// Database: `postgres://...` or `sqlite:FILE`; by default `veloid.db` in the data folder.
-    #[arg(long, env = "DATABASE_URL", hide_env_values = true)]
+    #[arg(long, global = true, env = "DATABASE_URL", hide_env_values = true)]
     database_url: Option<String>,
 }
 

@@ -53,19 +53,25 @@ pub struct Point {
     pub verdict: Option<String>,
 }
 
-/// The history of one bicycle.
-pub async fn history(db: &Db, bike: &str, rides: i64) -> sqlx::Result<BikeHistory> {
-    let rows = parameter::best_of_bike(db, bike, rides).await?;
+/// The history of one bicycle of the group.
+pub async fn history(db: &Db, group: &str, bike: &str, rides: i64) -> sqlx::Result<BikeHistory> {
+    let rows = parameter::best_of_bike(db, group, bike, rides).await?;
     let mut history = of(bike, &rows);
     history.test();
     Ok(history)
 }
 
 /// The histories of several, over their latest `rides`, pooled but not tested for change.
-pub async fn histories(db: &Db, bikes: &[String], rides: i64) -> sqlx::Result<Vec<BikeHistory>> {
+pub async fn histories(
+    db: &Db,
+    group: &str,
+    bikes: &[String],
+    rides: i64,
+) -> sqlx::Result<Vec<BikeHistory>> {
     let mut found = Vec::new();
     for bike in bikes {
-        found.push(of(bike, &parameter::best_of_bike(db, bike, rides).await?));
+        let rows = parameter::best_of_bike(db, group, bike, rides).await?;
+        found.push(of(bike, &rows));
     }
     Ok(found)
 }

@@ -75,7 +75,9 @@ impl Stages {
             let mut tx = work.db.begin().await?;
             complete(context, &mut tx, id).await?;
             match &computed {
-                (_, Some(report)) => finish(&mut tx, id, &job.bike, report).await?,
+                (_, Some(report)) => {
+                    finish(&mut tx, id, &job.group_name, &job.bike, report).await?
+                }
                 (conclusion, None) => {
                     result::put(&mut tx, id, result::CONCLUSION, conclusion).await?;
                     let row = queue.diagnose(&mut tx, id).await?;

@@ -64,7 +64,7 @@ impl Stages {
         work.publish(context, || async {
             let mut tx = work.db.begin().await?;
             complete(context, &mut tx, id).await?;
-            finish(&mut tx, id, &job.bike, &report).await?;
+            finish(&mut tx, id, &job.group_name, &job.bike, &report).await?;
             Ok(tx.commit().await?)
         })
         .await?;

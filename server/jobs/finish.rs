@@ -10,13 +10,19 @@ use crate::store::parameter::{self, Parameter};
 use crate::store::{Tx, job, result};
 
 /// Publishes the report of a running job; does nothing for one that was cancelled meanwhile.
-pub async fn finish(tx: &mut Tx, id: Uuid, bike: &str, report: &Report) -> sqlx::Result<()> {
+pub async fn finish(
+    tx: &mut Tx,
+    id: Uuid,
+    group: &str,
+    bike: &str,
+    report: &Report,
+) -> sqlx::Result<()> {
     let verdict = report.diagnosis.as_ref().and_then(verdict_name);
     if job::succeed(tx, id, verdict.as_deref()).await? {
         // The report holds what the stages handed on.
         result::clear(tx, id).await?;
         result::put(tx, id, result::REPORT, report).await?;
-        parameter::insert(tx, id, bike, verdict.as_deref(), &parameters(report)).await?;
+        parameter::insert(tx, id, group, bike, verdict.as_deref(), &parameters(report)).await?;
     }
     Ok(())
 }

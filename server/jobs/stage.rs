@@ -73,7 +73,7 @@ impl Fault {
 impl Work {
     /// The job, when there is still something to do for it.
     pub(super) async fn active(&self, id: Uuid) -> Result<Option<JobRow>, Fault> {
-        Ok(job::find(&self.db, id)
+        Ok(job::load(&self.db, id)
             .await?
             .filter(|job| !job.state.is_final()))
     }

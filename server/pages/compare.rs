@@ -13,6 +13,7 @@ use super::layout::{Fault, html};
 use super::number::{Quantity, fixed};
 use super::words;
 use crate::api::App;
+use crate::api::access::Caller;
 use crate::api::jobs::report::not_finished;
 use crate::api::jobs::view::find;
 use crate::api::problem::{Kind, Problem};
@@ -50,7 +51,11 @@ impl Compare {
     }
 }
 
-pub async fn compare(State(server): App, RawQuery(query): RawQuery) -> Result<Html<String>, Fault> {
+pub async fn compare(
+    State(server): App,
+    caller: Caller,
+    RawQuery(query): RawQuery,
+) -> Result<Html<String>, Fault> {
     let query = query.unwrap_or_default();
     let asked = form_urlencoded::parse(query.as_bytes()).filter(|(name, _)| name == "job");
     let ids = asked
@@ -63,7 +68,7 @@ pub async fn compare(State(server): App, RawQuery(query): RawQuery) -> Result<Ht
     }
     let (mut jobs, mut reports) = (Vec::new(), Vec::new());
     for id in ids {
-        let job = find(&server.db, id).await?;
+        let job = find(&server.db, &caller.group, id).await?;
         reports.push(report(&server.db, id).await?);
         jobs.push(Side {
             address: job.links.job,

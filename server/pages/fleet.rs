@@ -8,6 +8,7 @@ use super::layout::{Fault, Path, html};
 use super::number::{Quantity, fixed, significant};
 use super::words;
 use crate::api::App;
+use crate::api::access::Caller;
 use crate::api::bikes::course::RIDES;
 use crate::api::fleet::look;
 use crate::api::jobs::view::JobView;
@@ -77,8 +78,8 @@ impl BikeRow {
     }
 }
 
-pub async fn bikes(State(server): App) -> Result<Html<String>, Fault> {
-    let fleet = look(&server).await?;
+pub async fn bikes(State(server): App, caller: Caller) -> Result<Html<String>, Fault> {
+    let fleet = look(&server, &caller.group).await?;
     let spread = fleet.spread.iter().map(|s| {
         let value = |x: f64| {
             Quantity {
@@ -226,11 +227,16 @@ fn notices(courses: &[Course]) -> Vec<String> {
     courses.iter().flat_map(told).collect()
 }
 
-pub async fn bike(State(server): App, Path(name): Path<String>) -> Result<Html<String>, Fault> {
-    let row = bike::find(&server.db, &name).await?;
+pub async fn bike(
+    State(server): App,
+    caller: Caller,
+    Path(name): Path<String>,
+) -> Result<Html<String>, Fault> {
+    let row = bike::find(&server.db, &caller.group, &name).await?;
     let row = row.ok_or_else(|| Problem::not_found("the bike"))?;
-    let history = fleet::history(&server.db, &name, RIDES).await?;
+    let history = fleet::history(&server.db, &caller.group, &name, RIDES).await?;
     let filter = job::Filter {
+        group: &caller.group,
         bike: Some(&name),
         ..job::Filter::default()
     };

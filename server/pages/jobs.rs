@@ -8,6 +8,7 @@ use uuid::Uuid;
 
 use super::layout::{Fault, Query, html};
 use crate::api::App;
+use crate::api::access::Caller;
 use crate::api::jobs::view::JobView;
 use crate::api::list::{Page, without_cursor};
 use crate::api::problem::{Kind, Problem};
@@ -56,6 +57,7 @@ impl Jobs {
 
 pub async fn list(
     State(server): App,
+    caller: Caller,
     OriginalUri(uri): OriginalUri,
     Query(params): Query<Params>,
 ) -> Result<Html<String>, Fault> {
@@ -70,6 +72,7 @@ pub async fn list(
         found.ok_or_else(|| Problem::new(Kind::BadRequest, format!("state: '{name}' is none")))
     };
     let filter = job::Filter {
+        group: &caller.group,
         state: state.as_deref().map(of_name).transpose()?,
         bike: bike.as_deref(),
         verdict: verdict.as_deref(),

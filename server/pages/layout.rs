@@ -1,13 +1,12 @@
-//! What every page shares: the frame, the headers, and problems as a page.
+//! What every page shares: the frame, and problems as a page.
 
 use askama::Template;
-use axum::extract::{FromRequestParts, Request};
-use axum::http::{HeaderValue, StatusCode, header};
-use axum::middleware::Next;
+use axum::extract::FromRequestParts;
+use axum::http::StatusCode;
 use axum::response::{Html, IntoResponse, Response};
 
 use crate::api::extract;
-use crate::api::problem::{Kind, Problem};
+use crate::api::problem::Problem;
 
 /// The menu: name and address.
 const MENU: [(&str, &str); 4] = [
@@ -22,11 +21,6 @@ pub fn menu(here: &str) -> impl Iterator<Item = (&'static str, &'static str, boo
     MENU.into_iter()
         .map(move |(name, path)| (name, path, path == here))
 }
-
-/// Scripts and style sheets from this server only, none of them inline. Style attributes are allowed:
-/// plotly positions its labels by them.
-const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; style-src-attr 'unsafe-inline'; img-src 'self' data: blob:; \
-    connect-src 'self'; form-action 'self'; base-uri 'none'; frame-ancestors 'none'";
 
 /// Renders a page.
 pub fn html(page: &impl Template) -> Result<Html<String>, Fault> {
@@ -73,28 +67,4 @@ impl IntoResponse for Fault {
             Err(_) => page.problem.into_response(),
         }
     }
-}
-
-/// Sets the security headers, and refuses forms that another site sends.
-pub async fn guard(request: Request, next: Next) -> Response {
-    let site = request.headers().get("sec-fetch-site");
-    let foreign = site.is_some_and(|site| site == "cross-site" || site == "same-site");
-    let mut response = if foreign && !request.method().is_safe() {
-        Fault(Problem::new(
-            Kind::Foreign,
-            "forms are only taken from this server's own pages",
-        ))
-        .into_response()
-    } else {
-        next.run(request).await
-    };
-    let headers = response.headers_mut();
-    for (name, value) in [
-        (header::CONTENT_SECURITY_POLICY, POLICY),
-        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
-        (header::REFERRER_POLICY, "same-origin"),
-    ] {
-        headers.insert(name, HeaderValue::from_static(value));
-    }
-    response
 }

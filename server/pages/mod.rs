@@ -8,13 +8,13 @@ mod jobs;
 pub mod layout;
 mod number;
 mod parameters;
+mod sign_in;
 mod upload;
 pub mod words;
 
 use std::sync::Arc;
 
 use axum::Router;
-use axum::middleware::from_fn;
 use axum::routing::{get, post};
 
 use crate::api::Server;
@@ -22,6 +22,8 @@ use crate::api::Server;
 pub fn routes() -> Router<Arc<Server>> {
     Router::new()
         .route("/", get(upload::form).post(upload::send))
+        .route("/sign-in", get(sign_in::form).post(sign_in::sign_in))
+        .route("/sign-out", post(sign_in::sign_out))
         .route("/jobs", get(jobs::list))
         .route("/jobs/{id}", get(job::page))
         .route("/jobs/{id}/cancel", post(job::cancel))
@@ -31,5 +33,4 @@ pub fn routes() -> Router<Arc<Server>> {
         .route("/bikes/{bike}", get(fleet::bike))
         .route("/parameters", get(parameters::list))
         .route("/assets/{version}/{name}", get(assets::serve))
-        .layer(from_fn(layout::guard))
 }

@@ -8,6 +8,7 @@ use super::jobs::VERDICTS;
 use super::layout::{Fault, Query, html};
 use super::number::Quantity;
 use crate::api::App;
+use crate::api::access::Caller;
 use crate::api::list::{Page, without_cursor};
 use crate::api::parameters::{Params, cursor, rows};
 use crate::api::time;
@@ -105,11 +106,12 @@ fn query(params: &Params) -> String {
 
 pub async fn list(
     State(server): App,
+    caller: Caller,
     OriginalUri(uri): OriginalUri,
     Query(params): Query<Params>,
 ) -> Result<Html<String>, Fault> {
     let params = tidied(params);
-    let found = rows(&server, &params, PAGE).await?;
+    let found = rows(&server, &caller.group, &params, PAGE).await?;
     let page = Page::cut(found, PAGE, cursor, Row::from);
     let here = without_cursor(&uri);
     let mark = if here.contains('?') { '&' } else { '?' };

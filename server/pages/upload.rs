@@ -9,6 +9,7 @@ use serde::Deserialize;
 use veloid_engine::Settings;
 
 use super::layout::{Fault, Query, html};
+use crate::api::access::Caller;
 use crate::api::problem::{Kind, Problem};
 use crate::api::rides::submit_upload;
 use crate::api::{App, Server};
@@ -50,10 +51,11 @@ pub struct Params {
 impl Form {
     async fn new(
         server: &Server,
+        caller: &Caller,
         chosen: Option<String>,
         problem: Option<Problem>,
     ) -> Result<Self, Problem> {
-        let bikes = bike::page(&server.db, "", BIKES).await?;
+        let bikes = bike::page(&server.db, &caller.group, "", BIKES).await?;
         Ok(Self {
             problem,
             bikes: bikes.into_iter().map(|bike| bike.name).collect(),
@@ -115,17 +117,21 @@ fn numbers() -> Vec<Number> {
     ]
 }
 
-pub async fn form(State(server): App, Query(params): Query<Params>) -> Result<Html<String>, Fault> {
-    html(&Form::new(&server, params.bike, None).await?)
+pub async fn form(
+    State(server): App,
+    caller: Caller,
+    Query(params): Query<Params>,
+) -> Result<Html<String>, Fault> {
+    html(&Form::new(&server, &caller, params.bike, None).await?)
 }
 
 /// Takes the form and leads on to the job's page, or shows the form with what was wrong.
-pub async fn send(State(server): App, request: Request) -> Result<Response, Fault> {
-    match submit_upload(&server, request).await {
+pub async fn send(State(server): App, caller: Caller, request: Request) -> Result<Response, Fault> {
+    match submit_upload(&server, &caller, request).await {
         Ok(id) => Ok(Redirect::to(&format!("/jobs/{id}")).into_response()),
         Err(problem) => {
             let status = StatusCode::from_u16(problem.status).unwrap_or_default();
-            let page = html(&Form::new(&server, None, Some(problem)).await?)?;
+            let page = html(&Form::new(&server, &caller, None, Some(problem)).await?)?;
             Ok((status, page).into_response())
         }
     }

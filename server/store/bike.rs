@@ -16,34 +16,35 @@ pub struct BikeRow {
 
 const SELECT_PAGE: &str = "\
     SELECT name, document, created_at, updated_at, \
-           (SELECT COUNT(*) FROM job WHERE job.bike = bike.name) AS jobs \
-    FROM bike WHERE name > $1 ORDER BY name LIMIT $2";
+           (SELECT COUNT(*) FROM job WHERE job.group_name = $1 AND job.bike = bike.name) AS jobs \
+    FROM bike WHERE group_name = $1 AND name > $2 ORDER BY name LIMIT $3";
 
 const SELECT_ONE: &str = "\
     SELECT name, document, created_at, updated_at, \
-           (SELECT COUNT(*) FROM job WHERE job.bike = bike.name) AS jobs \
-    FROM bike WHERE name = $1";
+           (SELECT COUNT(*) FROM job WHERE job.group_name = $1 AND job.bike = bike.name) AS jobs \
+    FROM bike WHERE group_name = $1 AND name = $2";
 
 const UPSERT: &str = "\
-    INSERT INTO bike (name, document, created_at, updated_at) VALUES ($1, $2, $3, $3) \
-    ON CONFLICT (name) DO UPDATE SET document = excluded.document, updated_at = excluded.updated_at";
+    INSERT INTO bike (group_name, name, document, created_at, updated_at) VALUES ($1, $2, $3, $4, $4) \
+    ON CONFLICT (group_name, name) DO UPDATE SET document = excluded.document, updated_at = excluded.updated_at";
 
 /// Bikes in the order of their names, after the one named `after`.
-pub async fn page(db: &Db, after: &str, limit: i64) -> sqlx::Result<Vec<BikeRow>> {
-    on!(read db, p => sqlx::query_as(SELECT_PAGE).bind(after).bind(limit).fetch_all(p).await)
+pub async fn page(db: &Db, group: &str, after: &str, limit: i64) -> sqlx::Result<Vec<BikeRow>> {
+    on!(read db, p => sqlx::query_as(SELECT_PAGE).bind(group).bind(after).bind(limit).fetch_all(p).await)
 }
 
-pub async fn find(db: &Db, name: &str) -> sqlx::Result<Option<BikeRow>> {
+pub async fn find(db: &Db, group: &str, name: &str) -> sqlx::Result<Option<BikeRow>> {
     // No name holds a NUL, and PostgreSQL refuses to be asked for one.
     if name.contains('\0') {
         return Ok(None);
     }
-    on!(read db, p => sqlx::query_as(SELECT_ONE).bind(name).fetch_optional(p).await)
+    on!(read db, p => sqlx::query_as(SELECT_ONE).bind(group).bind(name).fetch_optional(p).await)
 }
 
 /// Keeps the bike file under its name, in place of an earlier one.
-pub async fn upsert(tx: &mut Tx, name: &str, bike: &Bike) -> sqlx::Result<()> {
+pub async fn upsert(tx: &mut Tx, group: &str, name: &str, bike: &Bike) -> sqlx::Result<()> {
     on!(tx, t => sqlx::query(UPSERT)
+        .bind(group)
         .bind(name)
         .bind(Json(bike))
         .bind(now_ms())

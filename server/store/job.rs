@@ -106,6 +106,7 @@ impl Failure {
 #[derive(FromRow)]
 pub struct JobRow {
     pub id: Uuid,
+    pub group_name: String,
     pub ride_id: Uuid,
     pub ride_name: String,
     pub sha256: String,
@@ -131,6 +132,9 @@ pub struct JobRow {
 /// A job about to be queued.
 pub struct NewJob<'a> {
     pub id: Uuid,
+    pub group: &'a str,
+    /// The key that it was uploaded with.
+    pub key: Option<Uuid>,
     pub ride: Uuid,
     pub bike: &'a str,
     pub fingerprint: &'a str,
@@ -138,9 +142,10 @@ pub struct NewJob<'a> {
     pub summary: &'a RideSummary,
 }
 
-/// Which jobs a list holds; absent means any.
+/// Which jobs of a group a list holds; absent means any.
 #[derive(Default)]
 pub struct Filter<'a> {
+    pub group: &'a str,
     pub state: Option<State>,
     pub bike: Option<&'a str>,
     pub verdict: Option<&'a str>,
@@ -152,7 +157,7 @@ pub struct Filter<'a> {
 macro_rules! select {
     ($rest:literal) => {
         concat!(
-            "SELECT job.id, ride_id, ride.name AS ride_name, ride.sha256, bike, request, summary, ",
+            "SELECT job.id, job.group_name, ride_id, ride.name AS ride_name, ride.sha256, bike, request, summary, ",
             "state, stage, revision, trials_total, trials_done, least_squares, verdict, ",
             "failure, created_at, started_at, observed_at, finished_at ",
             "FROM job JOIN ride ON ride.id = job.ride_id ",
@@ -161,7 +166,14 @@ macro_rules! select {
     };
 }
 
-pub async fn find(db: &Db, id: Uuid) -> sqlx::Result<Option<JobRow>> {
+/// A job of the group.
+pub async fn find(db: &Db, group: &str, id: Uuid) -> sqlx::Result<Option<JobRow>> {
+    const SQL: &str = select!("WHERE job.id = $1 AND job.group_name = $2");
+    on!(read db, p => sqlx::query_as(SQL).bind(id).bind(group).fetch_optional(p).await)
+}
+
+/// A job of whichever group, for those who work on it.
+pub async fn load(db: &Db, id: Uuid) -> sqlx::Result<Option<JobRow>> {
     const SQL: &str = select!("WHERE job.id = $1");
     on!(read db, p => sqlx::query_as(SQL).bind(id).fetch_optional(p).await)
 }
@@ -197,6 +209,7 @@ pub async fn page(db: &Db, filter: &Filter<'_>, limit: i64) -> sqlx::Result<Vec<
            AND (CAST($3 AS TEXT) IS NULL OR verdict = $3) \
            AND ($4 IS NULL OR ride_id = $4) \
            AND ($5 IS NULL OR job.id < $5) \
+           AND job.group_name = $7 \
          ORDER BY job.id DESC LIMIT $6"
     );
     on!(read db, p => sqlx::query_as(SQL)
@@ -206,29 +219,32 @@ pub async fn page(db: &Db, filter: &Filter<'_>, limit: i64) -> sqlx::Result<Vec<
         .bind(filter.ride)
         .bind(filter.before)
         .bind(limit)
+        .bind(filter.group)
         .fetch_all(p)
         .await)
 }
 
 /// The revision and whether the job is at its end: all that a poll needs when nothing changed.
-pub async fn revision(db: &Db, id: Uuid) -> sqlx::Result<Option<(i64, bool)>> {
-    const SQL: &str = "SELECT revision, state NOT IN ('queued', 'running') FROM job WHERE id = $1";
-    on!(read db, p => sqlx::query_as(SQL).bind(id).fetch_optional(p).await)
+pub async fn revision(db: &Db, group: &str, id: Uuid) -> sqlx::Result<Option<(i64, bool)>> {
+    const SQL: &str = "\
+        SELECT revision, state NOT IN ('queued', 'running') FROM job \
+        WHERE id = $1 AND group_name = $2";
+    on!(read db, p => sqlx::query_as(SQL).bind(id).bind(group).fetch_optional(p).await)
 }
 
-/// The latest job with this fingerprint that did not fail.
-pub async fn find_equal(tx: &mut Tx, fingerprint: &str) -> sqlx::Result<Option<Uuid>> {
+/// The group's latest job with this fingerprint that did not fail.
+pub async fn find_equal(tx: &mut Tx, group: &str, fingerprint: &str) -> sqlx::Result<Option<Uuid>> {
     const SQL: &str = "\
-        SELECT id FROM job WHERE fingerprint = $1 AND state IN ('queued', 'running', 'succeeded') \
+        SELECT id FROM job WHERE fingerprint = $1 AND group_name = $2 AND state IN ('queued', 'running', 'succeeded') \
         ORDER BY id DESC LIMIT 1";
-    on!(tx, t => sqlx::query_scalar(SQL).bind(fingerprint).fetch_optional(&mut **t).await)
+    on!(tx, t => sqlx::query_scalar(SQL).bind(fingerprint).bind(group).fetch_optional(&mut **t).await)
 }
 
 pub async fn insert(tx: &mut Tx, job: &NewJob<'_>) -> sqlx::Result<()> {
     const SQL: &str = "\
         INSERT INTO job (id, ride_id, bike, fingerprint, request, summary, state, stage, revision, \
-                         trials_total, trials_done, takeovers, created_at) \
-        VALUES ($1, $2, $3, $4, $5, $6, 'queued', 'observe', 1, $7, 0, 0, $8)";
+                         trials_total, trials_done, takeovers, created_at, group_name, key_id) \
+        VALUES ($1, $2, $3, $4, $5, $6, 'queued', 'observe', 1, $7, 0, 0, $8, $9, $10)";
     let trials = job.request.options.settings.trials as i64;
     on!(tx, t => sqlx::query(SQL)
         .bind(job.id)
@@ -239,6 +255,8 @@ pub async fn insert(tx: &mut Tx, job: &NewJob<'_>) -> sqlx::Result<()> {
         .bind(Json(job.summary))
         .bind(trials)
         .bind(now_ms())
+        .bind(job.group)
+        .bind(job.key)
         .execute(&mut **t)
         .await
         .map(drop))
@@ -350,6 +368,12 @@ pub async fn count_takeover(tx: &mut Tx, id: Uuid) -> sqlx::Result<Option<i64>> 
         UPDATE job SET takeovers = takeovers + 1 \
         WHERE id = $1 AND state IN ('queued', 'running') RETURNING takeovers";
     on!(tx, t => sqlx::query_scalar(SQL).bind(id).fetch_optional(&mut **t).await)
+}
+
+/// Number of jobs that are not at their end.
+pub async fn unfinished(tx: &mut Tx) -> sqlx::Result<i64> {
+    const SQL: &str = "SELECT COUNT(*) FROM job WHERE state IN ('queued', 'running')";
+    on!(tx, t => sqlx::query_scalar(SQL).fetch_one(&mut **t).await)
 }
 
 /// Number of jobs in each state.

@@ -23,10 +23,21 @@ pub enum MigrateError {
 impl Db {
     /// Brings our tables and River's up to date. Neither migrator bears company, so PostgreSQL holds
     /// an advisory lock around both; on SQLite the caller holds the data folder's file lock.
+    ///
+    /// SQLite changes a key by building the table anew. References are not enforced meanwhile, or
+    /// dropping the old table would take along the rows that point to it.
     pub async fn migrate(&self) -> Result<(), MigrateError> {
         match self {
             Db::Sqlite { write, .. } => {
-                SQLITE.run(write).await?;
+                let mut connection = write.acquire().await?;
+                sqlx::query("PRAGMA foreign_keys = OFF")
+                    .execute(&mut *connection)
+                    .await?;
+                SQLITE.run(&mut *connection).await?;
+                sqlx::query("PRAGMA foreign_keys = ON")
+                    .execute(&mut *connection)
+                    .await?;
+                drop(connection);
                 SqliteMigrator::new(write.clone()).migrate_up().await?;
             }
             Db::Postgres { write: pool, .. } => {
@@ -51,6 +62,9 @@ impl Db {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Migrations that each database makes in its own way; tests/upgrade.rs compares the outcome.
+    const OWN_WAY: [i64; 1] = [4];
 
     /// The PostgreSQL text of a SQLite migration.
     fn translated(sqlite: &str) -> String {
@@ -84,6 +98,9 @@ mod tests {
         assert_eq!(SQLITE.iter().count(), POSTGRES.iter().count());
         for (ours, theirs) in SQLITE.iter().zip(POSTGRES.iter()) {
             assert_eq!(ours.version, theirs.version);
+            if OWN_WAY.contains(&ours.version) {
+                continue;
+            }
             let (ours, theirs) = (ours.sql.as_str(), theirs.sql.as_str());
             assert_eq!(translated(ours), theirs.trim_end(), "apart from the types");
         }

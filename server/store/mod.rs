@@ -24,6 +24,7 @@ pub mod bike;
 mod connect;
 pub mod idempotency_key;
 pub mod job;
+pub mod key;
 mod migrate;
 pub mod parameter;
 pub mod result;

@@ -48,9 +48,10 @@ pub struct Parameter {
     pub unit: String,
 }
 
-/// Which parameters a list holds; absent means any.
+/// Which parameters of a group a list holds; absent means any.
 #[derive(Default)]
 pub struct Filter<'a> {
+    pub group: &'a str,
     pub bike: Option<&'a str>,
     pub method: Option<&'a str>,
     pub axle: Option<&'a str>,
@@ -77,14 +78,15 @@ pub struct Key {
 pub async fn insert(
     tx: &mut Tx,
     job: Uuid,
+    group: &str,
     bike: &str,
     verdict: Option<&str>,
     parameters: &[Parameter],
 ) -> sqlx::Result<()> {
     const SQL: &str = "\
         INSERT INTO parameter (job_id, method, axle, name, bike, value, std_error, unit, verdict, \
-                               version, identified_at) \
-        VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)";
+                               version, identified_at, group_name) \
+        VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12)";
     let now = now_ms();
     for parameter in parameters {
         on!(&mut *tx, t => sqlx::query(SQL)
@@ -99,6 +101,7 @@ pub async fn insert(
             .bind(verdict)
             .bind(env!("CARGO_PKG_VERSION"))
             .bind(now)
+            .bind(group)
             .execute(&mut **t)
             .await
             .map(drop))?;
@@ -115,7 +118,8 @@ pub async fn page(db: &Db, filter: &Filter<'_>, limit: i64) -> sqlx::Result<Vec<
     }
     macro_rules! query {
         ($pool:expr) => {{
-            let mut query = QueryBuilder::new(concat!(select!(), "WHERE 1 = 1"));
+            let mut query = QueryBuilder::new(concat!(select!(), "WHERE group_name = "));
+            query.push_bind(filter.group);
             for (column, value) in [
                 (" AND bike = ", filter.bike),
                 (" AND name = ", filter.name),
@@ -182,16 +186,20 @@ fn first_id_at(epoch_ms: i64) -> Uuid {
 
 /// Stiffness and damping of a bike's latest rides: by the extended model where there is one, else by
 /// output error.
-pub async fn best_of_bike(db: &Db, bike: &str, rides: i64) -> sqlx::Result<Vec<ParameterRow>> {
+pub async fn best_of_bike(
+    db: &Db,
+    group: &str,
+    bike: &str,
+    rides: i64,
+) -> sqlx::Result<Vec<ParameterRow>> {
     // CROSS JOIN keeps SQLite from walking all that was ever identified of the bike.
     const SQL: &str = "\
         SELECT job_id, method, axle, name, bike, value, std_error, unit, verdict, version, identified_at \
-        FROM (SELECT id FROM job WHERE bike = $1 AND state = 'succeeded' ORDER BY id DESC LIMIT $2) AS latest \
+        FROM (SELECT id FROM job WHERE group_name = $3 AND bike = $1 AND state = 'succeeded' ORDER BY id DESC LIMIT $2) AS latest \
         CROSS JOIN parameter \
         WHERE job_id = latest.id AND method IN ('extended', 'output_error') AND name IN ('k_n_m', 'b_n_s_m') \
         ORDER BY job_id, axle, name, method";
-    let mut rows: Vec<ParameterRow> =
-        on!(read db, p => sqlx::query_as(SQL).bind(bike).bind(rides).fetch_all(p).await)?;
+    let mut rows: Vec<ParameterRow> = on!(read db, p => sqlx::query_as(SQL).bind(bike).bind(rides).bind(group).fetch_all(p).await)?;
     // `extended` sorts first.
     rows.dedup_by(|a, b| (a.job_id, &a.axle, &a.name) == (b.job_id, &b.axle, &b.name));
     Ok(rows)

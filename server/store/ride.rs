@@ -13,13 +13,20 @@ pub struct RideRow {
 }
 
 const UPSERT: &str = "\
-    INSERT INTO ride (id, sha256, name, bytes, uploaded_at) VALUES ($1, $2, $3, $4, $5) \
-    ON CONFLICT (sha256, name) DO UPDATE SET bytes = excluded.bytes RETURNING id";
+    INSERT INTO ride (id, group_name, sha256, name, bytes, uploaded_at) VALUES ($1, $2, $3, $4, $5, $6) \
+    ON CONFLICT (group_name, sha256, name) DO UPDATE SET bytes = excluded.bytes RETURNING id";
 
 /// Records a file that lies in the store; the same bytes under the same name stay one ride.
-pub async fn upsert(tx: &mut Tx, sha256: &str, name: &str, bytes: i64) -> sqlx::Result<Uuid> {
+pub async fn upsert(
+    tx: &mut Tx,
+    group: &str,
+    sha256: &str,
+    name: &str,
+    bytes: i64,
+) -> sqlx::Result<Uuid> {
     on!(tx, t => sqlx::query_scalar(UPSERT)
         .bind(Uuid::now_v7())
+        .bind(group)
         .bind(sha256)
         .bind(name)
         .bind(bytes)
@@ -28,7 +35,8 @@ pub async fn upsert(tx: &mut Tx, sha256: &str, name: &str, bytes: i64) -> sqlx::
         .await)
 }
 
-pub async fn find(db: &Db, id: Uuid) -> sqlx::Result<Option<RideRow>> {
-    const SQL: &str = "SELECT sha256, name, bytes, uploaded_at FROM ride WHERE id = $1";
-    on!(read db, p => sqlx::query_as(SQL).bind(id).fetch_optional(p).await)
+pub async fn find(db: &Db, group: &str, id: Uuid) -> sqlx::Result<Option<RideRow>> {
+    const SQL: &str =
+        "SELECT sha256, name, bytes, uploaded_at FROM ride WHERE id = $1 AND group_name = $2";
+    on!(read db, p => sqlx::query_as(SQL).bind(id).bind(group).fetch_optional(p).await)
 }

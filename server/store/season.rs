@@ -10,6 +10,7 @@ use veloid_engine::bicycle::Bike;
 use veloid_engine::ride::RideSummary;
 
 use super::job::Request;
+use super::key::HOME;
 use super::parameter::METHODS;
 use super::{Db, bike, now_ms, ride};
 use crate::options::Options;
@@ -90,9 +91,9 @@ impl Season {
                 mass_rear_kg: Some(63.0),
                 ..Bike::default()
             };
-            bike::upsert(&mut tx, name, &file).await?;
+            bike::upsert(&mut tx, HOME, name, &file).await?;
         }
-        let file = ride::upsert(&mut tx, "season", "season", 0).await?;
+        let file = ride::upsert(&mut tx, HOME, "season", "season", 0).await?;
         tx.commit().await?;
         let own: Vec<[f64; 4]> = (0..self.bikes)
             .map(|_| std::array::from_fn(|_| 1.0 + 0.04 * self.normal()))
@@ -182,13 +183,13 @@ async fn write(db: &Db, ride: Uuid, outings: &[Outing]) -> sqlx::Result<()> {
             for part in outings.chunks(1000) {
                 let mut query = QueryBuilder::new(
                     "INSERT INTO job (id, ride_id, bike, fingerprint, request, summary, state, stage, revision, \
-                     trials_total, trials_done, takeovers, verdict, created_at, finished_at) ",
+                     trials_total, trials_done, takeovers, verdict, created_at, finished_at, group_name) ",
                 );
                 query.push_values(part, |mut row, outing| {
                     row.push_bind(outing.id).push_bind(ride).push_bind(&outing.bike).push_bind("");
                     row.push_bind(Json(&request)).push_bind(Json(&summary));
                     row.push("'succeeded', 'diagnose', 1, 10, 10, 0");
-                    row.push_bind(outing.verdict).push_bind(outing.at).push_bind(outing.at);
+                    row.push_bind(outing.verdict).push_bind(outing.at).push_bind(outing.at).push_bind(HOME);
                 });
                 query.build().execute(&mut **$tx).await?;
             }
@@ -196,12 +197,12 @@ async fn write(db: &Db, ride: Uuid, outings: &[Outing]) -> sqlx::Result<()> {
             for part in rows.chunks(2500) {
                 let mut query = QueryBuilder::new(
                     "INSERT INTO parameter (job_id, method, axle, name, bike, value, std_error, unit, verdict, \
-                     version, identified_at) ",
+                     version, identified_at, group_name) ",
                 );
                 query.push_values(part, |mut row, (outing, (method, axle, name, value, error, unit))| {
                     row.push_bind(outing.id).push_bind(*method).push_bind(*axle).push_bind(*name);
                     row.push_bind(&outing.bike).push_bind(*value).push_bind(*error).push_bind(*unit);
-                    row.push_bind(outing.verdict).push_bind(env!("CARGO_PKG_VERSION")).push_bind(outing.at);
+                    row.push_bind(outing.verdict).push_bind(env!("CARGO_PKG_VERSION")).push_bind(outing.at).push_bind(HOME);
                 });
                 query.build().execute(&mut **$tx).await?;
             }

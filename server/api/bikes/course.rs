@@ -2,6 +2,7 @@ use axum::Json;
 use axum::extract::State;
 
 use crate::api::App;
+use crate::api::access::Caller;
 use crate::api::extract::Path;
 use crate::api::problem::Problem;
 use crate::fleet::{self, BikeHistory};
@@ -19,10 +20,15 @@ pub const RIDES: i64 = 500;
         (status = 404, description = "No such bike", body = Problem, content_type = "application/problem+json")))]
 pub async fn course(
     State(server): App,
+    caller: Caller,
     Path(name): Path<String>,
 ) -> Result<Json<BikeHistory>, Problem> {
-    if bike::find(&server.db, &name).await?.is_none() {
+    if bike::find(&server.db, &caller.group, &name)
+        .await?
+        .is_none()
+    {
         return Err(Problem::not_found("the bike"));
     }
-    Ok(Json(fleet::history(&server.db, &name, RIDES).await?))
+    let history = fleet::history(&server.db, &caller.group, &name, RIDES).await?;
+    Ok(Json(history))
 }

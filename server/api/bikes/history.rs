@@ -2,6 +2,7 @@ use axum::extract::{OriginalUri, State};
 use axum::response::Response;
 
 use crate::api::App;
+use crate::api::access::Caller;
 use crate::api::extract::{Path, Query};
 use crate::api::list::Page;
 use crate::api::parameters::{ParameterView, Params, respond};
@@ -18,13 +19,17 @@ use crate::store::bike;
         (status = 404, description = "No such bike", body = Problem, content_type = "application/problem+json")))]
 pub async fn history(
     State(server): App,
+    caller: Caller,
     OriginalUri(uri): OriginalUri,
     Path(name): Path<String>,
     Query(mut params): Query<Params>,
 ) -> Result<Response, Problem> {
-    if bike::find(&server.db, &name).await?.is_none() {
+    if bike::find(&server.db, &caller.group, &name)
+        .await?
+        .is_none()
+    {
         return Err(Problem::not_found("the bike"));
     }
     params.bike = Some(name);
-    respond(&server, &uri, &params).await
+    respond(&server, &caller.group, &uri, &params).await
 }

@@ -5,6 +5,7 @@ use utoipa::IntoParams;
 
 use super::view::BikeView;
 use crate::api::App;
+use crate::api::access::Caller;
 use crate::api::extract::Query;
 use crate::api::list::{Page, limit, without_cursor};
 use crate::api::problem::Problem;
@@ -27,12 +28,13 @@ pub struct Params {
         (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json")))]
 pub async fn list(
     State(server): App,
+    caller: Caller,
     OriginalUri(uri): OriginalUri,
     Query(params): Query<Params>,
 ) -> Result<Response, Problem> {
     let after = params.cursor.unwrap_or_default();
     let limit = limit(params.limit)?;
-    let rows = bike::page(&server.db, &after, limit + 1).await?;
+    let rows = bike::page(&server.db, &caller.group, &after, limit + 1).await?;
     let cursor = |row: &bike::BikeRow| row.name.clone();
     let page = Page::cut(rows, limit, cursor, BikeView::from);
     Ok(page.respond(&without_cursor(&uri)))

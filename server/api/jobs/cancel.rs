@@ -4,6 +4,7 @@ use uuid::Uuid;
 
 use super::view::{JobView, find};
 use crate::api::App;
+use crate::api::access::Caller;
 use crate::api::extract::Path;
 use crate::api::problem::{Kind, Problem};
 use crate::jobs::give_up;
@@ -15,14 +16,19 @@ use crate::store::job::State as JobState;
         (status = 200, description = "Cancelled, now or before", body = JobView),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
         (status = 409, description = "The job has succeeded or failed", body = Problem, content_type = "application/problem+json")))]
-pub async fn cancel(State(server): App, Path(id): Path<Uuid>) -> Result<Json<JobView>, Problem> {
+pub async fn cancel(
+    State(server): App,
+    caller: Caller,
+    Path(id): Path<Uuid>,
+) -> Result<Json<JobView>, Problem> {
+    find(&server.db, &caller.group, id).await?;
     let mut tx = server.db.begin().await?;
     let cancelled = give_up(&server.queue, &mut tx, id, None).await?;
     tx.commit().await?;
     if cancelled {
         server.hub.close(id);
     }
-    let view = find(&server.db, id).await?;
+    let view = find(&server.db, &caller.group, id).await?;
     match view.state {
         JobState::Cancelled => Ok(Json(view)),
         state => Err(Problem::new(

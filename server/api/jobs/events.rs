@@ -12,6 +12,7 @@ use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::view::{JobView, find};
+use crate::api::access::Caller;
 use crate::api::extract::Path;
 use crate::api::problem::Problem;
 use crate::api::{App, Server};
@@ -52,19 +53,21 @@ pub struct Curve {
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn events(
     State(server): App,
+    caller: Caller,
     Path(id): Path<Uuid>,
     headers: HeaderMap,
 ) -> Result<Sse<impl Stream<Item = Result<Event, Infallible>>>, Problem> {
     let last = headers
         .get("last-event-id")
         .and_then(|value| server.hub.parse_event_id(value.to_str().ok()?));
-    find(&server.db, id).await?;
+    find(&server.db, &caller.group, id).await?;
     let keep_alive = KeepAlive::new().interval(Duration::from_secs(15));
-    Ok(Sse::new(stream(server, id, last)).keep_alive(keep_alive))
+    Ok(Sse::new(stream(server, caller.group, id, last)).keep_alive(keep_alive))
 }
 
 fn stream(
     server: Arc<Server>,
+    group: String,
     id: Uuid,
     last: Option<u64>,
 ) -> impl Stream<Item = Result<Event, Infallible>> {
@@ -73,7 +76,7 @@ fn stream(
         let subscription = server.hub.subscribe(id, last);
         let mut receiver = subscription.receiver;
         let mut event_id = subscription.last_id;
-        let Ok(mut view) = find(&server.db, id).await else { return };
+        let Ok(mut view) = find(&server.db, &group, id).await else { return };
         match subscription.missed {
             Some(missed) => for (event_id, iteration) in missed {
                 yield Ok(event(&server, event_id, "iteration", &iteration));
@@ -103,12 +106,12 @@ fn stream(
                 Err(RecvError::Lagged(_)) => return,
                 Err(RecvError::Closed) => tokio::time::sleep(LOOK).await,
             }
-            match job::revision(&server.db, id).await {
+            match job::revision(&server.db, &group, id).await {
                 Ok(Some((revision, _))) if revision == view.revision => continue,
                 Ok(Some(_)) => {}
                 _ => return,
             }
-            let Ok(now) = find(&server.db, id).await else { return };
+            let Ok(now) = find(&server.db, &group, id).await else { return };
             view = now;
             if !view.state.is_final() {
                 yield Ok(event(&server, event_id, "stage", &view));

@@ -11,6 +11,7 @@ use utoipa::IntoParams;
 use uuid::Uuid;
 
 use super::view::{JobView, find, no_such_job};
+use crate::api::access::Caller;
 use crate::api::extract::{Path, Query, etag, matches, not_modified, tagged};
 use crate::api::problem::{Kind, Problem};
 use crate::api::{App, Server};
@@ -42,6 +43,7 @@ pub struct Params {
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn get(
     State(server): App,
+    caller: Caller,
     Path(id): Path<Uuid>,
     Query(params): Query<Params>,
     headers: HeaderMap,
@@ -52,18 +54,19 @@ pub async fn get(
         return Err(Problem::new(Kind::BadRequest, detail));
     }
     let until = Instant::now() + Duration::from_secs_f64(wait.min(LONGEST));
-    let revision = settled(&server, id, &headers, until).await?;
+    let revision = settled(&server, &caller.group, id, &headers, until).await?;
     let tag = etag(revision);
     if matches(&headers, &tag) {
         return Ok(not_modified(&tag));
     }
-    let view: JobView = find(&server.db, id).await?;
+    let view: JobView = find(&server.db, &caller.group, id).await?;
     Ok(tagged(&etag(view.revision), Json(view)))
 }
 
 /// The revision once it is worth an answer, or when the time is up.
 async fn settled(
     server: &Server,
+    group: &str,
     id: Uuid,
     headers: &HeaderMap,
     until: Instant,
@@ -71,7 +74,7 @@ async fn settled(
     let conditional = headers.contains_key(header::IF_NONE_MATCH);
     let mut changes = server.hub.subscribe(id, None).receiver;
     loop {
-        let (revision, is_final) = job::revision(&server.db, id)
+        let (revision, is_final) = job::revision(&server.db, group, id)
             .await?
             .ok_or_else(no_such_job)?;
         let news = conditional && !matches(headers, &etag(revision));

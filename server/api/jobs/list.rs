@@ -6,6 +6,7 @@ use uuid::Uuid;
 
 use super::view::JobView;
 use crate::api::App;
+use crate::api::access::Caller;
 use crate::api::extract::Query;
 use crate::api::list::{Page, limit, without_cursor};
 use crate::api::problem::Problem;
@@ -36,10 +37,12 @@ pub struct Params {
         (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json")))]
 pub async fn list(
     State(server): App,
+    caller: Caller,
     OriginalUri(uri): OriginalUri,
     Query(params): Query<Params>,
 ) -> Result<Response, Problem> {
     let filter = job::Filter {
+        group: &caller.group,
         state: params.state,
         bike: params.bike.as_deref(),
         verdict: params.verdict.as_deref(),

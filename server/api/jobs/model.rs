@@ -13,6 +13,7 @@ use super::matlab;
 use super::report::not_finished;
 use super::view::no_such_job;
 use crate::api::App;
+use crate::api::access::Caller;
 use crate::api::extract::{Path, Query};
 use crate::api::problem::Problem;
 use crate::store::{job, result};
@@ -61,10 +62,13 @@ pub struct IdentifiedModel {
         (status = 409, description = "The job has no report (yet)", body = Problem, content_type = "application/problem+json")))]
 pub async fn model(
     State(server): App,
+    caller: Caller,
     Path(id): Path<Uuid>,
     Query(params): Query<Params>,
 ) -> Result<Response, Problem> {
-    let job = job::find(&server.db, id).await?.ok_or_else(no_such_job)?;
+    let job = job::find(&server.db, &caller.group, id)
+        .await?
+        .ok_or_else(no_such_job)?;
     let text = result::text(&server.db, id, result::REPORT)
         .await?
         .ok_or_else(not_finished)?;

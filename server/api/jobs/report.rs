@@ -6,6 +6,7 @@ use veloid_engine::report::Report;
 
 use super::view::no_such_job;
 use crate::api::App;
+use crate::api::access::Caller;
 use crate::api::extract::{Path, etag, matches, not_modified, tagged};
 use crate::api::problem::{Kind, Problem};
 use crate::store::{job, result};
@@ -19,10 +20,11 @@ use crate::store::{job, result};
         (status = 409, description = "The job has no report (yet)", body = Problem, content_type = "application/problem+json")))]
 pub async fn report(
     State(server): App,
+    caller: Caller,
     Path(id): Path<Uuid>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let (revision, _) = job::revision(&server.db, id)
+    let (revision, _) = job::revision(&server.db, &caller.group, id)
         .await?
         .ok_or_else(no_such_job)?;
     let tag = etag(revision);

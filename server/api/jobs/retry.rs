@@ -6,6 +6,7 @@ use uuid::Uuid;
 
 use super::view::{JobView, find};
 use crate::api::App;
+use crate::api::access::Caller;
 use crate::api::extract::Path;
 use crate::api::problem::{Kind, Problem};
 use crate::store::{job, result, trial};
@@ -15,10 +16,16 @@ use crate::store::{job, result, trial};
     responses(
         (status = 202, description = "Queued again", body = JobView, headers(("Location" = String))),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
-        (status = 409, description = "The job has neither failed nor been cancelled", body = Problem, content_type = "application/problem+json")))]
-pub async fn retry(State(server): App, Path(id): Path<Uuid>) -> Result<impl IntoResponse, Problem> {
-    let before = find(&server.db, id).await?;
+        (status = 409, description = "The job has neither failed nor been cancelled", body = Problem, content_type = "application/problem+json"),
+        (status = 503, description = "The queue is full", body = Problem, content_type = "application/problem+json", headers(("Retry-After" = u32)))))]
+pub async fn retry(
+    State(server): App,
+    caller: Caller,
+    Path(id): Path<Uuid>,
+) -> Result<impl IntoResponse, Problem> {
+    let before = find(&server.db, &caller.group, id).await?;
     let mut tx = server.db.begin().await?;
+    caller.may_queue(&mut tx).await?;
     if !job::reset(&mut tx, id).await? {
         return Err(Problem::new(
             Kind::WrongState,
@@ -34,7 +41,7 @@ pub async fn retry(State(server): App, Path(id): Path<Uuid>) -> Result<impl Into
     job::enter(&mut tx, id, job::Stage::Observe, row).await?;
     tx.commit().await?;
     server.queue.wake();
-    let view: JobView = find(&server.db, id).await?;
+    let view: JobView = find(&server.db, &caller.group, id).await?;
     let location = [(header::LOCATION, view.links.job.clone())];
     Ok((StatusCode::ACCEPTED, location, Json(view)))
 }

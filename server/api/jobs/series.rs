@@ -9,6 +9,7 @@ use veloid_engine::report::{Quantity, Report, Series, Window};
 
 use super::report::not_finished;
 use super::view::no_such_job;
+use crate::api::access::Caller;
 use crate::api::extract::{Path, Query, etag, matches, not_modified, tagged};
 use crate::api::problem::{Kind, Problem};
 use crate::api::{App, Server};
@@ -42,6 +43,7 @@ pub struct Params {
         (status = 409, description = "The job has no report (yet)", body = Problem, content_type = "application/problem+json")))]
 pub async fn series(
     State(server): App,
+    caller: Caller,
     Path(id): Path<Uuid>,
     Query(params): Query<Params>,
     headers: HeaderMap,
@@ -51,7 +53,9 @@ pub async fn series(
         let detail = format!("points: {points}, expected 2 to {MOST_POINTS}");
         return Err(Problem::new(Kind::BadRequest, detail));
     }
-    let job = job::find(&server.db, id).await?.ok_or_else(no_such_job)?;
+    let job = job::find(&server.db, &caller.group, id)
+        .await?
+        .ok_or_else(no_such_job)?;
     let tag = etag(job.revision);
     if matches(&headers, &tag) {
         return Ok(not_modified(&tag));

@@ -6,6 +6,7 @@ use uuid::Uuid;
 use veloid_engine::report::Trial;
 
 use super::view::no_such_job;
+use crate::api::access::Caller;
 use crate::api::extract::Path;
 use crate::api::problem::Problem;
 use crate::api::{App, time};
@@ -32,8 +33,12 @@ pub struct TrialList {
     responses(
         (status = 200, description = "The trials in the order of their seeds", body = TrialList),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
-pub async fn trials(State(server): App, Path(id): Path<Uuid>) -> Result<Json<TrialList>, Problem> {
-    job::revision(&server.db, id)
+pub async fn trials(
+    State(server): App,
+    caller: Caller,
+    Path(id): Path<Uuid>,
+) -> Result<Json<TrialList>, Problem> {
+    job::revision(&server.db, &caller.group, id)
         .await?
         .ok_or_else(no_such_job)?;
     let rows = trial::list(&server.db, id).await?;

@@ -126,9 +126,9 @@ fn progress(row: &JobRow) -> f64 {
     }
 }
 
-/// The job, or the problem that there is none.
-pub async fn find(db: &Db, id: Uuid) -> Result<JobView, Problem> {
-    let row = job::find(db, id).await?;
+/// The group's job, or the problem that there is none.
+pub async fn find(db: &Db, group: &str, id: Uuid) -> Result<JobView, Problem> {
+    let row = job::find(db, group, id).await?;
     row.map(JobView::from).ok_or_else(no_such_job)
 }
 

@@ -5,6 +5,7 @@ use axum::response::{IntoResponse, Response};
 use uuid::Uuid;
 
 use crate::api::App;
+use crate::api::access::Caller;
 use crate::api::extract::{Path, matches, not_modified, tagged};
 use crate::api::problem::Problem;
 use crate::store::ride;
@@ -17,10 +18,11 @@ use crate::store::ride;
         (status = 404, description = "No such ride", body = Problem, content_type = "application/problem+json")))]
 pub async fn file(
     State(server): App,
+    caller: Caller,
     Path(id): Path<Uuid>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let ride = ride::find(&server.db, id)
+    let ride = ride::find(&server.db, &caller.group, id)
         .await?
         .ok_or_else(|| Problem::not_found("the ride"))?;
     let etag = format!("\"{}\"", ride.sha256);

@@ -4,6 +4,7 @@ use serde::Serialize;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
+use crate::api::access::Caller;
 use crate::api::extract::Path;
 use crate::api::jobs::view::JobView;
 use crate::api::list::MOST;
@@ -32,11 +33,16 @@ pub struct RideView {
     responses(
         (status = 200, description = "The ride", body = RideView),
         (status = 404, description = "No such ride", body = Problem, content_type = "application/problem+json")))]
-pub async fn get(State(server): App, Path(id): Path<Uuid>) -> Result<Json<RideView>, Problem> {
-    let ride = ride::find(&server.db, id)
+pub async fn get(
+    State(server): App,
+    caller: Caller,
+    Path(id): Path<Uuid>,
+) -> Result<Json<RideView>, Problem> {
+    let ride = ride::find(&server.db, &caller.group, id)
         .await?
         .ok_or_else(|| Problem::not_found("the ride"))?;
     let filter = job::Filter {
+        group: &caller.group,
         ride: Some(id),
         ..job::Filter::default()
     };

@@ -4,6 +4,7 @@ use veloid_engine::ride::{self, Preview};
 
 use super::receive::receive;
 use crate::api::App;
+use crate::api::access::Caller;
 use crate::api::problem::Problem;
 use crate::options::Options;
 
@@ -17,8 +18,12 @@ use crate::options::Options;
         (status = 400, description = "Malformed request", body = Problem, content_type = "application/problem+json"),
         (status = 413, description = "Too large", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "The file is no table, or an option is not allowed", body = Problem, content_type = "application/problem+json")))]
-pub async fn preview(State(server): App, request: Request) -> Result<Json<Preview>, Problem> {
-    let mut received = receive(&server, request).await?;
+pub async fn preview(
+    State(server): App,
+    caller: Caller,
+    request: Request,
+) -> Result<Json<Preview>, Problem> {
+    let mut received = receive(&server, &caller, request).await?;
     let options = Options::try_from(std::mem::take(&mut received.options))?;
     let _permit = server.readers.acquire().await.map_err(Problem::internal)?;
     let bytes = received.incoming.contents().await?;

@@ -10,6 +10,7 @@ use multer::{Field, Multipart};
 use serde_json::{Map, Value};
 
 use crate::api::Server;
+use crate::api::access::Caller;
 use crate::api::problem::{Kind, Problem};
 use crate::files::Incoming;
 use crate::options::Options;
@@ -33,10 +34,15 @@ pub struct Received {
 }
 
 /// Receives a multipart form or a raw body.
-pub async fn receive(server: &Server, request: Request) -> Result<Received, Problem> {
+pub async fn receive(
+    server: &Server,
+    caller: &Caller,
+    request: Request,
+) -> Result<Received, Problem> {
+    let limit = caller.max_upload(server.max_upload);
     let (head, body) = request.into_parts();
     let mut body = body.into_data_stream();
-    let outcome = parts(server, &head.headers, head.uri.query(), &mut body).await;
+    let outcome = parts(server, limit, &head.headers, head.uri.query(), &mut body).await;
     if outcome.is_err() {
         // The client may still be sending; closing on it now could cost it the answer.
         tokio::spawn(tokio::time::timeout(DRAIN_TIME, drain(body)));
@@ -56,14 +62,15 @@ async fn drain(mut body: BodyDataStream) {
 
 async fn parts(
     server: &Server,
+    limit: u64,
     headers: &HeaderMap,
     query: Option<&str>,
     body: &mut BodyDataStream,
 ) -> Result<Parts, Problem> {
     let text = |name| headers.get(name).and_then(|value| value.to_str().ok());
     let length: Option<u64> = text(header::CONTENT_LENGTH).and_then(|text| text.parse().ok());
-    if length.is_some_and(|length| length > server.max_upload + SMALL as u64 * 4) {
-        return Err(too_large(server.max_upload));
+    if length.is_some_and(|length| length > limit + SMALL as u64 * 4) {
+        return Err(too_large(limit));
     }
     let mut parts = Parts::default();
     for (key, value) in form_urlencoded::parse(query.unwrap_or_default().as_bytes()) {
@@ -73,15 +80,16 @@ async fn parts(
     let kind = text(header::CONTENT_TYPE).unwrap_or_default();
     if kind.starts_with("multipart/form-data") {
         let boundary = multer::parse_boundary(kind)?;
-        from_form(server, Multipart::new(body, boundary), &mut parts).await?;
+        from_form(server, limit, Multipart::new(body, boundary), &mut parts).await?;
     } else {
-        parts.incoming = Some(store(server, body).await?);
+        parts.incoming = Some(store(server, limit, body).await?);
     }
     Ok(parts)
 }
 
 async fn from_form(
     server: &Server,
+    limit: u64,
     mut form: Multipart<'_>,
     parts: &mut Parts,
 ) -> Result<(), Problem> {
@@ -101,13 +109,13 @@ async fn from_form(
         if let Some(name) = field.file_name() {
             parts.name = Some(name.to_owned());
         }
-        parts.incoming = Some(store(server, field).await?);
+        parts.incoming = Some(store(server, limit, field).await?);
     }
     Ok(())
 }
 
 /// Writes a stream to disk as it comes, up to the limit.
-async fn store<S, E>(server: &Server, stream: S) -> Result<Incoming, Problem>
+async fn store<S, E>(server: &Server, limit: u64, stream: S) -> Result<Incoming, Problem>
 where
     S: Stream<Item = Result<Bytes, E>>,
     E: std::fmt::Display,
@@ -118,8 +126,8 @@ where
         let chunk = chunk.map_err(|error| {
             Problem::new(Kind::BadRequest, format!("the upload broke off: {error}"))
         })?;
-        if incoming.bytes() + chunk.len() as u64 > server.max_upload {
-            return Err(too_large(server.max_upload));
+        if incoming.bytes() + chunk.len() as u64 > limit {
+            return Err(too_large(limit));
         }
         incoming.write(&chunk).await?;
     }

@@ -8,6 +8,7 @@ use veloid_engine::bicycle::Bike;
 
 use super::receive::Received;
 use crate::api::Server;
+use crate::api::access::Caller;
 use crate::api::problem::{Kind, Problem};
 use crate::files::hex;
 use crate::jobs;
@@ -23,12 +24,13 @@ const LONGEST_NAME: usize = 200;
 /// The job of this upload: a new one, or the one that the same request has already.
 pub async fn submit(
     server: &Arc<Server>,
+    caller: &Caller,
     mut received: Received,
     key: Option<&str>,
 ) -> Result<Uuid, Problem> {
     let options = Options::try_from(std::mem::take(&mut received.options))?;
     options.validate()?;
-    let bike = the_bike(server, received.bike.as_deref()).await?;
+    let bike = the_bike(server, caller, received.bike.as_deref()).await?;
     let request = Request { bike, options };
 
     let name = fleet_name(&request.bike)?;
@@ -43,7 +45,7 @@ pub async fn submit(
 
     let mut tx = server.db.begin().await?;
     if let Some(key) = key
-        && let Some((used_for, id)) = idempotency_key::find(&mut tx, key).await?
+        && let Some((used_for, id)) = idempotency_key::find(&mut tx, &caller.group, key).await?
     {
         if used_for == fingerprint {
             return Ok(id);
@@ -55,16 +57,20 @@ pub async fn submit(
     }
     let equal = match received.again {
         true => None,
-        false => job::find_equal(&mut tx, &fingerprint).await?,
+        false => job::find_equal(&mut tx, &caller.group, &fingerprint).await?,
     };
     let id = match equal {
         Some(id) => id,
         None => {
-            bike::upsert(&mut tx, name, &request.bike).await?;
+            caller.may_queue(&mut tx).await?;
+            bike::upsert(&mut tx, &caller.group, name, &request.bike).await?;
+            let bytes = kept.bytes as i64;
             let ride =
-                ride::upsert(&mut tx, &kept.sha256, &received.name, kept.bytes as i64).await?;
+                ride::upsert(&mut tx, &caller.group, &kept.sha256, &received.name, bytes).await?;
             let new = NewJob {
                 id: Uuid::now_v7(),
+                group: &caller.group,
+                key: caller.key,
                 ride,
                 bike: name,
                 fingerprint: &fingerprint,
@@ -78,7 +84,7 @@ pub async fn submit(
         }
     };
     if let Some(key) = key {
-        idempotency_key::insert(&mut tx, key, &fingerprint, id).await?;
+        idempotency_key::insert(&mut tx, &caller.group, key, &fingerprint, id).await?;
     }
     tx.commit().await?;
     server.rides.put(&kept.sha256, &request, Arc::new(parsed));
@@ -101,7 +107,7 @@ fn fleet_name(bike: &Bike) -> Result<&str, Problem> {
 }
 
 /// The bike file that came along, or the fleet's bike of that name.
-async fn the_bike(server: &Server, text: Option<&str>) -> Result<Bike, Problem> {
+async fn the_bike(server: &Server, caller: &Caller, text: Option<&str>) -> Result<Bike, Problem> {
     let Some(text) = text else {
         return Err(Problem::new(
             Kind::BadBike,
@@ -111,7 +117,7 @@ async fn the_bike(server: &Server, text: Option<&str>) -> Result<Bike, Problem> 
     if text.starts_with('{') {
         return Ok(Bike::from_json(text)?);
     }
-    let known = bike::find(&server.db, text).await?;
+    let known = bike::find(&server.db, &caller.group, text).await?;
     known.map(|row| row.document.0).ok_or_else(|| {
         Problem::new(
             Kind::BadBike,

@@ -9,6 +9,7 @@ use uuid::Uuid;
 
 use super::receive::receive;
 use super::submit::submit;
+use crate::api::access::Caller;
 use crate::api::jobs::view::{JobView, find};
 use crate::api::problem::Problem;
 use crate::api::{App, Server};
@@ -51,10 +52,15 @@ pub struct Upload {
             ("Retry-After" = u32, description = "Seconds to wait before asking again"))),
         (status = 400, description = "Malformed request", body = Problem, content_type = "application/problem+json"),
         (status = 413, description = "Too large", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "Ride, bike or options cannot be used", body = Problem, content_type = "application/problem+json")))]
-pub async fn upload(State(server): App, request: Request) -> Result<impl IntoResponse, Problem> {
-    let id = submit_upload(&server, request).await?;
-    let job = find(&server.db, id).await?;
+        (status = 422, description = "Ride, bike or options cannot be used", body = Problem, content_type = "application/problem+json"),
+        (status = 503, description = "The queue is full", body = Problem, content_type = "application/problem+json", headers(("Retry-After" = u32)))))]
+pub async fn upload(
+    State(server): App,
+    caller: Caller,
+    request: Request,
+) -> Result<impl IntoResponse, Problem> {
+    let id = submit_upload(&server, &caller, request).await?;
+    let job = find(&server.db, &caller.group, id).await?;
     let headers: [(HeaderName, String); 2] = [
         (header::LOCATION, job.links.job.clone()),
         (header::RETRY_AFTER, "1".to_owned()),
@@ -63,12 +69,16 @@ pub async fn upload(State(server): App, request: Request) -> Result<impl IntoRes
 }
 
 /// Receives, checks, keeps and queues an upload; gives its job.
-pub async fn submit_upload(server: &Arc<Server>, request: Request) -> Result<Uuid, Problem> {
+pub async fn submit_upload(
+    server: &Arc<Server>,
+    caller: &Caller,
+    request: Request,
+) -> Result<Uuid, Problem> {
     let key = idempotency_key(request.headers());
     let outcome = async {
-        let received = receive(server, request).await?;
+        let received = receive(server, caller, request).await?;
         metrics::histogram!("veloid_upload_size_bytes").record(received.incoming.bytes() as f64);
-        submit(server, received, key.as_deref()).await
+        submit(server, caller, received, key.as_deref()).await
     }
     .await;
     let label = if outcome.is_ok() {

@@ -13,6 +13,7 @@ use veloid_engine::report::Report;
 use super::layout::{Fault, Path, html};
 use super::number::{Quantity, fixed, significant};
 use crate::api::App;
+use crate::api::access::Caller;
 use crate::api::extract;
 use crate::api::jobs::view::{JobView, no_such_job};
 use crate::api::jobs::{cancel as cancelling, retry as retrying};
@@ -97,8 +98,14 @@ impl Page {
     }
 }
 
-pub async fn page(State(server): App, Path(id): Path<Uuid>) -> Result<Html<String>, Fault> {
-    let row = job::find(&server.db, id).await?.ok_or_else(no_such_job)?;
+pub async fn page(
+    State(server): App,
+    caller: Caller,
+    Path(id): Path<Uuid>,
+) -> Result<Html<String>, Fault> {
+    let row = job::find(&server.db, &caller.group, id)
+        .await?
+        .ok_or_else(no_such_job)?;
     let (sha256, Request { bike, .. }) = (row.sha256.clone(), row.request.0.clone());
     let job = JobView::from(row);
     let report = match result::text(&server.db, id, result::REPORT).await? {
@@ -124,12 +131,12 @@ pub async fn page(State(server): App, Path(id): Path<Uuid>) -> Result<Html<Strin
     })
 }
 
-pub async fn cancel(server: App, Path(id): Path<Uuid>) -> Result<Redirect, Fault> {
-    let _ = cancelling::cancel(server, extract::Path(id)).await?;
+pub async fn cancel(server: App, caller: Caller, Path(id): Path<Uuid>) -> Result<Redirect, Fault> {
+    let _ = cancelling::cancel(server, caller, extract::Path(id)).await?;
     Ok(Redirect::to(&format!("/jobs/{id}")))
 }
 
-pub async fn retry(server: App, Path(id): Path<Uuid>) -> Result<Redirect, Fault> {
-    retrying::retry(server, extract::Path(id)).await?;
+pub async fn retry(server: App, caller: Caller, Path(id): Path<Uuid>) -> Result<Redirect, Fault> {
+    retrying::retry(server, caller, extract::Path(id)).await?;
     Ok(Redirect::to(&format!("/jobs/{id}")))
 }

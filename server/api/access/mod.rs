@@ -1,0 +1,166 @@
+//! Who may enter, and what of: keys, the groups they belong to, and their limits.
+
+mod bucket;
+mod caller;
+mod door;
+mod headers;
+mod token;
+
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+use axum::http::{HeaderMap, header};
+use uuid::Uuid;
+
+use self::bucket::Bucket;
+use super::problem::{Kind, Problem};
+use crate::store::key::{self, KeyRow};
+use crate::store::{Db, now_ms};
+
+pub use caller::Caller;
+pub use door::enter;
+pub use headers::protect;
+pub use token::Token;
+
+/// Name of the cookie that holds a browser's key.
+pub const COOKIE: &str = "veloid_key";
+/// The last use of a key is noted this often at most (ms).
+const NOTED_EVERY_MS: i64 = 60_000;
+
+/// Who needs a key.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// Nobody: only this machine reaches the server.
+    Local,
+    /// Everybody.
+    Keys,
+    /// Nobody, though others reach the server.
+    Open,
+}
+
+/// Limits of whatever has none of its own.
+#[derive(Clone, Copy)]
+pub struct Limits {
+    pub requests_per_minute: u32,
+    /// Jobs of one key that are not at their end.
+    pub unfinished_jobs: i64,
+    /// Jobs of all together that are not at their end.
+    pub queue: i64,
+}
+
+pub struct Access {
+    pub mode: Mode,
+    pub limits: Limits,
+    /// Requests that keys have left; gone with the process.
+    buckets: Mutex<HashMap<Uuid, Bucket>>,
+}
+
+impl Access {
+    pub fn new(mode: Mode, limits: Limits) -> Self {
+        Self {
+            mode,
+            limits,
+            buckets: Mutex::default(),
+        }
+    }
+
+    /// Whose request this is.
+    async fn caller(&self, db: &Db, headers: &HeaderMap) -> Result<Caller, Problem> {
+        let row = match (bearer(headers), cookie(headers)) {
+            (Some(token), _) => Some(self.key(db, token).await?.ok_or_else(unknown)?),
+            // A browser whose key has ended is one without a key.
+            (None, Some(token)) => self.key(db, token).await?,
+            (None, None) => None,
+        };
+        match row {
+            Some(row) => {
+                note(db, &row);
+                Ok(Caller::with(row, self.limits))
+            }
+            None if self.mode == Mode::Keys => Err(Problem::new(
+                Kind::Unauthorized,
+                "no key, expected `Authorization: Bearer KEY`; `veloid key create` makes one",
+            )),
+            None => Ok(Caller::home(self.limits)),
+        }
+    }
+
+    /// The key of this token, if it is valid.
+    pub async fn key(&self, db: &Db, token: &str) -> Result<Option<KeyRow>, Problem> {
+        let row = key::find(db, &token::sha256(token)).await?;
+        Ok(row.filter(KeyRow::is_valid))
+    }
+
+    /// Takes a request off what the caller has left.
+    fn spend(&self, caller: &Caller) -> Result<(), Problem> {
+        let (Some(key), Some(rate)) = (caller.key, caller.requests_per_minute) else {
+            return Ok(());
+        };
+        let mut buckets = self.buckets.lock().unwrap_or_else(PoisonError::into_inner);
+        let now = Instant::now();
+        let bucket = buckets.entry(key).or_insert_with(|| Bucket::new(rate, now));
+        bucket.take(rate, now).map_err(|wait| {
+            let detail = format!("the key may send {rate} requests per minute");
+            Problem::new(Kind::TooMany, detail).retry_after(wait)
+        })
+    }
+}
+
+fn unknown() -> Problem {
+    Problem::new(Kind::Unauthorized, "the key is unknown, expired or revoked")
+}
+
+fn bearer(headers: &HeaderMap) -> Option<&str> {
+    let value = headers.get(header::AUTHORIZATION)?.to_str().ok()?;
+    let (scheme, token) = value.split_once(' ')?;
+    scheme.eq_ignore_ascii_case("bearer").then(|| token.trim())
+}
+
+fn cookie(headers: &HeaderMap) -> Option<&str> {
+    headers
+        .get_all(header::COOKIE)
+        .iter()
+        .filter_map(|value| value.to_str().ok())
+        .flat_map(|text| text.split(';'))
+        .find_map(|pair| pair.trim().strip_prefix(COOKIE)?.strip_prefix('='))
+}
+
+/// Notes the use of a key; nobody waits for it.
+fn note(db: &Db, row: &KeyRow) {
+    if row
+        .last_used_at
+        .is_some_and(|at| now_ms() < at + NOTED_EVERY_MS)
+    {
+        return;
+    }
+    let (db, id) = (db.clone(), row.id);
+    tokio::spawn(async move {
+        let noted = async {
+            let mut tx = db.begin().await?;
+            key::used(&mut tx, id).await?;
+            tx.commit().await
+        };
+        if let Err(error) = noted.await {
+            tracing::warn!(%error, key = %id, "the last use of a key was not noted");
+        }
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn tokens_are_found_in_headers() {
+        let mut headers = HeaderMap::new();
+        headers.insert(header::COOKIE, "a=b; veloid_key=abc".parse().unwrap());
+        assert_eq!((bearer(&headers), cookie(&headers)), (None, Some("abc")));
+        headers.insert(header::AUTHORIZATION, "bearer  xyz".parse().unwrap());
+        assert_eq!(bearer(&headers), Some("xyz"));
+        headers.insert(header::AUTHORIZATION, "Basic xyz".parse().unwrap());
+        headers.insert(header::COOKIE, "veloid_keys=abc".parse().unwrap());
+        assert_eq!((bearer(&headers), cookie(&headers)), (None, None));
+    }
+}

@@ -1,0 +1,140 @@
+//! `veloid key`: who may enter.
+
+use std::io::Write;
+
+use clap::{Args, Subcommand};
+use uuid::Uuid;
+
+use super::CliError;
+use super::storage::Storage;
+use crate::api::access::Token;
+use crate::api::time;
+use crate::store::key::{self, HOME, KeyRow, Scope, Scopes};
+use crate::store::now_ms;
+
+const DAY_MS: i64 = 86_400_000;
+
+/// Creates, lists and revokes API keys.
+#[derive(Args)]
+pub struct Key {
+    #[command(flatten)]
+    storage: Storage,
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Subcommand)]
+enum Action {
+    Create(Create),
+    /// Prints every key but the keys themselves, oldest first.
+    List,
+    /// Closes the server to a key, at once and for good.
+    Revoke {
+        /// The key's id, as `list` shows it.
+        id: Uuid,
+    },
+}
+
+/// Makes a key and prints it, this once.
+#[derive(Args)]
+struct Create {
+    /// Whom or what the key is for.
+    #[arg(long, default_value = "")]
+    name: String,
+    /// Group whose rides, jobs and bikes the key opens; others' are not there for it.
+    #[arg(long, default_value = HOME)]
+    group: String,
+    /// What the key is good for; may be given several times.
+    #[arg(long = "scope", value_enum, default_values = ["read", "upload"])]
+    scopes: Vec<Scope>,
+    /// Days until the key expires; never unless given.
+    #[arg(long, value_parser = clap::value_parser!(i64).range(0..=36_500))]
+    days: Option<i64>,
+    /// Largest upload (bytes); the server's limit unless given.
+    #[arg(long, value_parser = clap::value_parser!(i64).range(1..))]
+    max_upload: Option<i64>,
+    /// Requests per minute; the server's limit unless given.
+    #[arg(long, value_parser = clap::value_parser!(i64).range(1..=1_000_000))]
+    requests_per_minute: Option<i64>,
+    /// Jobs that may be queued or running; the server's limit unless given.
+    #[arg(long, value_parser = clap::value_parser!(i64).range(0..))]
+    unfinished_jobs: Option<i64>,
+}
+
+impl Key {
+    pub async fn run(self) -> Result<(), CliError> {
+        let (db, _files) = self.storage.open().await?;
+        match self.action {
+            Action::Create(create) => {
+                let token = Token::draw().map_err(std::io::Error::from)?;
+                let row = create.row();
+                let mut tx = db.begin().await?;
+                key::insert(&mut tx, &token.sha256(), &row).await?;
+                tx.commit().await?;
+                eprintln!(
+                    "key {} of group {} may {}; it is not shown again:",
+                    row.id, row.group_name, row.scopes
+                );
+                writeln!(std::io::stdout(), "{}", token.0)?;
+            }
+            Action::List => list(&key::list(&db).await?)?,
+            Action::Revoke { id } => {
+                let mut tx = db.begin().await?;
+                let revoked = key::revoke(&mut tx, id).await?;
+                tx.commit().await?;
+                if !revoked {
+                    return Err(CliError::NoSuchKey(id));
+                }
+                eprintln!("key {id} opens nothing any more");
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Create {
+    fn row(self) -> KeyRow {
+        let now = now_ms();
+        KeyRow {
+            id: Uuid::now_v7(),
+            name: self.name,
+            group_name: self.group,
+            scopes: Scopes(self.scopes),
+            max_upload_bytes: self.max_upload,
+            requests_per_minute: self.requests_per_minute,
+            unfinished_jobs: self.unfinished_jobs,
+            created_at: now,
+            expires_at: self.days.map(|days| now + days * DAY_MS),
+            last_used_at: None,
+            revoked_at: None,
+        }
+    }
+}
+
+fn list(keys: &[KeyRow]) -> std::io::Result<()> {
+    let mut out = std::io::stdout().lock();
+    writeln!(
+        out,
+        "{:36}  {:7}  {:16}  {:12}  {:20}  {:24}  {:24}",
+        "id", "valid", "scopes", "group", "name", "last used", "expires"
+    )?;
+    let at = |ms: Option<i64>| ms.map_or_else(|| "never".to_owned(), time::text);
+    for key in keys {
+        let valid = match (key.revoked_at, key.is_valid()) {
+            (Some(_), _) => "revoked",
+            (None, true) => "yes",
+            (None, false) => "expired",
+        };
+        writeln!(
+            out,
+            "{}  {valid:7}  {:16}  {:12}  {:20}  {:24}  {:24}",
+            key.id,
+            key.scopes.to_string(),
+            key.group_name,
+            key.name,
+            at(key.last_used_at),
+            at(key.expires_at),
+        )?;
+    }
+    Ok(())
+}
