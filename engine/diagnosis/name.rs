@@ -9,13 +9,12 @@ use crate::EngineError;
 use crate::identify::Progress;
 use crate::output_error::colour::Colour;
 
-use super::effects::SLOW;
 use super::extend::{Model, Reach, is_far, polish, reduce};
 use super::fit::{Effort, Fitted, Fitter};
 use super::model::Term;
 use super::null::Null;
 use super::physical::is_physical;
-use super::refit::{LEADERS, promise};
+use super::refit::LEADERS;
 use super::replicate::{is_noisy, stands_out};
 use super::signature::Signatures;
 
@@ -181,7 +180,9 @@ impl Search<'_> {
                 {
                     break;
                 }
-                if self.accepts(&proven, &model, leader, &null) {
+                if self.accepts(&proven, &model, leader, &null)
+                    && (std::ptr::eq(leader, best) || real(&leader))
+                {
                     accepted.push(leader);
                 }
             }
@@ -234,14 +235,14 @@ impl Search<'_> {
         })
     }
 
-    /// Whether the effect that `larger` has beyond `model` is real: its gain beyond the family-wise
-    /// null and what road noise can gain, large enough to be told beside others, and repeated on the
-    /// held-out part since the last `proven` model.
+    /// Whether the effect that `larger` has beyond `model` is real where the road is quiet: its gain
+    /// beyond the family-wise null, large enough to be told beside others, and repeated on the held-out
+    /// part since the last `proven` model.
     fn accepts(&self, proven: &Model, model: &Model, larger: &Model, null: &Null) -> bool {
         let gain = larger.likelihood - model.likelihood;
         let term = added(model, larger);
         let local = term.kind.spec().local;
-        let slow = SLOW.contains(&term.kind);
+        let slow = term.kind.spec().slow;
         let share = self.held.len() as f64 / self.fitter.samples as f64;
         let wanted = if local {
             -2.0 - 0.05 * gain * share
@@ -253,10 +254,7 @@ impl Search<'_> {
         let beyond_chance = null.p_value(gain) <= self.alpha
             && (!local || gain > UNCONFIRMED * null.bound(self.alpha));
         let counts = model.terms.is_empty() && !slow || self.counts(model, larger);
-        beyond_chance
-            && counts
-            && self.held_score(larger) - self.held_score(proven) > wanted
-            && self.beats_road_noise(model, larger)
+        beyond_chance && counts && self.held_score(larger) - self.held_score(proven) > wanted
     }
 
     /// Whether what `larger` has beyond `model` is more than noise of the road channel can bring, and
@@ -266,7 +264,7 @@ impl Search<'_> {
         let mut tracks = self.fitter.scene.tracks.iter();
         !tracks.any(|t| term.acts_on(t.axle) && is_noisy(t))
             || self.shows(model, larger)
-                && (SLOW.contains(&term.kind) || stands_out(&self.fitter, model, term, self.seed))
+                && (term.kind.spec().slow || stands_out(&self.fitter, model, term, self.seed))
     }
 
     /// Whether `larger` removes a part of the held-out squares of some track.
@@ -337,7 +335,7 @@ impl Search<'_> {
             let loss = model.likelihood - less.likelihood;
             let offers: Vec<Signatures> = offers
                 .into_iter()
-                .filter(|o| near.contains(&o.term) || promise(o) > 0.2 * loss)
+                .filter(|o| near.contains(&o.term) || o.promise() > 0.2 * loss)
                 .collect();
             tried.extend(self.refits(&less, &offers, Reach::Near));
         }

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::Place;
-use super::effects::{Kind, SLOW};
+use super::effects::Kind;
 use super::extend::{Model, Reach, extend, is_far, joined, polish, unstopped};
 use super::model::Term;
 use super::name::{COARSE, Search, added};
@@ -51,18 +51,18 @@ impl Search<'_> {
     /// is too far from the ride for linear promises to mean anything.
     pub fn promising(&self, model: &Model, offers: &[Signatures], null: &Null) -> bool {
         let scene = self.fitter.scene;
-        let most = offers.iter().map(promise).fold(0.0, f64::max);
+        let most = offers.iter().map(Signatures::promise).fold(0.0, f64::max);
         most > HOPE * null.bound(self.alpha)
-            || offers.iter().any(|o| SLOW.contains(&o.term.kind))
+            || offers.iter().any(|o| o.term.kind.spec().slow)
             || model.fits.iter().any(|f| is_far(scene, model, &f.unit))
     }
 
     /// Exact refits of the offers that promise anything, best first.
     pub fn refits(&self, model: &Model, offers: &[Signatures], reach: Reach) -> Vec<Model> {
         let scene = self.fitter.scene;
-        let most = offers.iter().map(promise).fold(0.0, f64::max);
+        let most = offers.iter().map(Signatures::promise).fold(0.0, f64::max);
         let near = |s: &Signatures| {
-            SLOW.contains(&s.term.kind) || promise(s) > 2.0 && promise(s) > 0.02 * most
+            s.term.kind.spec().slow || s.promise() > 2.0 && s.promise() > 0.02 * most
         };
         let far =
             |s: &Signatures| joined(scene, model, s.term).is_some_and(|u| is_far(scene, model, &u));
@@ -92,15 +92,14 @@ impl Search<'_> {
                 .filter_map(|s| fitted(s, Reach::Far))
                 .collect();
             found.extend(further);
-            found.sort_by(|a, b| b.likelihood.total_cmp(&a.likelihood));
-            let mut seen: Vec<Vec<Term>> = Vec::new();
-            found.retain(|m| {
-                let new = !seen.contains(&m.terms);
-                seen.push(m.terms.clone());
-                new
-            });
         }
         found.sort_by(|a, b| b.likelihood.total_cmp(&a.likelihood));
+        let mut seen: Vec<Vec<Term>> = Vec::new();
+        found.retain(|m| {
+            let new = !seen.contains(&m.terms);
+            seen.push(m.terms.clone());
+            new
+        });
         // The leaders once more, to the end and each under its own noise.
         let rest = found.split_off(found.len().min(LEADERS));
         let mut found: Vec<Model> = found
@@ -169,9 +168,4 @@ impl Search<'_> {
             .filter(|far| self.merit(far) > self.merit(&near))
             .unwrap_or(near)
     }
-}
-
-/// What an offer promises at its best start.
-pub fn promise(offer: &Signatures) -> f64 {
-    offer.starts.iter().map(|p| p.gain).fold(0.0, f64::max)
 }

@@ -38,9 +38,7 @@ pub fn stands_out(fitter: &Fitter, model: &Model, term: Term, seed: u64) -> bool
             samples: fitter.samples,
         };
         let tangent = tangent_for(&fitter, model, term, substeps);
-        let offer = tangent.signatures(&fitter, term, substeps);
-        let gain = offer.starts.iter().map(|p| p.gain).fold(0.0, f64::max);
-        (2.0 * gain).sqrt()
+        (2.0 * tangent.signatures(&fitter, term, substeps).promise()).sqrt()
     };
     let own = score(fitter.scene);
     exceeds(own, fitter.scene, model, seed, score)

@@ -8,7 +8,7 @@ use crate::simulate::linear::Input;
 use crate::simulate::spline::{cubic, slopes};
 
 use super::effects::Need;
-use super::spectrum::Spectrum;
+use super::spectrum::{Spectrum, road_answer};
 use super::speed;
 
 /// Typical sizes on one axle, by the plain fit.
@@ -112,11 +112,7 @@ impl Track {
     pub fn noise_variance(&self, kappa: f64, beta: f64) -> f64 {
         const BANDS: usize = 256;
         let width = 0.5 / self.input.step / BANDS as f64;
-        let answer = |band: usize| {
-            let w = std::f64::consts::TAU * width * (band as f64 + 0.5);
-            let road = kappa * kappa + (w * beta).powi(2);
-            road / ((kappa - w * w).powi(2) + (w * beta).powi(2))
-        };
+        let answer = |band: usize| road_answer(kappa, beta, width * (band as f64 + 0.5));
         let road = (0..BANDS).map(answer).sum::<f64>() * width;
         0.5 * self.sensor_floor / self.input.step + self.road_floor * road
     }

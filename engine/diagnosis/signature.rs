@@ -20,6 +20,13 @@ pub struct Signatures {
     pub starts: Vec<Promise>,
 }
 
+impl Signatures {
+    /// Gain that the best start promises.
+    pub fn promise(&self) -> f64 {
+        self.starts.iter().map(|p| p.gain).fold(0.0, f64::max)
+    }
+}
+
 pub struct Promise {
     pub values: Values,
     /// The start before scaling, and the length of what it adds in standard deviations of the noise.

@@ -109,17 +109,10 @@ pub fn resonance(residual: &[f64], step: f64, kappa: f64, beta: f64, inputs: &In
     }
     let kappa = kappa.max((std::f64::consts::TAU / STRETCH_S).powi(2));
     let beta = beta.max(0.02 * kappa.sqrt());
-    let answer = |f: f64, force: bool| {
-        let w = std::f64::consts::TAU * f;
-        let below = (kappa - w * w).powi(2) + (w * beta).powi(2);
-        (if force {
-            1.0
-        } else {
-            kappa * kappa + (w * beta).powi(2)
-        }) / below
-    };
+    let by_road = |f: f64| road_answer(kappa, beta, f);
+    let by_force = |f: f64| force_answer(kappa, beta, f);
     // |1 - G|^2 with G the road's answer: 1 - G = -w^2 / (kappa - w^2 + i w beta).
-    let slip = |f: f64| (std::f64::consts::TAU * f).powi(4) * answer(f, true);
+    let slip = |f: f64| (std::f64::consts::TAU * f).powi(4) * by_force(f);
     let noise = |phi: f64, f: f64| {
         let turn = std::f64::consts::TAU * f * step;
         1.0 / (1.0 - 2.0 * phi * turn.cos() + phi * phi)
@@ -130,13 +123,10 @@ pub fn resonance(residual: &[f64], step: f64, kappa: f64, beta: f64, inputs: &In
         .collect();
     // Noise of the road channel, alone and where a jittering clock puts the same into both channels.
     let road = UNSURE * inputs.road;
-    parts.push(Part::new(
-        hz.iter().map(|f| answer(*f, false)).collect(),
-        road,
-    ));
+    parts.push(Part::new(hz.iter().map(|f| by_road(*f)).collect(), road));
     parts.push(Part::new(hz.iter().map(|f| slip(*f)).collect(), road));
     parts.push(Part::new(
-        hz.iter().map(|f| answer(*f, true)).collect(),
+        hz.iter().map(|f| by_force(*f)).collect(),
         UNSURE * inputs.force,
     ));
     let without = mixed(&parts, density);
@@ -144,7 +134,7 @@ pub fn resonance(residual: &[f64], step: f64, kappa: f64, beta: f64, inputs: &In
     parts.extend(FORCES_HZ.iter().map(|corner| {
         let shape = hz
             .iter()
-            .map(|f| answer(*f, true) / (1.0 + (f / corner).powi(2)));
+            .map(|f| by_force(*f) / (1.0 + (f / corner).powi(2)));
         Part::new(shape.collect(), f64::INFINITY)
     }));
     let with = mixed(&parts, density);
@@ -153,6 +143,19 @@ pub fn resonance(residual: &[f64], step: f64, kappa: f64, beta: f64, inputs: &In
         gain: spectrum.stretches * (without.misfit - with.misfit),
         share: with.weights[noises..].iter().sum::<f64>() / total,
     }
+}
+
+/// Power gain at `hz` from a force over the mass (m/s^2) to the displacement (m) of an axle with
+/// k/m = `kappa` and B/m = `beta`.
+fn force_answer(kappa: f64, beta: f64, hz: f64) -> f64 {
+    let w = std::f64::consts::TAU * hz;
+    1.0 / ((kappa - w * w).powi(2) + (w * beta).powi(2))
+}
+
+/// The same from the road (m) to the displacement.
+pub fn road_answer(kappa: f64, beta: f64, hz: f64) -> f64 {
+    let w = std::f64::consts::TAU * hz;
+    (kappa * kappa + (w * beta).powi(2)) / ((kappa - w * w).powi(2) + (w * beta).powi(2))
 }
 
 /// One part of a mixture: its shape with mean 1, and the most of it that there can be.

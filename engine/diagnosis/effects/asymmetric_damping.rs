@@ -14,22 +14,14 @@ impl Effect for AsymmetricDamping {
     const SPEC: Spec = Spec {
         id: "asymmetric_damping",
         acts: Acts::OneAxle,
-        needs: &[],
         parameters: &[ASYMMETRY],
         amplitudes: &[0],
         starts: |_| vec![[0.2, 0.0, 0.0]],
-        nearer: none_nearer,
         report: |p, _| vec![reported(&ASYMMETRY, p[0], [-1.0, 1.0])],
-        stiffens: no_stiffer,
-        states: 0,
-        on_road: false,
-        on_sensor: false,
-        local: false,
-        corners: false,
-        expected: &[],
         words: "compression and rebound damp differently",
         confused_with: &["progressive_stiffness"],
         source: "Dixon, The Shock Absorber Handbook, 2nd ed. 2007",
+        ..Spec::ORDINARY
     };
 
     #[inline(always)]

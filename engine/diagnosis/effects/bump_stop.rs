@@ -22,7 +22,6 @@ impl Effect for BumpStop {
     const SPEC: Spec = Spec {
         id: "bump_stop",
         acts: Acts::OneAxle,
-        needs: &[],
         parameters: &[GAP, STIFFNESS],
         amplitudes: &[1],
         starts: |s| {
@@ -37,7 +36,6 @@ impl Effect for BumpStop {
             }
             starts
         },
-        nearer: none_nearer,
         report: |p, s| {
             let side = match p[2] {
                 x if x > 0.0 => "compression",
@@ -51,15 +49,11 @@ impl Effect for BumpStop {
             ]
         },
         stiffens: |p, _| p[1],
-        states: 0,
-        on_road: false,
-        on_sensor: false,
-        local: false,
         corners: true,
-        expected: &[],
         words: "the travel ends at a stop (bottoming, rim strike)",
         confused_with: &["cubic_stiffness", "free_play", "progressive_stiffness"],
         source: "Sadauckas et al. 2024, Veh. Syst. Dyn. (rim strike)",
+        ..Spec::ORDINARY
     };
 
     #[inline(always)]

@@ -4,7 +4,7 @@ use super::*;
 /// seat post, a rig.
 pub struct CoulombFriction;
 
-const FRICTION: Parameter = Parameter {
+pub(super) const FRICTION: Parameter = Parameter {
     name: "friction",
     unit: "N",
     size: |s| 0.05 * s.force_rms(),
@@ -29,22 +29,14 @@ impl Effect for CoulombFriction {
     const SPEC: Spec = Spec {
         id: "coulomb_friction",
         acts: Acts::OneAxle,
-        needs: &[],
         parameters: &[FRICTION, WIDTH],
         amplitudes: &[0],
         starts: |s| vec![[(FRICTION.size)(s), 0.02 * s.w_rms, 0.0]],
-        nearer: none_nearer,
         report: |p, s| vec![reported(&FRICTION, p[0], [0.0, (FRICTION.limits)(s)[1]])],
-        stiffens: no_stiffer,
-        states: 0,
-        on_road: false,
-        on_sensor: false,
-        local: false,
-        corners: false,
-        expected: &[],
         words: "dry friction acts along the suspension (fork, seat post, guide)",
         confused_with: &["quadratic_damping", "hysteresis", "guide_friction"],
         source: "Olsson et al. 1998, Eur. J. Control 4:176-195",
+        ..Spec::ORDINARY
     };
 
     #[inline(always)]

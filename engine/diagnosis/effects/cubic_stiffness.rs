@@ -14,22 +14,15 @@ impl Effect for CubicStiffness {
     const SPEC: Spec = Spec {
         id: "cubic_stiffness",
         acts: Acts::OneAxle,
-        needs: &[],
         parameters: &[K3],
         amplitudes: &[0],
         starts: |s| vec![[(K3.size)(s), 0.0, 0.0]],
-        nearer: none_nearer,
         report: |p, s| vec![reported(&K3, p[0], (K3.limits)(s))],
         stiffens: |p, s| 3.0 * p[0].max(0.0) * 4.0 * s.d_rms * s.d_rms,
-        states: 0,
-        on_road: false,
-        on_sensor: false,
-        local: false,
-        corners: false,
-        expected: &[],
         words: "the spring stiffens (or softens) with the cube of its deflection",
         confused_with: &["bump_stop", "free_play", "wheel_lift"],
         source: "Kerschen et al. 2006, Mech. Syst. Signal Process. 20:505-592",
+        ..Spec::ORDINARY
     };
 
     #[inline(always)]

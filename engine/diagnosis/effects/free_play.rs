@@ -14,22 +14,15 @@ impl Effect for FreePlay {
     const SPEC: Spec = Spec {
         id: "free_play",
         acts: Acts::OneAxle,
-        needs: &[],
         parameters: &[GAP],
         amplitudes: &[],
         starts: |s| [0.15, 0.5, 1.0, 1.6, 2.4].map(|g| [g * s.d_rms, 0.0, 0.0]).to_vec(),
-        nearer: none_nearer,
         report: |p, s| vec![reported(&GAP, p[0], [1e-6 * s.d_rms, (GAP.limits)(s)[1]])],
-        stiffens: no_stiffer,
-        states: 0,
-        on_road: false,
-        on_sensor: false,
-        local: false,
         corners: true,
-        expected: &[],
         words: "there is backlash: no spring force within a gap",
         confused_with: &["bump_stop", "cubic_stiffness", "hysteresis"],
         source: "Kerschen et al. 2006, Mech. Syst. Signal Process. 20:505-592",
+        ..Spec::ORDINARY
     };
 
     #[inline(always)]

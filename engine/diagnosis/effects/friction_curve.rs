@@ -1,17 +1,11 @@
 use super::*;
-use super::coulomb_friction::dry;
+use super::coulomb_friction::{FRICTION, dry};
 
 /// Fc sign(w) (1 + a v^2 / (w^2 + v^2)): dry friction that is larger or smaller while it hardly slides
 /// (Stribeck's curve). Not an effect to be named: a general curve against which the named laws of the
 /// rate are held.
 pub struct FrictionCurve;
 
-const FRICTION: Parameter = Parameter {
-    name: "friction",
-    unit: "N",
-    size: |s| 0.05 * s.force_rms(),
-    limits: |s| [0.0, 20.0 * s.force_rms()],
-};
 const EXCESS: Parameter = Parameter {
     name: "excess",
     unit: "-",
@@ -32,7 +26,6 @@ impl Effect for FrictionCurve {
     const SPEC: Spec = Spec {
         id: "friction_curve",
         acts: Acts::OneAxle,
-        needs: &[],
         parameters: &[FRICTION, EXCESS, RATE],
         amplitudes: &[0],
         starts: |s| {
@@ -44,7 +37,6 @@ impl Effect for FrictionCurve {
             }
             starts
         },
-        nearer: none_nearer,
         report: |p, s| {
             vec![
                 reported(&FRICTION, p[0], (FRICTION.limits)(s)),
@@ -52,16 +44,10 @@ impl Effect for FrictionCurve {
                 reported(&RATE, p[2], (RATE.limits)(s)),
             ]
         },
-        stiffens: no_stiffer,
-        states: 0,
-        on_road: false,
-        on_sensor: false,
-        local: false,
-        corners: false,
-        expected: &[],
         words: "dry friction changes with the sliding rate",
         confused_with: &["coulomb_friction", "hysteresis"],
         source: "Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica 30:1083-1138",
+        ..Spec::ORDINARY
     };
 
     #[inline(always)]

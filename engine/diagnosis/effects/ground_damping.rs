@@ -18,18 +18,11 @@ impl Effect for GroundDamping {
         parameters: &[DAMPING],
         amplitudes: &[0],
         starts: |s| vec![[(DAMPING.size)(s), 0.0, 0.0]],
-        nearer: none_nearer,
         report: |p, s| vec![reported(&DAMPING, p[0], [0.0, (DAMPING.limits)(s)[1]])],
-        stiffens: no_stiffer,
-        states: 0,
-        on_road: false,
-        on_sensor: false,
-        local: false,
-        corners: false,
-        expected: &[],
         words: "a damper acts against the resting frame (a rig's guide, air)",
         confused_with: &["guide_friction", "sensor_gain", "sensor_delay"],
         source: "Gillespie, Fundamentals of Vehicle Dynamics, 1992 (quarter car on a rig)",
+        ..Spec::ORDINARY
     };
 
     #[inline(always)]

@@ -1,15 +1,8 @@
-use super::coulomb_friction::{WIDTH, dry};
+use super::coulomb_friction::{FRICTION, WIDTH, dry};
 use super::*;
 
 /// -Fc sign(z'), smoothed: dry friction against the resting frame of a rig.
 pub struct GuideFriction;
-
-const FRICTION: Parameter = Parameter {
-    name: "friction",
-    unit: "N",
-    size: |s| 0.05 * s.force_rms(),
-    limits: |s| [0.0, 20.0 * s.force_rms()],
-};
 
 impl Effect for GuideFriction {
     const SPEC: Spec = Spec {
@@ -19,18 +12,11 @@ impl Effect for GuideFriction {
         parameters: &[FRICTION, WIDTH],
         amplitudes: &[0],
         starts: |s| vec![[(FRICTION.size)(s), 0.02 * s.w_rms, 0.0]],
-        nearer: none_nearer,
         report: |p, s| vec![reported(&FRICTION, p[0], [0.0, (FRICTION.limits)(s)[1]])],
-        stiffens: no_stiffer,
-        states: 0,
-        on_road: false,
-        on_sensor: false,
-        local: false,
-        corners: false,
-        expected: &[],
         words: "dry friction holds the mass against the resting frame",
         confused_with: &["coulomb_friction", "ground_damping"],
         source: "Olsson et al. 1998, Eur. J. Control 4:176-195",
+        ..Spec::ORDINARY
     };
 
     #[inline(always)]

@@ -22,11 +22,9 @@ impl Effect for Hysteresis {
     const SPEC: Spec = Spec {
         id: "hysteresis",
         acts: Acts::OneAxle,
-        needs: &[],
         parameters: &[STIFFNESS, YIELD],
         amplitudes: &[0],
         starts: |s| [0.1, 0.3, 0.8, 2.0].map(|y| [(STIFFNESS.size)(s), y * s.d_rms, 0.0]).to_vec(),
-        nearer: none_nearer,
         report: |p, s| {
             let force = Parameter { name: "yield_force", unit: "N", ..YIELD };
             vec![
@@ -36,14 +34,10 @@ impl Effect for Hysteresis {
         },
         stiffens: |p, _| p[0],
         states: 1,
-        on_road: false,
-        on_sensor: false,
-        local: false,
-        corners: false,
-        expected: &[],
         words: "the tyre or frame loses energy by rate-independent hysteresis",
         confused_with: &["coulomb_friction", "cubic_stiffness", "free_play"],
         source: "Wen 1976, J. Eng. Mech. 102:249-263",
+        ..Spec::ORDINARY
     };
 
     #[inline(always)]

@@ -18,18 +18,12 @@ impl Effect for LoadTransfer {
         parameters: &[HEIGHT],
         amplitudes: &[0],
         starts: |_| vec![[1.0, 0.0, 0.0]],
-        nearer: none_nearer,
         report: |p, _| vec![reported(&HEIGHT, p[0], [0.05, 3.0])],
-        stiffens: no_stiffer,
-        states: 0,
-        on_road: false,
-        on_sensor: false,
-        local: false,
-        corners: false,
-        expected: &[],
+        slow: true,
         words: "braking and accelerating shift load between the axles",
         confused_with: &["sensor_drift", "sensor_offset"],
         source: "Wilson & Schmidt, Bicycling Science, 4th ed. 2020",
+        ..Spec::ORDINARY
     };
 
     #[inline(always)]

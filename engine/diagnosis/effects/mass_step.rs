@@ -17,7 +17,6 @@ impl Effect for MassStep {
     const SPEC: Spec = Spec {
         id: "mass_step",
         acts: Acts::OneAxle,
-        needs: &[],
         parameters: &[FRACTION, edge("from"), edge("to")],
         amplitudes: &[0],
         starts: |s| {
@@ -53,16 +52,11 @@ impl Effect for MassStep {
                 reported(&edge("to"), p[2], [p[1], s.duration]),
             ]
         },
-        stiffens: no_stiffer,
-        states: 0,
-        on_road: false,
-        on_sensor: false,
         local: true,
-        corners: false,
-        expected: &[],
         words: "the mass on the axle changes for a while (the rider stands up, luggage falls off)",
         confused_with: &["stiffness_drift"],
         source: "effect library: posture or load change",
+        ..Spec::ORDINARY
     };
 
     #[inline(always)]

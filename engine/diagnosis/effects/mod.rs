@@ -72,7 +72,7 @@ pub struct Spec {
     pub amplitudes: &'static [usize],
     /// Parameter sets to start the fit from; with two amplitudes, one of them zero, in pairs.
     pub starts: fn(&Scale) -> Vec<Values>,
-    /// Starts between the best start and its neighbours, at the given zoom (1, 2, ..).
+    /// Starts between the best start and its neighbours, at the given zoom (1, 2, ..), if any.
     pub nearer: fn(&Values, &Scale, u32) -> Vec<Values>,
     pub report: fn(&Values, &Scale) -> Vec<Reported>,
     /// Stiffness (N/m) that the effect adds at most, which the integrator must resolve.
@@ -82,6 +82,9 @@ pub struct Spec {
     pub on_sensor: bool,
     /// Whether the effect belongs to a moment of this ride, so that the held-out part need not show it.
     pub local: bool,
+    /// Whether the effect is so slow that coloured noise imitates it: what it promises under the noise of
+    /// a model without it says nothing, only a refit does.
+    pub slow: bool,
     /// Whether the force has corners, which the integrator must meet with shorter steps.
     pub corners: bool,
     /// Parameters for which a value and a deviation are expected where the ride says nothing.
@@ -90,6 +93,31 @@ pub struct Spec {
     pub words: &'static str,
     pub confused_with: &'static [&'static str],
     pub source: &'static str,
+}
+
+impl Spec {
+    /// What most effects have in common; the rest each says for itself.
+    const ORDINARY: Spec = Spec {
+        id: "",
+        acts: Acts::OneAxle,
+        needs: &[],
+        parameters: &[],
+        amplitudes: &[],
+        starts: |_| Vec::new(),
+        nearer: |_, _, _| Vec::new(),
+        report: |_, _| Vec::new(),
+        stiffens: |_, _| 0.0,
+        states: 0,
+        on_road: false,
+        on_sensor: false,
+        local: false,
+        slow: false,
+        corners: false,
+        expected: &[],
+        words: "",
+        confused_with: &[],
+        source: "",
+    };
 }
 
 /// One axle at one instant, for eight parameter sets.
@@ -272,10 +300,6 @@ pub const FOILS: [Kind; 3] = [
     Kind::FrictionCurve,
 ];
 
-/// Effects so slow that coloured noise imitates them: what they promise under the noise of a model
-/// without them says nothing, only a refit does.
-pub const SLOW: [Kind; 3] = [Kind::SensorOffset, Kind::SensorDrift, Kind::LoadTransfer];
-
 impl Kind {
     pub fn id(self) -> &'static str {
         self.spec().id
@@ -284,16 +308,6 @@ impl Kind {
     pub fn by_id(id: &str) -> Option<Self> {
         ALL.iter().copied().find(|k| k.id() == id)
     }
-}
-
-/// For effects that add no stiffness worth a finer step.
-fn no_stiffer(_: &Values, _: &Scale) -> f64 {
-    0.0
-}
-
-/// For effects whose starts need no zooming in.
-fn none_nearer(_: &Values, _: &Scale, _: u32) -> Vec<Values> {
-    Vec::new()
 }
 
 /// A parameter that is reported as it is fitted, physical within `range`.

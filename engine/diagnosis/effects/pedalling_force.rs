@@ -23,7 +23,6 @@ impl Effect for PedallingForce {
             let a = 0.03 * s.force_rms();
             vec![[a, 0.0, 0.0], [0.0, a, 0.0]]
         },
-        nearer: none_nearer,
         report: |p, s| {
             let limit = 20.0 * s.force_rms();
             vec![
@@ -31,16 +30,10 @@ impl Effect for PedallingForce {
                 Reported { name: "phase", unit: "rad", value: p[1].atan2(p[0]), physical: true },
             ]
         },
-        stiffens: no_stiffer,
-        states: 0,
-        on_road: false,
-        on_sensor: false,
-        local: false,
-        corners: false,
-        expected: &[],
         words: "pedalling pushes the axle at twice the cadence",
         confused_with: &["wheel_out_of_round"],
         source: "Turner et al. 2019, arXiv 1905.00019 (cycling vibration)",
+        ..Spec::ORDINARY
     };
 
     #[inline(always)]

@@ -19,7 +19,6 @@ impl Effect for PitchCoupling {
         parameters: &[EXCESS],
         amplitudes: &[0],
         starts: |_| vec![[0.2, 0.0, 0.0]],
-        nearer: none_nearer,
         report: |p, s| {
             vec![Reported {
                 name: "pitch_inertia",
@@ -28,16 +27,10 @@ impl Effect for PitchCoupling {
                 physical: p[0] > -0.9 && p[0] < 5.0,
             }]
         },
-        stiffens: no_stiffer,
-        states: 0,
-        on_road: false,
-        on_sensor: false,
-        local: false,
-        corners: false,
-        expected: &[],
         words: "pitching couples the two axles",
         confused_with: &["sprung_mass"],
         source: "Gillespie, Fundamentals of Vehicle Dynamics, 1992 (dynamic index)",
+        ..Spec::ORDINARY
     };
 
     fn from_reported(reported: &[f64], scale: &Scale) -> Values {

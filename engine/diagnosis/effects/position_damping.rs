@@ -18,22 +18,14 @@ impl Effect for PositionDamping {
     const SPEC: Spec = Spec {
         id: "position_damping",
         acts: Acts::OneAxle,
-        needs: &[],
         parameters: &[C],
         amplitudes: &[0],
         starts: |s| vec![[(C.size)(s), 0.0, 0.0]],
-        nearer: none_nearer,
         report: |p, s| vec![reported(&C, p[0], (C.limits)(s))],
-        stiffens: no_stiffer,
-        states: 0,
-        on_road: false,
-        on_sensor: false,
-        local: false,
-        corners: false,
-        expected: &[],
         words: "the damper depends on its position",
         confused_with: &["quadratic_damping"],
         source: "van der Pol 1926, Phil. Mag. 2:978-992",
+        ..Spec::ORDINARY
     };
 
     #[inline(always)]

@@ -25,7 +25,6 @@ impl Effect for PowerDamping {
     const SPEC: Spec = Spec {
         id: "power_damping",
         acts: Acts::OneAxle,
-        needs: &[],
         parameters: &[FORCE, POWER],
         amplitudes: &[0],
         starts: |s| {
@@ -33,18 +32,11 @@ impl Effect for PowerDamping {
                 .map(|power| [(FORCE.size)(s), power, 0.0])
                 .to_vec()
         },
-        nearer: none_nearer,
         report: |p, s| vec![reported(&FORCE, p[0], (FORCE.limits)(s)), reported(&POWER, p[1], [0.15, 5.0])],
-        stiffens: no_stiffer,
-        states: 0,
-        on_road: false,
-        on_sensor: false,
-        local: false,
-        corners: false,
-        expected: &[],
         words: "the damper follows some power of the rate",
         confused_with: &["coulomb_friction", "quadratic_damping"],
         source: "Worden & Tomlinson 2001, Nonlinearity in Structural Dynamics",
+        ..Spec::ORDINARY
     };
 
     #[inline(always)]

@@ -15,22 +15,15 @@ impl Effect for ProgressiveStiffness {
     const SPEC: Spec = Spec {
         id: "progressive_stiffness",
         acts: Acts::OneAxle,
-        needs: &[],
         parameters: &[K2],
         amplitudes: &[0],
         starts: |s| vec![[(K2.size)(s), 0.0, 0.0]],
-        nearer: none_nearer,
         report: |p, s| vec![reported(&K2, p[0], (K2.limits)(s))],
         stiffens: |p, s| 2.0 * p[0].abs() * 2.0 * s.d_rms,
-        states: 0,
-        on_road: false,
-        on_sensor: false,
-        local: false,
-        corners: false,
-        expected: &[],
         words: "the spring stiffens in compression and softens in rebound",
         confused_with: &["asymmetric_damping", "wheel_lift", "bump_stop"],
         source: "Renart & Roura-Grabulosa, Am. J. Phys. 87:102 (F ~ d^1.5 of a light tyre)",
+        ..Spec::ORDINARY
     };
 
     #[inline(always)]

@@ -14,22 +14,14 @@ impl Effect for QuadraticDamping {
     const SPEC: Spec = Spec {
         id: "quadratic_damping",
         acts: Acts::OneAxle,
-        needs: &[],
         parameters: &[C2],
         amplitudes: &[0],
         starts: |s| vec![[(C2.size)(s), 0.0, 0.0]],
-        nearer: none_nearer,
         report: |p, s| vec![reported(&C2, p[0], [0.0, (C2.limits)(s)[1]])],
-        stiffens: no_stiffer,
-        states: 0,
-        on_road: false,
-        on_sensor: false,
-        local: false,
-        corners: false,
-        expected: &[],
         words: "damping grows with the speed of deflection",
         confused_with: &["coulomb_friction", "hysteresis"],
         source: "Nayek et al. 2021, arXiv 2012.01937",
+        ..Spec::ORDINARY
     };
 
     #[inline(always)]

@@ -14,22 +14,15 @@ impl Effect for SensorDelay {
     const SPEC: Spec = Spec {
         id: "sensor_delay",
         acts: Acts::OneAxle,
-        needs: &[],
         parameters: &[DELAY],
         amplitudes: &[0],
         starts: |s| vec![[0.2 * s.step, 0.0, 0.0]],
-        nearer: none_nearer,
         report: |p, _| vec![reported(&DELAY, p[0], [-0.1, 0.1])],
-        stiffens: no_stiffer,
-        states: 0,
-        on_road: false,
         on_sensor: true,
-        local: false,
-        corners: false,
-        expected: &[],
         words: "the displacement is logged late or early against the road",
         confused_with: &["wheelbase_delay", "viscoelastic_tyre", "ground_damping"],
         source: "effect library: separate loggers, separate clocks",
+        ..Spec::ORDINARY
     };
 
     fn sensor(p: &Values, _t: f64, pickup: &mut Pickup) {

@@ -14,22 +14,16 @@ impl Effect for SensorDrift {
     const SPEC: Spec = Spec {
         id: "sensor_drift",
         acts: Acts::OneAxle,
-        needs: &[],
         parameters: &[RATE],
         amplitudes: &[0],
         starts: |s| vec![[(RATE.size)(s), 0.0, 0.0]],
-        nearer: none_nearer,
         report: |p, s| vec![reported(&RATE, p[0], (RATE.limits)(s))],
-        stiffens: no_stiffer,
-        states: 0,
-        on_road: false,
         on_sensor: true,
-        local: false,
-        corners: false,
-        expected: &[],
+        slow: true,
         words: "the displacement sensor's zero point wanders",
         confused_with: &["sensor_offset", "load_transfer"],
         source: "effect library: zero point",
+        ..Spec::ORDINARY
     };
 
     fn sensor(p: &Values, t: f64, pickup: &mut Pickup) {

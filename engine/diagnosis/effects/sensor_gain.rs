@@ -14,22 +14,15 @@ impl Effect for SensorGain {
     const SPEC: Spec = Spec {
         id: "sensor_gain",
         acts: Acts::OneAxle,
-        needs: &[],
         parameters: &[EXCESS],
         amplitudes: &[0],
         starts: |_| vec![[0.02, 0.0, 0.0]],
-        nearer: none_nearer,
         report: |p, _| vec![reported(&EXCESS, 1.0 + p[0], [0.6, 1.6])],
-        stiffens: no_stiffer,
-        states: 0,
-        on_road: false,
         on_sensor: true,
-        local: false,
-        corners: false,
-        expected: &[],
         words: "the displacement sensor's gain is off",
         confused_with: &["tyre_enveloping", "ground_damping"],
         source: "effect library: calibration; g on z is 1/g on u",
+        ..Spec::ORDINARY
     };
 
     fn sensor(p: &Values, _t: f64, pickup: &mut Pickup) {

@@ -18,18 +18,13 @@ impl Effect for SensorOffset {
         parameters: &[OFFSET],
         amplitudes: &[0],
         starts: |s| vec![[0.05 * s.d_rms, 0.0, 0.0]],
-        nearer: none_nearer,
         report: |p, s| vec![reported(&OFFSET, p[0], (OFFSET.limits)(s))],
-        stiffens: no_stiffer,
-        states: 0,
-        on_road: false,
         on_sensor: true,
-        local: false,
-        corners: false,
-        expected: &[],
+        slow: true,
         words: "the displacement sensor's zero point is off",
         confused_with: &["progressive_stiffness", "asymmetric_damping", "sensor_drift"],
         source: "effect library: zero point",
+        ..Spec::ORDINARY
     };
 
     fn sensor(p: &Values, _t: f64, pickup: &mut Pickup) {

@@ -18,18 +18,11 @@ impl Effect for SpeedDependentDamping {
         parameters: &[SHARE],
         amplitudes: &[0],
         starts: |_| vec![[0.3, 0.0, 0.0]],
-        nearer: none_nearer,
         report: |p, _| vec![reported(&SHARE, p[0], [0.0, 1.0])],
-        stiffens: no_stiffer,
-        states: 0,
-        on_road: false,
-        on_sensor: false,
-        local: false,
-        corners: false,
-        expected: &[],
         words: "the tyre's damping falls with rolling speed",
         confused_with: &["speed_dependent_stiffness", "tyre_enveloping"],
         source: "Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, ch. 9",
+        ..Spec::ORDINARY
     };
 
     #[inline(always)]

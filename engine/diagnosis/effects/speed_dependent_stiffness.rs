@@ -18,18 +18,11 @@ impl Effect for SpeedDependentStiffness {
         parameters: &[SLOPE],
         amplitudes: &[0],
         starts: |s| vec![[(SLOPE.size)(s), 0.0, 0.0]],
-        nearer: none_nearer,
         report: |p, s| vec![reported(&SLOPE, p[0], (SLOPE.limits)(s))],
-        stiffens: no_stiffer,
-        states: 0,
-        on_road: false,
-        on_sensor: false,
-        local: false,
-        corners: false,
-        expected: &[],
         words: "the tyre's stiffness changes with speed",
         confused_with: &["stiffness_drift", "tyre_enveloping"],
         source: "Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, ch. 9",
+        ..Spec::ORDINARY
     };
 
     #[inline(always)]

@@ -36,7 +36,6 @@ impl Effect for SprungMass {
     const SPEC: Spec = Spec {
         id: "sprung_mass",
         acts: Acts::OneAxle,
-        needs: &[],
         parameters: &[FRACTION, FREQUENCY, DAMPING],
         amplitudes: &[0],
         starts: |s| {
@@ -49,7 +48,6 @@ impl Effect for SprungMass {
             }
             starts
         },
-        nearer: none_nearer,
         report: |p, s| {
             vec![
                 reported(&FRACTION, p[0], [0.0, 0.95]),
@@ -57,16 +55,11 @@ impl Effect for SprungMass {
                 reported(&DAMPING, p[2], [0.0, 0.9]),
             ]
         },
-        stiffens: no_stiffer,
         states: 2,
-        on_road: false,
-        on_sensor: false,
-        local: false,
-        corners: false,
-        expected: &[],
         words: "a part of the mass rides on its own spring (rider on the saddle, luggage)",
         confused_with: &["viscoelastic_tyre", "sensor_delay", "pitch_coupling"],
         source: "Fairley & Griffin 1989, J. Biomech. 22:81-94 (seated body)",
+        ..Spec::ORDINARY
     };
 
     #[inline(always)]

@@ -14,22 +14,14 @@ impl Effect for StiffnessDrift {
     const SPEC: Spec = Spec {
         id: "stiffness_drift",
         acts: Acts::OneAxle,
-        needs: &[],
         parameters: &[RATE],
         amplitudes: &[0],
         starts: |s| vec![[(RATE.size)(s), 0.0, 0.0]],
-        nearer: none_nearer,
         report: |p, s| vec![reported(&RATE, p[0], (RATE.limits)(s))],
-        stiffens: no_stiffer,
-        states: 0,
-        on_road: false,
-        on_sensor: false,
-        local: false,
-        corners: false,
-        expected: &[],
         words: "the stiffness drifts along the ride (pressure loss, warming)",
         confused_with: &["mass_step", "speed_dependent_stiffness"],
         source: "effect library, S16: dk/dp of a tyre 24 N/mm per bar (Dressel & Sadauckas 2020)",
+        ..Spec::ORDINARY
     };
 
     #[inline(always)]

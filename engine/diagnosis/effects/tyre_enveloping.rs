@@ -18,18 +18,12 @@ impl Effect for TyreEnveloping {
         parameters: &[LENGTH],
         amplitudes: &[],
         starts: |_| [0.08, 0.16, 0.3].map(|l| [l, 0.0, 0.0]).to_vec(),
-        nearer: none_nearer,
         report: |p, _| vec![reported(&LENGTH, p[0], [0.005, 0.6])],
-        stiffens: no_stiffer,
-        states: 0,
         on_road: true,
-        on_sensor: false,
-        local: false,
-        corners: false,
-        expected: &[],
         words: "the tyre's contact patch averages the road",
         confused_with: &["sensor_delay", "sensor_gain"],
         source: "Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, ch. 10; Schmeitz 2004",
+        ..Spec::ORDINARY
     };
 
     fn road(p: &Values, spot: &Spot, _scale: &Scale, tap: &mut Tap) {

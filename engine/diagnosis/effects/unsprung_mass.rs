@@ -37,7 +37,6 @@ impl Effect for UnsprungMass {
     const SPEC: Spec = Spec {
         id: "unsprung_mass",
         acts: Acts::OneAxle,
-        needs: &[],
         parameters: &[FRACTION, FREQUENCY, DAMPING],
         amplitudes: &[],
         starts: |s| {
@@ -52,7 +51,6 @@ impl Effect for UnsprungMass {
             }
             starts
         },
-        nearer: none_nearer,
         report: |p, s| {
             vec![
                 reported(&FRACTION, p[0], [0.01, 0.8]),
@@ -62,14 +60,11 @@ impl Effect for UnsprungMass {
         },
         stiffens: |p, s| s.k_size() / p[0].max(0.01),
         states: 2,
-        on_road: false,
-        on_sensor: false,
-        local: false,
-        corners: false,
         expected: &[(0, 0.2, 0.25)],
         words: "the wheel is a mass of its own on the tyre, below a fork or suspension stage",
         confused_with: &["viscoelastic_tyre", "sensor_delay", "tyre_enveloping"],
         source: "Schoeneck & Nagurka, BMD 2023 (quarter car of a bicycle)",
+        ..Spec::ORDINARY
     };
 
     /// With the wheel between tyre and mass, the suspension's force takes the tyre's place.

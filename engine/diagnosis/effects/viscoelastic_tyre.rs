@@ -22,14 +22,12 @@ impl Effect for ViscoelasticTyre {
     const SPEC: Spec = Spec {
         id: "viscoelastic_tyre",
         acts: Acts::OneAxle,
-        needs: &[],
         parameters: &[BRANCH, TIME],
         amplitudes: &[0],
         starts: |s| {
             let period = s.period();
             [0.06, 0.15, 0.4, 1.0, 3.0].map(|f| [(BRANCH.size)(s), f * period, 0.0]).to_vec()
         },
-        nearer: none_nearer,
         report: |p, s| {
             vec![
                 reported(&BRANCH, p[0], [0.0, (BRANCH.limits)(s)[1]]),
@@ -38,14 +36,10 @@ impl Effect for ViscoelasticTyre {
         },
         stiffens: |p, _| p[0],
         states: 1,
-        on_road: false,
-        on_sensor: false,
-        local: false,
-        corners: false,
-        expected: &[],
         words: "the tyre relaxes: part of its stiffness acts only while the deflection changes",
         confused_with: &["sprung_mass", "sensor_delay"],
         source: "Dressel & Sadauckas 2020, Appl. Sci. 10:3156 (dynamic over static stiffness)",
+        ..Spec::ORDINARY
     };
 
     #[inline(always)]

@@ -18,18 +18,12 @@ impl Effect for WheelLift {
         parameters: &[LOAD],
         amplitudes: &[],
         starts: |s| [0.4, 0.7, 1.0].map(|f| [f * s.static_load, 0.0, 0.0]).to_vec(),
-        nearer: none_nearer,
         report: |p, s| vec![reported(&LOAD, p[0], [0.5 * s.static_load, 2.0 * s.static_load])],
-        stiffens: no_stiffer,
-        states: 0,
-        on_road: false,
-        on_sensor: false,
-        local: false,
         corners: true,
-        expected: &[],
         words: "the wheel leaves the ground: the tyre cannot pull",
         confused_with: &["progressive_stiffness", "cubic_stiffness", "bump_stop"],
         source: "paper, eq. (2): the load F_nF has no lower bound there",
+        ..Spec::ORDINARY
     };
 
     #[inline(always)]

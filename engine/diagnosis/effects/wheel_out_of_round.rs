@@ -32,7 +32,6 @@ impl Effect for WheelOutOfRound {
                 })
                 .collect()
         },
-        nearer: none_nearer,
         report: |p, s| {
             vec![
                 Reported { name: "amplitude", unit: "m", value: p[0].hypot(p[1]), physical: p[0].hypot(p[1]) < 0.02 },
@@ -45,16 +44,11 @@ impl Effect for WheelOutOfRound {
                 },
             ]
         },
-        stiffens: no_stiffer,
-        states: 0,
         on_road: true,
-        on_sensor: false,
-        local: false,
-        corners: false,
-        expected: &[],
         words: "the wheel is out of round",
         confused_with: &["pedalling_force"],
         source: "Wilson & Schmidt, Bicycling Science, 4th ed. 2020",
+        ..Spec::ORDINARY
     };
 
     fn road(p: &Values, spot: &Spot, scale: &Scale, tap: &mut Tap) {

@@ -18,18 +18,12 @@ impl Effect for WheelbaseDelay {
         parameters: &[ERROR],
         amplitudes: &[0],
         starts: |_| vec![[0.01, 0.0, 0.0]],
-        nearer: none_nearer,
         report: |p, _| vec![reported(&ERROR, p[0], [-0.2, 0.2])],
-        stiffens: no_stiffer,
-        states: 0,
         on_road: true,
-        on_sensor: false,
-        local: false,
-        corners: false,
-        expected: &[],
         words: "the rear road input is shifted by a wrong wheelbase",
         confused_with: &["sensor_delay"],
         source: "effect library: rear input u_R(t) = u_F(t - L/V)",
+        ..Spec::ORDINARY
     };
 
     fn road(p: &Values, spot: &Spot, _scale: &Scale, tap: &mut Tap) {
