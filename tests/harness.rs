@@ -109,13 +109,27 @@ impl Server {
 
     fn on(postgres: bool, args: &[&str], env: &[(&str, &str)]) -> Self {
         let folder = Folder::new();
-        let args: Vec<String> = args.iter().map(|arg| (*arg).to_owned()).collect();
         let mut env: Vec<(String, String)> = env
             .iter()
             .map(|(key, value)| ((*key).to_owned(), (*value).to_owned()))
             .collect();
         let database = postgres.then(|| fresh_database(&folder)).flatten();
         env.extend(database.clone().map(|url| ("DATABASE_URL".to_owned(), url)));
+        Self::of(folder, database, args, env)
+    }
+
+    /// Starts on SQLite, on what lies in a folder.
+    pub fn in_folder(folder: Folder, args: &[&str]) -> Self {
+        Self::of(folder, None, args, Vec::new())
+    }
+
+    fn of(
+        folder: Folder,
+        database: Option<String>,
+        args: &[&str],
+        env: Vec<(String, String)>,
+    ) -> Self {
+        let args: Vec<String> = args.iter().map(|arg| (*arg).to_owned()).collect();
         let (child, url) = launch(&folder.0, &env, &args);
         let client = http().timeout(Duration::from_secs(120)).build().unwrap();
         Self {
@@ -331,4 +345,21 @@ pub fn http() -> ClientBuilder {
 /// Runs `veloid` to its end.
 pub fn veloid(args: &[&str]) -> Output {
     Command::new(VELOID).args(args).output().unwrap()
+}
+
+/// Runs `veloid identify` on the files of a ride and a bike; the report it writes, and what it says.
+pub fn identify(ride: &Path, bike: &Path, args: &[&str]) -> (Value, String) {
+    let folder = Folder::new();
+    let json = folder.0.join("report.json");
+    let mut command = Command::new(VELOID);
+    command.arg("identify").arg(ride).arg("--bike").arg(bike);
+    let output = command
+        .arg("--json")
+        .arg(&json)
+        .args(args)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{output:?}");
+    let report = serde_json::from_slice(&std::fs::read(json).unwrap()).unwrap();
+    (report, String::from_utf8(output.stdout).unwrap())
 }

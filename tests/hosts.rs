@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use crate::harness::{Folder, VELOID, veloid};
+use crate::harness::{Folder, VELOID, identify};
 use crate::ride;
 
 /// Longer than a worker's lease.
@@ -245,23 +245,9 @@ impl Lab {
     fn in_peace(&self) -> Value {
         let ride = self.folder.write("ride.csv", ride::example());
         let bike = self.folder.write("bike.json", ride::BIKE);
-        let json = self.folder.0.join("report.json");
-        let [ride, bike, json] = [&ride, &bike, &json].map(|path| path.to_str().unwrap());
-        let mut args = vec![
-            "identify",
-            ride,
-            "--bike",
-            bike,
-            "--json",
-            json,
-            "--no-diagnosis",
-            "--seed",
-            "7",
-        ];
-        args.extend(["--trials", "6", "--particles", "60", "--iterations", "1000"]);
-        let output = veloid(&args);
-        assert!(output.status.success(), "{output:?}");
-        serde_json::from_slice(&std::fs::read(json).unwrap()).unwrap()
+        let swarm = ["--trials", "6", "--particles", "60", "--iterations", "1000"];
+        let args = [&["--no-diagnosis", "--seed", "7"], &swarm[..]].concat();
+        identify(&ride, &bike, &args).0
     }
 }
 

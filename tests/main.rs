@@ -3,6 +3,7 @@
 
 mod access;
 mod api_guide;
+mod backup;
 mod bad_input;
 mod bench;
 mod browser;

@@ -2,9 +2,7 @@
 
 use std::path::PathBuf;
 
-use serde_json::Value;
-
-use crate::harness::{Folder, veloid};
+use crate::harness::{Folder, identify};
 
 /// A file of ../shared/real, where that folder is at hand.
 fn recording(name: &str) -> Option<PathBuf> {
@@ -30,30 +28,10 @@ fn regress_the_silverbox_is_identified_with_its_mass() {
         "bike.json",
         r#"{"bike": "silverbox", "mass_front_kg": null}"#,
     );
-    let json = folder.0.join("report.json");
-    let output = veloid(&[
-        "identify",
-        ride.to_str().unwrap(),
-        "--bike",
-        bike.to_str().unwrap(),
-        "--json",
-        json.to_str().unwrap(),
-        "--map",
-        "force_f=V1",
-        "--map",
-        "z_f=V2",
-        "--rate",
-        "610.35",
-        "--rows",
-        "40650:127400",
-        "--trials",
-        "1",
-        "--iterations",
-        "5",
-        "--no-diagnosis",
-    ]);
-    assert!(output.status.success(), "{output:?}");
-    let report: Value = serde_json::from_slice(&std::fs::read(json).unwrap()).unwrap();
+    let columns = ["--map", "force_f=V1", "--map", "z_f=V2", "--rate", "610.35"];
+    let quick = ["--trials", "1", "--iterations", "5", "--no-diagnosis"];
+    let args = [&columns[..], &["--rows", "40650:127400"], &quick].concat();
+    let (report, _) = identify(&ride, &bike, &args);
     assert_eq!(report["ride"]["samples"], 86_750);
     let fit = &report["output_error"]["front"];
     // Our own figure; the recording comes with no resonance to compare with.

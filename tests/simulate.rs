@@ -2,25 +2,29 @@
 
 use serde_json::Value;
 
-use crate::harness::{Folder, veloid};
+use crate::harness::{self, Folder, veloid};
 
 /// Simulates with these arguments, identifies what was written, and gives report and truth.
 fn there_and_back(simulate: &[&str], identify: &[&str]) -> (Value, Value) {
     let folder = Folder::new();
-    let [ride, bike, truth, report] =
-        ["ride.csv", "bike.json", "truth.json", "report.json"].map(|name| {
-            let path = folder.0.join(name);
-            path.to_str().unwrap().to_owned()
-        });
-    let files = ["simulate", &ride, "--bike", &bike, "--truth", &truth];
-    let simulated = veloid(&[&files, simulate].concat());
+    let [ride, bike, truth] = files(&folder);
+    let written = ["simulate", &ride, "--bike", &bike, "--truth", &truth];
+    let simulated = veloid(&[&written, simulate].concat());
     assert!(simulated.status.success(), "{simulated:?}");
-    let files = ["identify", &ride, "--bike", &bike, "--json", &report];
     let quick = ["--no-diagnosis", "--trials", "2", "--iterations", "12"];
-    let identified = veloid(&[&files, &quick[..], identify].concat());
-    assert!(identified.status.success(), "{identified:?}");
-    let read = |path| serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
-    (read(report), read(truth))
+    let quick = [&quick, identify].concat();
+    let (report, _) = harness::identify(ride.as_ref(), bike.as_ref(), &quick);
+    (report, read(&truth))
+}
+
+/// Paths of a ride, its bike and its truth.
+fn files(folder: &Folder) -> [String; 3] {
+    ["ride.csv", "bike.json", "truth.json"]
+        .map(|name| folder.0.join(name).to_str().unwrap().to_owned())
+}
+
+fn read(path: &str) -> Value {
+    serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
 }
 
 /// Largest error of k and of B by `method` (%).
@@ -162,9 +166,8 @@ fn effects_that_cannot_act_are_refused_in_one_line() {
 #[test]
 fn effects_are_in_the_ride_and_in_the_truth_and_are_named() {
     let folder = Folder::new();
-    let [ride, bike, truth, report] = ["ride.csv", "bike.json", "truth.json", "report.json"]
-        .map(|name| folder.0.join(name).to_str().unwrap().to_owned());
-    let files = ["simulate", &ride, "--bike", &bike, "--truth", &truth];
+    let [ride, bike, truth] = files(&folder);
+    let written = ["simulate", &ride, "--bike", &bike, "--truth", &truth];
     // At a steady speed a late rear sensor is a wheelbase that is off.
     let noise = ["--noise", "1e-5", "--damping", "500"];
     let outing = ["--duration", "30", "--speed-change", "0.3:11"];
@@ -174,13 +177,11 @@ fn effects_are_in_the_ride_and_in_the_truth_and_are_named() {
         "--effect",
         "sensor_delay:rear:delay=0.008",
     ];
-    let simulated = veloid(&[&files[..], &outing, &noise, &effects].concat());
+    let simulated = veloid(&[&written[..], &outing, &noise, &effects].concat());
     assert!(simulated.status.success(), "{simulated:?}");
-    let files = ["identify", &ride, "--bike", &bike, "--json", &report];
-    let identified = veloid(&[&files[..], &["--trials", "1", "--iterations", "2"]].concat());
-    assert!(identified.status.success(), "{identified:?}");
-    let [truth, report] = [truth, report]
-        .map(|path| serde_json::from_slice::<Value>(&std::fs::read(path).unwrap()).unwrap());
+    let quick = ["--trials", "1", "--iterations", "2"];
+    let (report, _) = harness::identify(ride.as_ref(), bike.as_ref(), &quick);
+    let truth = read(&truth);
     let found = &report["diagnosis"]["effects"];
     assert_eq!(
         found.as_array().unwrap().len(),
@@ -245,20 +246,8 @@ fn a_ride_of_the_papers_bench_is_identified() {
             csv += &format!("{},{d},{a}\n", table[i][0]);
         }
     }
-    let [ride, json] = [folder.write("ride.csv", csv), folder.0.join("report.json")];
-    let [ride, json] = [&ride, &json].map(|path| path.to_str().unwrap());
-    let arguments = [
-        "identify",
-        ride,
-        "--bike",
-        bike,
-        "--json",
-        json,
-        "--no-diagnosis",
-    ];
-    let output = veloid(&arguments);
-    assert!(output.status.success(), "{output:?}");
-    let report: Value = serde_json::from_slice(&std::fs::read(json).unwrap()).unwrap();
+    let ride = folder.write("ride.csv", csv);
+    let (report, _) = harness::identify(&ride, bike.as_ref(), &["--no-diagnosis"]);
     let truth = serde_json::json!({"rear": {"k_n_m": 110e3, "b_n_s_m": 1150.0}});
     let [k, b] = errors(&report, &truth, "output_error", &["rear"]);
     assert!(k < 1.0 && b < 5.0, "{k} % {b} %");

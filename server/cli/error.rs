@@ -8,6 +8,7 @@ use veloid_engine::ride::ReadError;
 use crate::jobs::Fault;
 use crate::options::OptionsError;
 use crate::store::MigrateError;
+use crate::store::snapshot::SnapshotError;
 
 /// Why a command ended badly.
 #[derive(Debug, thiserror::Error)]
@@ -36,6 +37,21 @@ pub enum CliError {
     NoKeys(SocketAddr),
     #[error("there is no valid key {0}")]
     NoSuchKey(Uuid),
+    #[error(
+        "the database is PostgreSQL: pg_dump and pg_restore copy it, and whatever keeps the raw files has its own way, \
+         as a bucket has its versions"
+    )]
+    OnPostgres,
+    #[error("{}: there is no such database", .0.display())]
+    NoDatabase(PathBuf),
+    #[error("{}: something is there already, expected a new or an empty folder", .0.display())]
+    NotEmpty(PathBuf),
+    #[error(
+        "{lost} of {of} raw files are missing or damaged, as said above; everything else was copied"
+    )]
+    FilesLost { lost: usize, of: usize },
+    #[error(transparent)]
+    Snapshot(#[from] SnapshotError),
     #[error("database: {0}")]
     Database(#[from] sqlx::Error),
     #[error(transparent)]

@@ -1,5 +1,6 @@
 //! The command line: one file per subcommand.
 
+mod backup;
 mod bench;
 mod demo;
 mod error;
@@ -9,12 +10,14 @@ mod key;
 mod metrics;
 mod migrate;
 mod openapi;
+mod restore;
 mod ride_csv;
 mod seed;
 mod serve;
 mod simulate;
 mod storage;
 mod summary;
+mod vault;
 mod worker;
 
 use std::io::IsTerminal;
@@ -49,6 +52,8 @@ enum Command {
     Identify(identify::Identify),
     Simulate(simulate::Simulate),
     Migrate(migrate::Migrate),
+    Backup(backup::Backup),
+    Restore(restore::Restore),
     Health(health::Health),
     Openapi(openapi::Openapi),
     Key(key::Key),
@@ -65,6 +70,8 @@ impl Cli {
             Command::Identify(command) => command.run(),
             Command::Simulate(command) => command.run(),
             Command::Migrate(command) => runtime()?.block_on(command.run()),
+            Command::Backup(command) => runtime()?.block_on(command.run()),
+            Command::Restore(command) => runtime()?.block_on(command.run()),
             Command::Health(command) => runtime()?.block_on(command.run()),
             Command::Openapi(command) => command.run(),
             Command::Key(command) => runtime()?.block_on(command.run()),

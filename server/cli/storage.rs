@@ -2,14 +2,17 @@
 
 use std::fs::{File, TryLockError};
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use clap::Args;
+use sqlx::sqlite::SqliteConnectOptions;
 use tokio::fs;
 use url::Url;
 
 use super::CliError;
+use super::vault::{DATABASE, Vault, is_empty};
 use crate::files::Files;
-use crate::store::Db;
+use crate::store::{Db, is_postgres};
 
 #[derive(Args)]
 pub struct Storage {
@@ -28,22 +31,59 @@ pub struct Storage {
 impl Storage {
     /// Opens the file store and the database, with its schema up to date.
     pub async fn open(&self) -> Result<(Db, Files), CliError> {
-        fs::create_dir_all(&self.data).await?;
-        let files = match &self.files {
-            Some(url) => Files::at(url, &self.data).await?,
-            None => Files::in_folder(&self.data).await?,
-        };
-        let url = self
-            .database_url
-            .clone()
-            .unwrap_or_else(|| format!("sqlite:{}", self.data.join("veloid.db").display()));
+        let files = self.open_files().await?;
         // SQLite's migrator takes no lock of its own.
         let lock = File::create(self.data.join("migrate.lock"))?;
         lock.lock()?;
-        let db = Db::connect(&url).await?;
+        let db = Db::connect(&self.url()).await?;
         db.migrate().await?;
         lock.unlock()?;
         Ok((db, files))
+    }
+
+    /// Database and raw files as they lie there, without opening the database.
+    pub async fn vault(&self) -> Result<Vault, CliError> {
+        let database = self.sqlite_file()?;
+        if !database.is_file() {
+            return Err(CliError::NoDatabase(database));
+        }
+        let files = self.open_files().await?;
+        Ok(Vault { database, files })
+    }
+
+    /// The same where nothing lies yet.
+    pub async fn empty_vault(&self) -> Result<Vault, CliError> {
+        let database = self.sqlite_file()?;
+        if !is_empty(&self.data).await? {
+            return Err(CliError::NotEmpty(self.data.clone()));
+        }
+        if database.exists() {
+            return Err(CliError::NotEmpty(database));
+        }
+        let files = self.open_files().await?;
+        Ok(Vault { database, files })
+    }
+
+    async fn open_files(&self) -> Result<Files, CliError> {
+        fs::create_dir_all(&self.data).await?;
+        Ok(match &self.files {
+            Some(url) => Files::at(url, &self.data).await?,
+            None => Files::in_folder(&self.data).await?,
+        })
+    }
+
+    fn url(&self) -> String {
+        let default = || format!("sqlite:{}", self.data.join(DATABASE).display());
+        self.database_url.clone().unwrap_or_else(default)
+    }
+
+    fn sqlite_file(&self) -> Result<PathBuf, CliError> {
+        let url = self.url();
+        if is_postgres(&url) {
+            return Err(CliError::OnPostgres);
+        }
+        let options = SqliteConnectOptions::from_str(&url)?;
+        Ok(options.get_filename().to_owned())
     }
 
     /// On SQLite one process works at a time, which is how it knows at its start that what is

@@ -26,10 +26,15 @@ const SESSION: [(&str, &str); 5] = [
 const WRITING: (&str, &str) = ("statement_timeout", "60s");
 const READING: (&str, &str) = ("statement_timeout", "10s");
 
+/// Whether an address is that of a PostgreSQL.
+pub fn is_postgres(url: &str) -> bool {
+    url.starts_with("postgres://") || url.starts_with("postgresql://")
+}
+
 impl Db {
     /// Opens `sqlite:FILE` (made when absent) or `postgres://...`.
     pub async fn connect(url: &str) -> sqlx::Result<Db> {
-        if url.starts_with("postgres://") || url.starts_with("postgresql://") {
+        if is_postgres(url) {
             let options = PgConnectOptions::from_str(url)?.options(SESSION);
             let pool = |most, options| {
                 PgPoolOptions::new()

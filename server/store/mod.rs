@@ -31,11 +31,13 @@ pub mod result;
 pub mod ride;
 pub mod river;
 pub mod season;
+pub mod snapshot;
 pub mod trial;
 pub mod worker;
 
 use std::time::Duration;
 
+pub use connect::is_postgres;
 pub use migrate::MigrateError;
 use sqlx::{PgPool, Postgres, Sqlite, SqlitePool, Transaction};
 

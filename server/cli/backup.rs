@@ -1,0 +1,30 @@
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::CliError;
+use super::storage::Storage;
+use super::vault::{Vault, is_empty};
+
+/// Copies database and raw files into a new folder, while the server runs.
+///
+/// Everything that was acknowledged before this begins is in the copy. On PostgreSQL use pg_dump.
+#[derive(Args)]
+pub struct Backup {
+    #[command(flatten)]
+    storage: Storage,
+    /// Where to write the backup: a folder that is empty or not there yet.
+    folder: PathBuf,
+}
+
+impl Backup {
+    pub async fn run(self) -> Result<(), CliError> {
+        let from = self.storage.vault().await?;
+        if !is_empty(&self.folder).await? {
+            return Err(CliError::NotEmpty(self.folder));
+        }
+        let copied = from.copy_to(&Vault::in_folder(&self.folder).await?).await?;
+        println!("{}: {copied}", self.folder.display());
+        Ok(())
+    }
+}
