@@ -23,11 +23,20 @@ fn home() -> Filter<'static> {
 
 /// Runs a test on a fresh database of each kind.
 async fn on_each(test: impl AsyncFn(Db)) {
+    on_each_empty(async |db| {
+        db.migrate().await.unwrap();
+        test(db).await;
+    })
+    .await;
+}
+
+/// Runs a test on a database of each kind that has no tables yet.
+pub async fn on_each_empty(test: impl AsyncFn(Db)) {
     let name = format!("veloid_conformance_{}", Uuid::now_v7().simple());
     let folder = std::env::temp_dir().join(&name);
     std::fs::create_dir(&folder).unwrap();
     let url = format!("sqlite:{}", folder.join("veloid.db").display());
-    test(fresh(&url).await).await;
+    test(Db::connect(&url).await.unwrap()).await;
     std::fs::remove_dir_all(folder).unwrap();
 
     let Ok(server) = std::env::var("VELOID_TEST_POSTGRES") else {
@@ -42,18 +51,13 @@ async fn on_each(test: impl AsyncFn(Db)) {
         .execute(&mut admin)
         .await
         .unwrap();
-    test(fresh(&format!("{server}/{name}")).await).await;
+    let url = format!("{server}/{name}");
+    test(Db::connect(&url).await.unwrap()).await;
     let drop = format!("DROP DATABASE {name} WITH (FORCE)");
     sqlx::query(AssertSqlSafe(drop))
         .execute(&mut admin)
         .await
         .unwrap();
-}
-
-async fn fresh(url: &str) -> Db {
-    let db = Db::connect(url).await.unwrap();
-    db.migrate().await.unwrap();
-    db
 }
 
 fn queue(db: &Db) -> Queue {

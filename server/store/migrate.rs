@@ -14,10 +14,32 @@ const MIGRATION_LOCK: i64 = 0x7665_6c6f_6964;
 pub enum MigrateError {
     #[error("database: {0}")]
     Database(#[from] sqlx::Error),
+    #[error(
+        "the database has schema {found}, this veloid knows none after {newest}: a newer one was here, use that"
+    )]
+    Newer { found: i64, newest: i64 },
     #[error("schema: {0}")]
-    Schema(#[from] sqlx::migrate::MigrateError),
+    Schema(sqlx::migrate::MigrateError),
     #[error("queue schema: {0}")]
     Queue(#[from] riverqueue::migrate::Error),
+}
+
+impl From<sqlx::migrate::MigrateError> for MigrateError {
+    fn from(error: sqlx::migrate::MigrateError) -> Self {
+        match error {
+            sqlx::migrate::MigrateError::VersionMissing(found) if found > newest() => {
+                let newest = newest();
+                MigrateError::Newer { found, newest }
+            }
+            other => MigrateError::Schema(other),
+        }
+    }
+}
+
+/// The newest schema that this program knows; both databases have the same numbers.
+fn newest() -> i64 {
+    let versions = SQLITE.iter().map(|migration| migration.version);
+    versions.max().unwrap_or(0)
 }
 
 impl Db {
@@ -60,10 +82,13 @@ impl Db {
 }
 
 #[cfg(test)]
+mod upgrade;
+
+#[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Migrations that each database makes in its own way; tests/upgrade.rs compares the outcome.
+    /// Migrations that each database makes in its own way; `upgrade` compares the outcome.
     const OWN_WAY: [i64; 1] = [4];
 
     /// The PostgreSQL text of a SQLite migration.

@@ -1,0 +1,235 @@
+//! Databases of every schema there has been, with rows in them, brought to the newest.
+#![allow(clippy::unwrap_used)]
+
+use sqlx::AssertSqlSafe;
+use uuid::Uuid;
+
+use super::{MigrateError, POSTGRES, SQLITE, newest};
+use crate::conformance::on_each_empty;
+use crate::jobs::Queue;
+use crate::store::job::{self, Filter, State};
+use crate::store::key::{self, HOME};
+use crate::store::{Db, Tx, bike, idempotency_key, parameter, result, ride, trial};
+
+/// Rows as the first schema had them; `{group}` is where later ones name the group, and a line
+/// `-- from N` stands above what earlier ones than N do not have.
+const ROWS: &str = include_str!("rows.sql");
+
+/// Tables with rows in them.
+const TABLES: [&str; 9] = [
+    "bike",
+    "ride",
+    "job",
+    "trial",
+    "result",
+    "parameter",
+    "idempotency_key",
+    "worker",
+    "river_job",
+];
+
+fn id(number: u128) -> Uuid {
+    Uuid::from_u128((0x018b_cfe5_6800_7000_8000 << 48) + number)
+}
+
+/// Makes tables and queue as they were.
+async fn migrate_to(db: &Db, schema: i64) {
+    match db {
+        Db::Sqlite { write, .. } => {
+            SQLITE.run_to(schema, write).await.unwrap();
+            super::SqliteMigrator::new(write.clone())
+                .migrate_up()
+                .await
+                .unwrap();
+        }
+        Db::Postgres { write, .. } => {
+            POSTGRES.run_to(schema, write).await.unwrap();
+            super::PostgresMigrator::new(write.clone())
+                .migrate_up()
+                .await
+                .unwrap();
+        }
+    }
+}
+
+async fn execute(tx: &mut Tx, sql: String) {
+    let done = on!(tx, t => sqlx::raw_sql(AssertSqlSafe(sql)).execute(&mut **t).await.map(drop));
+    done.unwrap();
+}
+
+async fn fill(db: &Db, schema: i64) -> i64 {
+    let queue = Queue(db.river().build().unwrap());
+    let mut tx = db.begin().await.unwrap();
+    let row = queue.observe(&mut tx, id(4)).await.unwrap();
+    let (group, home) = match schema {
+        ..4 => ("", ""),
+        _ => (", group_name", ", 'default'"),
+    };
+    let mut sql = ROWS
+        .replace("{group}", group)
+        .replace("{home}", home)
+        .replace("{river}", &row.to_string());
+    for number in 1..=5 {
+        let literal = match db {
+            Db::Sqlite { .. } => format!("x'{}'", id(number).simple()),
+            Db::Postgres { .. } => format!("'{}'", id(number)),
+        };
+        sql = sql.replace(&format!("#{number}"), &literal);
+    }
+    for statement in sql.split("\n\n") {
+        let from = statement
+            .strip_prefix("-- from ")
+            .and_then(|rest| rest.lines().next());
+        if from.is_none_or(|from| from.parse::<i64>().unwrap() <= schema) {
+            execute(&mut tx, statement.to_owned()).await;
+        }
+    }
+    tx.commit().await.unwrap();
+    row
+}
+
+async fn counts(db: &Db) -> Vec<i64> {
+    let mut counts = Vec::new();
+    for table in TABLES {
+        let sql = AssertSqlSafe(format!("SELECT COUNT(*) FROM {table}"));
+        let count = on!(read db, p => sqlx::query_scalar(sql).fetch_one(p).await);
+        counts.push(count.unwrap());
+    }
+    counts
+}
+
+#[tokio::test]
+async fn a_database_of_every_schema_keeps_what_is_in_it() {
+    for schema in 1..=newest() {
+        on_each_empty(async |db| {
+            migrate_to(&db, schema).await;
+            let row = fill(&db, schema).await;
+            let before = counts(&db).await;
+            assert!(before.iter().all(|count| *count > 0), "{before:?}");
+            db.migrate().await.unwrap();
+            assert_eq!(counts(&db).await, before, "from schema {schema}");
+            if let Db::Sqlite { write, .. } = &db {
+                let broken = sqlx::query("PRAGMA foreign_key_check")
+                    .fetch_all(write)
+                    .await;
+                assert!(broken.unwrap().is_empty(), "from schema {schema}");
+            }
+            is_read(&db, row).await;
+            if schema >= 3 {
+                let key = key::find(&db, "cd").await.unwrap().unwrap();
+                assert!(key.is_valid() && key.max_upload_bytes == Some(1000));
+            }
+            if schema >= 4 {
+                let other = bike::find(&db, "others", "lab-7").await.unwrap().unwrap();
+                assert_eq!(other.document.0.mass_front_kg, Some(9.0));
+                let mut tx = db.begin().await.unwrap();
+                assert_eq!(key::unfinished_jobs(&mut tx, id(5)).await.unwrap(), 1);
+            }
+        })
+        .await;
+    }
+}
+
+/// The store reads all rows that any schema has, and goes on with the job that waits.
+async fn is_read(db: &Db, row: i64) {
+    let bike = bike::find(db, HOME, "lab-7").await.unwrap().unwrap();
+    assert_eq!((bike.jobs, bike.document.0.mass_rear_kg), (3, Some(63.0)));
+    let ride = ride::find(db, HOME, id(1)).await.unwrap().unwrap();
+    assert_eq!((ride.name.as_str(), ride.bytes), ("ride.csv", 3));
+
+    let done = job::find(db, HOME, id(2)).await.unwrap().unwrap();
+    assert_eq!((done.state, done.revision), (State::Succeeded, 6));
+    assert_eq!(done.verdict.as_deref(), Some("named"));
+    assert_eq!(done.request.0.options.settings.seed, 7);
+    assert_eq!(done.request.0.options.reading.rate_hz, Some(200.0));
+    assert_eq!(done.summary.0.ignored, ["x"]);
+    let front = done.least_squares.unwrap().0.front.unwrap();
+    assert_eq!(front.b_n_s_m, 1200.0);
+    let failed = job::find(db, HOME, id(3)).await.unwrap().unwrap();
+    assert_eq!(failed.failure.unwrap().0.kind, "crash");
+    let all = Filter {
+        group: HOME,
+        ..Filter::default()
+    };
+    assert_eq!(job::page(db, &all, 9).await.unwrap().len(), 3);
+
+    let trials = trial::list(db, id(2)).await.unwrap();
+    assert_eq!(trials[0].result.as_ref().unwrap().0.best_cost, [0.5, 0.25]);
+    let report = result::text(db, id(2), result::REPORT).await.unwrap();
+    assert_eq!(report.as_deref(), Some(r#"{"veloid": "0.1.0"}"#));
+    let named = parameter::Filter {
+        group: HOME,
+        effect: Some("coulomb_friction"),
+        ..parameter::Filter::default()
+    };
+    let parameters = parameter::page(db, &named, 9).await.unwrap();
+    assert_eq!((parameters.len(), parameters[0].value), (1, 20.5));
+
+    let mut tx = db.begin().await.unwrap();
+    let used = idempotency_key::find(&mut tx, HOME, "once").await.unwrap();
+    assert_eq!(used, Some(("f2".to_owned(), id(2))));
+    assert_eq!(job::lock(&mut tx, id(4)).await.unwrap(), Some(Some(row)));
+    job::start(&mut tx, id(4)).await.unwrap();
+    tx.commit().await.unwrap();
+    let running = job::find(db, HOME, id(4)).await.unwrap().unwrap();
+    assert_eq!(running.state, State::Running);
+}
+
+#[tokio::test]
+async fn a_database_of_a_newer_program_is_refused_and_left_alone() {
+    on_each_empty(async |db| {
+        db.migrate().await.unwrap();
+        let mut tx = db.begin().await.unwrap();
+        let later = "INSERT INTO _sqlx_migrations (version, description, success, checksum, execution_time) \
+            SELECT 999, 'later', success, checksum, execution_time FROM _sqlx_migrations WHERE version = 1";
+        execute(&mut tx, later.to_owned()).await;
+        tx.commit().await.unwrap();
+        let refused = db.migrate().await.unwrap_err();
+        assert!(matches!(refused, MigrateError::Newer { found: 999, .. }), "{refused}");
+    })
+    .await;
+}
+
+/// Name and type of every column. Types have two names for the same.
+async fn columns(db: &Db) -> Vec<(String, String, String)> {
+    const SQLITE: &str = "\
+        SELECT m.name, c.name, c.type FROM sqlite_master m, pragma_table_info(m.name) c \
+        WHERE m.type = 'table' AND m.name NOT LIKE '%sql%' AND m.name NOT LIKE 'river%'";
+    const POSTGRES: &str = "\
+        SELECT table_name::TEXT, column_name::TEXT, data_type::TEXT FROM information_schema.columns \
+        WHERE table_schema = 'public' AND table_name NOT LIKE '%sql%' AND table_name NOT LIKE 'river%'";
+    let rows = match db {
+        Db::Sqlite { read, .. } => sqlx::query_as(SQLITE).fetch_all(read).await,
+        Db::Postgres { read, .. } => sqlx::query_as(POSTGRES).fetch_all(read).await,
+    };
+    let mut rows: Vec<(String, String, String)> = rows.unwrap();
+    for (_, _, kind) in &mut rows {
+        *kind = match kind.as_str() {
+            "uuid" => "BLOB".to_owned(),
+            "bigint" => "INTEGER".to_owned(),
+            "double precision" => "REAL".to_owned(),
+            "json" => "TEXT".to_owned(),
+            other => other.to_uppercase(),
+        };
+    }
+    rows.sort();
+    rows
+}
+
+/// Whichever way each database went, the outcome is the same.
+#[tokio::test]
+async fn both_databases_end_with_the_same_columns() {
+    let outcomes = std::sync::Mutex::new(Vec::new());
+    on_each_empty(async |db| {
+        db.migrate().await.unwrap();
+        let outcome = columns(&db).await;
+        outcomes.lock().unwrap().push(outcome);
+    })
+    .await;
+    let outcomes = outcomes.into_inner().unwrap();
+    assert!(outcomes[0].len() > 50, "{:?}", outcomes[0]);
+    assert!(
+        outcomes.iter().all(|columns| *columns == outcomes[0]),
+        "{outcomes:#?}"
+    );
+}
