@@ -58,6 +58,37 @@ async fn rides_are_previewed_uploaded_and_followed() {
 }
 
 #[tokio::test]
+async fn a_ride_is_dropped_on_the_form() {
+    let server = Server::start();
+    let Some(browser) = Browser::start(Look::WIDE).await else {
+        return;
+    };
+    browser.goto(&server.address("/")).await;
+    let ride = json!(ride::table(2000, 200.0));
+    let drag = |kind: &str| {
+        format!(
+            "const dataTransfer = new DataTransfer(); \
+             dataTransfer.items.add(new File([{ride}], 'dropped.csv', {{ type: 'text/csv' }})); \
+             const event = new DragEvent('{kind}', {{ dataTransfer, bubbles: true, cancelable: true }}); \
+             return document.querySelector('.drop').dispatchEvent(event)"
+        )
+    };
+    const OVER: &str = "return document.querySelector('.drop').classList.contains('over')";
+    // False: the page takes the file, instead of the browser leaving for it.
+    assert_eq!(browser.run(&drag("dragover")).await, false);
+    assert_eq!(browser.run(OVER).await, true);
+    assert_eq!(browser.run(&drag("drop")).await, false);
+    assert_eq!(browser.run(OVER).await, false);
+    browser.sees("#rides", "10.0 s at 200 Hz").await;
+    browser.sees("#rides li strong", "dropped.csv").await;
+    browser.fill("#bike", ride::BIKE).await;
+    browser.click("button.primary").await;
+    // One ride alone leads to its job.
+    browser.sees("h1", "lab-7: dropped.csv").await;
+    browser.stop().await;
+}
+
+#[tokio::test]
 async fn curves_grow_while_the_job_runs_come_back_after_a_reload_and_it_is_cancelled() {
     let server = Server::start();
     let Some(browser) = Browser::start(Look::WIDE).await else {

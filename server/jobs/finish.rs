@@ -3,7 +3,7 @@
 use serde_json::Value;
 use uuid::Uuid;
 use veloid_engine::bicycle::PerAxle;
-use veloid_engine::diagnosis::{Diagnosis, Place};
+use veloid_engine::diagnosis::Diagnosis;
 use veloid_engine::report::{Estimate, Report};
 
 use crate::store::parameter::{self, Parameter};
@@ -53,11 +53,7 @@ fn parameters(report: &Report) -> Vec<Parameter> {
     if let Some(diagnosis) = &report.diagnosis {
         found.extend(of_estimates("extended", &diagnosis.extended));
         for effect in &diagnosis.effects {
-            let axle = match effect.axle {
-                Place::Front => "front",
-                Place::Rear => "rear",
-                Place::Both => "both",
-            };
+            let axle = effect.axle.name();
             found.extend(effect.parameters.iter().map(|(name, parameter)| Parameter {
                 method: "extended",
                 axle,

@@ -14,10 +14,9 @@ use super::number::{Quantity, fixed};
 use super::words;
 use crate::api::App;
 use crate::api::access::Caller;
-use crate::api::jobs::report::not_finished;
+use crate::api::jobs::report::published;
 use crate::api::jobs::view::find;
 use crate::api::problem::{Kind, Problem};
-use crate::store::{Db, result};
 
 /// Differences beyond so many standard errors are marked.
 const CLEAR: f64 = 3.0;
@@ -66,10 +65,11 @@ pub async fn compare(
         let detail = format!("{} jobs were chosen, expected two to eight", ids.len());
         return Err(Problem::new(Kind::BadRequest, detail).into());
     }
-    let (mut jobs, mut reports) = (Vec::new(), Vec::new());
+    let (mut jobs, mut reports) = (Vec::new(), Vec::<Report>::new());
     for id in ids {
         let job = find(&server.db, &caller.group, id).await?;
-        reports.push(report(&server.db, id).await?);
+        let text = published(&server.db, id).await?;
+        reports.push(serde_json::from_str(&text).map_err(Problem::internal)?);
         jobs.push(Side {
             address: job.links.job,
             page: job.links.page,
@@ -86,13 +86,6 @@ pub async fn compare(
         rows: rows(&reports),
         effects: effects(&reports),
     })
-}
-
-async fn report(db: &Db, id: Uuid) -> Result<Report, Problem> {
-    let text = result::text(db, id, result::REPORT)
-        .await?
-        .ok_or_else(not_finished)?;
-    serde_json::from_str(&text).map_err(Problem::internal)
 }
 
 /// The estimate to go by.
@@ -140,9 +133,7 @@ fn effects(reports: &[Report]) -> Vec<(String, Vec<String>)> {
     let mut found: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for (i, report) in reports.iter().enumerate() {
         for effect in report.diagnosis.iter().flat_map(|d| &d.effects) {
-            let place = serde_json::to_value(effect.axle).ok();
-            let place = place.as_ref().and_then(|p| p.as_str()).unwrap_or_default();
-            let name = format!("{} ({place})", words::title(&effect.id));
+            let name = format!("{} ({})", words::title(&effect.id), effect.axle.name());
             let values = effect.parameters.iter().map(|(name, p)| {
                 format!(
                     "{} {}",

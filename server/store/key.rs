@@ -120,6 +120,11 @@ pub async fn find(db: &Db, sha256: &str) -> sqlx::Result<Option<KeyRow>> {
     on!(read db, p => sqlx::query_as(SQL).bind(sha256).fetch_optional(p).await)
 }
 
+pub async fn by_id(db: &Db, id: Uuid) -> sqlx::Result<Option<KeyRow>> {
+    const SQL: &str = select!("WHERE id = $1");
+    on!(read db, p => sqlx::query_as(SQL).bind(id).fetch_optional(p).await)
+}
+
 /// All keys, oldest first.
 pub async fn list(db: &Db) -> sqlx::Result<Vec<KeyRow>> {
     const SQL: &str = select!("ORDER BY id");

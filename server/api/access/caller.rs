@@ -7,7 +7,7 @@ use uuid::Uuid;
 use super::Limits;
 use crate::api::problem::{Kind, Problem};
 use crate::store::key::{self, HOME, KeyRow, Scope, Scopes};
-use crate::store::{Tx, job};
+use crate::store::{Db, Tx, job};
 
 /// Wait that is asked for where jobs have to end first.
 const JOBS_WAIT: Duration = Duration::from_secs(10);
@@ -64,6 +64,13 @@ impl Caller {
                 self.scopes
             ),
         ))
+    }
+
+    /// Whether the caller may still be here: a key may end while an answer is being sent.
+    pub async fn is_admitted(&self, db: &Db) -> bool {
+        let Some(key) = self.key else { return true };
+        let row = key::by_id(db, key).await;
+        row.is_ok_and(|row| row.is_some_and(|row| row.is_valid()))
     }
 
     /// Largest upload (bytes), at most the server's own.

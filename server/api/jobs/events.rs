@@ -19,7 +19,7 @@ use crate::api::{App, Server};
 use crate::jobs::HubEvent;
 use crate::store::{job, trial};
 
-/// How often the database is asked for what other processes did.
+/// How often the database is asked for what other processes did, and whether the key has ended.
 const LOOK: Duration = Duration::from_secs(1);
 /// Wait that clients are asked to keep before they come back (ms).
 const RETRY: Duration = Duration::from_secs(2);
@@ -43,7 +43,7 @@ pub struct Curve {
 ///
 /// `snapshot` comes first and holds everything so far; then `iteration` for every iteration of a
 /// swarm, `stage` with the job whenever it has changed, and `done` with the job at its end, which is
-/// also the end of the stream. A client that comes back with `Last-Event-ID` gets what it missed, or
+/// also the end of the stream. It ends too when the caller's key does. A client that comes back with `Last-Event-ID` gets what it missed, or
 /// a snapshot where that is no longer known.
 #[utoipa::path(get, path = "/v1/jobs/{id}/events", operation_id = "follow_job", tag = "jobs",
     params(("id" = Uuid, Path),
@@ -62,12 +62,12 @@ pub async fn events(
         .and_then(|value| server.hub.parse_event_id(value.to_str().ok()?));
     find(&server.db, &caller.group, id).await?;
     let keep_alive = KeepAlive::new().interval(Duration::from_secs(15));
-    Ok(Sse::new(stream(server, caller.group, id, last)).keep_alive(keep_alive))
+    Ok(Sse::new(stream(server, caller, id, last)).keep_alive(keep_alive))
 }
 
 fn stream(
     server: Arc<Server>,
-    group: String,
+    caller: Caller,
     id: Uuid,
     last: Option<u64>,
 ) -> impl Stream<Item = Result<Event, Infallible>> {
@@ -76,7 +76,7 @@ fn stream(
         let subscription = server.hub.subscribe(id, last);
         let mut receiver = subscription.receiver;
         let mut event_id = subscription.last_id;
-        let Ok(mut view) = find(&server.db, &group, id).await else { return };
+        let Ok(mut view) = find(&server.db, &caller.group, id).await else { return };
         match subscription.missed {
             Some(missed) => for (event_id, iteration) in missed {
                 yield Ok(event(&server, event_id, "iteration", &iteration));
@@ -90,10 +90,16 @@ fn stream(
         if last.is_some() && !view.state.is_final() {
             yield Ok(event(&server, event_id, "stage", &view));
         }
+        let mut look = tokio::time::interval(LOOK);
         while !view.state.is_final() {
             let heard = tokio::select! {
                 heard = receiver.recv() => heard,
-                () = tokio::time::sleep(LOOK) => Ok(HubEvent::Changed),
+                _ = look.tick() => {
+                    if !caller.is_admitted(&server.db).await {
+                        return;
+                    }
+                    Ok(HubEvent::Changed)
+                }
                 () = server.stop.cancelled() => return,
             };
             match heard {
@@ -106,12 +112,12 @@ fn stream(
                 Err(RecvError::Lagged(_)) => return,
                 Err(RecvError::Closed) => tokio::time::sleep(LOOK).await,
             }
-            match job::revision(&server.db, &group, id).await {
+            match job::revision(&server.db, &caller.group, id).await {
                 Ok(Some((revision, _))) if revision == view.revision => continue,
                 Ok(Some(_)) => {}
                 _ => return,
             }
-            let Ok(now) = find(&server.db, &group, id).await else { return };
+            let Ok(now) = find(&server.db, &caller.group, id).await else { return };
             view = now;
             if !view.state.is_final() {
                 yield Ok(event(&server, event_id, "stage", &view));

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use veloid_engine::bicycle::Axle;
+use veloid_engine::diagnosis::{Diagnosis, ParameterReport};
 use veloid_engine::report::{Estimate, Report};
 
 /// What does not depend on the ride: the exact solution for inputs that are cubic splines.
@@ -64,17 +65,8 @@ fn write(out: &mut String, report: &Report, file: &str) -> std::fmt::Result {
         quoted(&report.bike.bike)
     )?;
     writeln!(out, "% stamps; z holds one column per axle (m).")?;
-    for effect in report.diagnosis.iter().flat_map(|d| &d.effects) {
-        writeln!(
-            out,
-            "% Left out here: {}, {:?}",
-            effect.id,
-            effect
-                .parameters
-                .iter()
-                .map(|(name, p)| format!("{name} = {} {}", p.value, p.unit))
-                .collect::<Vec<_>>()
-        )?;
+    if let Some(diagnosis) = &report.diagnosis {
+        left_out(out, diagnosis)?;
     }
     writeln!(out, "  if nargin < 1, file = {}; end", quoted(file))?;
     writeln!(out, "  ride = importdata(file, ',', 1);")?;
@@ -90,6 +82,34 @@ fn write(out: &mut String, report: &Report, file: &str) -> std::fmt::Result {
     )?;
     writeln!(out, "end")?;
     out.write_str(SIMULATE)
+}
+
+/// The head's lines on what the diagnosis found and the script does not simulate.
+fn left_out(out: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result {
+    if diagnosis.effects.is_empty() {
+        return Ok(());
+    }
+    writeln!(
+        out,
+        "% The diagnosis found effects that are NOT in this script (docs/method.md has their laws):"
+    )?;
+    for effect in &diagnosis.effects {
+        let value = |(name, p): (&String, &ParameterReport)| match p.unit.as_str() {
+            "-" => format!("{name} = {}", p.value),
+            unit => format!("{name} = {} {unit}", p.value),
+        };
+        let values: Vec<String> = effect.parameters.iter().map(value).collect();
+        let axle = effect.axle.name();
+        writeln!(out, "%   {} ({axle}): {}", effect.id, values.join(", "))?;
+    }
+    writeln!(
+        out,
+        "% With them in the model, stiffness (N/m) and damping (N s/m) are:"
+    )?;
+    for (axle, e) in diagnosis.extended.iter() {
+        writeln!(out, "%   {axle}: {}, {}", e.k_n_m, e.b_n_s_m)?;
+    }
+    Ok(())
 }
 
 fn axle_lines(out: &mut String, report: &Report, axle: Axle, e: &Estimate) -> std::fmt::Result {

@@ -10,13 +10,13 @@ use veloid_engine::diagnosis::EffectReport;
 use veloid_engine::report::{Estimate, Report};
 
 use super::matlab;
-use super::report::not_finished;
+use super::report::published;
 use super::view::no_such_job;
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::extract::{Path, Query};
 use crate::api::problem::Problem;
-use crate::store::{job, result};
+use crate::store::job;
 
 const EQUATION: &str = "m z'' = k (u - z) + B (u' - z') + F";
 
@@ -69,9 +69,7 @@ pub async fn model(
     let job = job::find(&server.db, &caller.group, id)
         .await?
         .ok_or_else(no_such_job)?;
-    let text = result::text(&server.db, id, result::REPORT)
-        .await?
-        .ok_or_else(not_finished)?;
+    let text = published(&server.db, id).await?;
     let report: Report = serde_json::from_str(&text).map_err(Problem::internal)?;
     match params.format.unwrap_or_default() {
         ModelFormat::Json => Ok(Json(IdentifiedModel::of(report)).into_response()),

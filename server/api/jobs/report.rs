@@ -9,7 +9,7 @@ use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::extract::{Path, etag, matches, not_modified, tagged};
 use crate::api::problem::{Kind, Problem};
-use crate::store::{job, result};
+use crate::store::{Db, job, result};
 
 /// The report, as `veloid identify --json` writes it, number for number.
 #[utoipa::path(get, path = "/v1/jobs/{id}/report", operation_id = "get_report", tag = "jobs", params(("id" = Uuid, Path)),
@@ -31,16 +31,18 @@ pub async fn report(
     if matches(&headers, &tag) {
         return Ok(not_modified(&tag));
     }
-    let Some(text) = result::text(&server.db, id, result::REPORT).await? else {
-        return Err(not_finished());
-    };
+    let text = published(&server.db, id).await?;
     let json = [(header::CONTENT_TYPE, "application/json")];
     Ok(tagged(&tag, (json, text).into_response()))
 }
 
-pub fn not_finished() -> Problem {
-    Problem::new(
-        Kind::NotFinished,
-        "the report is there when the job has succeeded; least squares stand in the job before",
-    )
+/// Text of the job's report, or the problem that it has none (yet).
+pub async fn published(db: &Db, job: Uuid) -> Result<String, Problem> {
+    let text = result::text(db, job, result::REPORT).await?;
+    text.ok_or_else(|| {
+        Problem::new(
+            Kind::NotFinished,
+            "the report is there when the job has succeeded; least squares stand in the job before",
+        )
+    })
 }

@@ -7,14 +7,13 @@ use utoipa::IntoParams;
 use uuid::Uuid;
 use veloid_engine::report::{Quantity, Report, Series, Window};
 
-use super::report::not_finished;
+use super::report::published;
 use super::view::no_such_job;
 use crate::api::access::Caller;
 use crate::api::extract::{Path, Query, etag, matches, not_modified, tagged};
 use crate::api::problem::{Kind, Problem};
 use crate::api::{App, Server};
 use crate::store::job::{self, JobRow};
-use crate::store::result;
 
 const POINTS: usize = 2000;
 const MOST_POINTS: usize = 100_000;
@@ -71,8 +70,7 @@ pub async fn series(
 }
 
 async fn simulate(server: &Server, job: &JobRow, quantity: Quantity) -> Result<Series, Problem> {
-    let text = result::text(&server.db, job.id, result::REPORT).await?;
-    let text = text.ok_or_else(not_finished)?;
+    let text = published(&server.db, job.id).await?;
     let ride = server
         .rides
         .get(&job.sha256, &job.ride_name, &job.request)

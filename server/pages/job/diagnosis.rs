@@ -63,14 +63,6 @@ fn place_of(axle: Axle) -> Place {
     }
 }
 
-fn place(place: Place) -> &'static str {
-    match place {
-        Place::Front => "front",
-        Place::Rear => "rear",
-        Place::Both => "both",
-    }
-}
-
 impl DiagnosisView {
     pub fn of(report: &Report) -> Option<Self> {
         let d = report.diagnosis.as_ref()?;
@@ -86,7 +78,7 @@ impl DiagnosisView {
                 .map(|set| {
                     let names = set
                         .iter()
-                        .map(|n| format!("{} ({})", words::plain(&n.id), place(n.axle)));
+                        .map(|n| format!("{} ({})", words::plain(&n.id), n.axle.name()));
                     names.collect::<Vec<_>>().join(" with ")
                 })
                 .collect(),
@@ -102,7 +94,7 @@ impl DiagnosisView {
                 .map(|x| {
                     [
                         words::title(&x.id),
-                        place(x.axle).to_owned(),
+                        x.axle.name().to_owned(),
                         words::plain(&x.parameter),
                         Quantity {
                             value: significant(x.smallest_detectable, 3),
@@ -152,7 +144,7 @@ impl EffectView {
         });
         Self {
             title: words::title(&effect.id),
-            axle: place(effect.axle),
+            axle: effect.axle.name(),
             parameters: parameters.collect(),
             evidence: format!(
                 "By chance alone with probability {chance}; without it the ride loses {} in log likelihood.",
