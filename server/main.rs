@@ -5,6 +5,7 @@ mod api;
 mod cli;
 #[cfg(test)]
 mod conformance;
+mod crash;
 mod files;
 mod fleet;
 mod jobs;

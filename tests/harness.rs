@@ -3,6 +3,7 @@
 use std::env;
 use std::fs::File;
 use std::io::{BufRead, BufReader};
+use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -12,6 +13,7 @@ use reqwest::header::AUTHORIZATION;
 use reqwest::multipart::{Form, Part};
 use reqwest::{Client, ClientBuilder, Response};
 use serde_json::Value;
+use sqlx::{Connection, PgConnection, SqliteConnection};
 
 use crate::ride;
 
@@ -163,6 +165,28 @@ impl Server {
         self.child.wait().unwrap().code()
     }
 
+    /// Waits until the process has died of itself, by no exit of its own.
+    pub async fn dies(&mut self) {
+        for _ in 0..6000 {
+            if let Some(status) = self.child.try_wait().unwrap() {
+                assert!(status.signal().is_some(), "it ended in order: {status}");
+                return;
+            }
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+        panic!("it lives on");
+    }
+
+    /// Starts the process again with other environment variables than before.
+    pub fn restart_with_env(&mut self, env: &[(&str, &str)]) {
+        self.env.retain(|(key, _)| key == "DATABASE_URL");
+        let env = env
+            .iter()
+            .map(|(key, value)| ((*key).to_owned(), (*value).to_owned()));
+        self.env.extend(env);
+        self.restart();
+    }
+
     pub fn restart(&mut self) {
         (self.child, self.url) = launch(&self.folder.0, &self.env, &self.args);
     }
@@ -185,6 +209,27 @@ impl Server {
             .env_remove("DATABASE_URL")
             .envs(self.env.iter().cloned());
         command
+    }
+
+    /// The number that a query of the server's database gives; its text is the same on both.
+    pub async fn count(&self, sql: &'static str) -> i64 {
+        if let Some(url) = &self.database {
+            let mut connection = PgConnection::connect(url).await.unwrap();
+            return sqlx::query_scalar(sql)
+                .fetch_one(&mut connection)
+                .await
+                .unwrap();
+        }
+        let told = self.env.iter().find(|(key, _)| key == "DATABASE_URL");
+        let url = match told {
+            Some((_, url)) => url.clone(),
+            None => format!("sqlite:{}", self.folder.0.join("veloid.db").display()),
+        };
+        let mut connection = SqliteConnection::connect(&url).await.unwrap();
+        sqlx::query_scalar(sql)
+            .fetch_one(&mut connection)
+            .await
+            .unwrap()
     }
 
     /// Address of the server's database, where that is PostgreSQL.

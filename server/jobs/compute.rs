@@ -3,7 +3,7 @@
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
@@ -14,6 +14,7 @@ use veloid_engine::{EngineError, Progress};
 
 use super::hub::{Hub, Iteration};
 use super::stage::Fault;
+use crate::crash;
 
 /// Threads for the quick stages; they take turns with the heavy ones by the system's scheduler.
 pub const QUICK_THREADS: usize = 4;
@@ -33,9 +34,13 @@ impl Compute {
     }
 }
 
+/// A computation that goes on for so long after it was to end is deaf, and is given up.
+const DEAF: Duration = Duration::from_secs(1);
+
 /// One pool and its permits.
 pub struct Lane {
-    pool: ThreadPool,
+    name: &'static str,
+    pool: Mutex<ThreadPool>,
     permits: Arc<Semaphore>,
     pub threads: usize,
 }
@@ -43,17 +48,16 @@ pub struct Lane {
 impl Lane {
     fn new(name: &'static str, threads: usize) -> Result<Self, ThreadPoolBuildError> {
         Ok(Self {
-            pool: ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .thread_name(move |index| format!("{name}-{index}"))
-                .build()?,
+            name,
+            pool: Mutex::new(pool(name, threads)?),
             permits: Arc::new(Semaphore::new(threads)),
             threads,
         })
     }
 
     /// Runs `work` on the pool. The permit travels with it: should River give the async side up, the
-    /// thread stays counted until it really ends.
+    /// thread stays counted until it really ends. Deaf work is left to itself, and the lane gets new
+    /// threads.
     pub async fn run<T, F>(&self, control: Control, work: F) -> Result<T, Fault>
     where
         T: Send + 'static,
@@ -65,21 +69,49 @@ impl Lane {
             .map_err(|_| Fault::Stopped)?;
         let (send, receive) = oneshot::channel();
         let control = control.started();
-        let limit = control.limit;
         let reached = control.clone();
-        self.pool.spawn(move || {
-            let outcome = catch_unwind(AssertUnwindSafe(|| work(&control)));
-            drop(permit);
+        let permit = Arc::new(Mutex::new(Some(permit)));
+        let held = Arc::clone(&permit);
+        lock(&self.pool).spawn(move || {
+            let outcome = catch_unwind(AssertUnwindSafe(|| {
+                crash::point("computing");
+                work(&control)
+            }));
+            lock(&held).take();
             let _ = send.send(outcome);
         });
-        match receive.await.map_err(|_| Fault::Stopped)? {
+        let received = tokio::select! {
+            received = receive => received,
+            () = reached.unheard() => {
+                tracing::error!(job = %reached.job, lane = self.name, "a computation does not end; it gets no more of this process");
+                match pool(self.name, self.threads) {
+                    Ok(new) => {
+                        *lock(&self.pool) = new;
+                        lock(&permit).take();
+                    }
+                    Err(error) => tracing::error!(%error, "its thread stays taken"),
+                }
+                return Err(reached.fault());
+            }
+        };
+        match received.map_err(|_| Fault::Stopped)? {
             Ok(Ok(value)) => Ok(value),
-            Ok(Err(EngineError::Cancelled)) if reached.late() => Err(Fault::Deadline(limit)),
-            Ok(Err(EngineError::Cancelled)) => Err(Fault::Stopped),
+            Ok(Err(EngineError::Cancelled)) => Err(reached.fault()),
             Ok(Err(error)) => Err(Fault::Engine(error)),
             Err(panic) => Err(Fault::Panic(panic_text(&*panic))),
         }
     }
+}
+
+fn pool(name: &'static str, threads: usize) -> Result<ThreadPool, ThreadPoolBuildError> {
+    ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .thread_name(move |index| format!("{name}-{index}"))
+        .build()
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// What a computation may ask while it runs, and where it tells how far it is.
@@ -103,10 +135,26 @@ impl Control {
         self.deadline
             .is_some_and(|deadline| Instant::now() >= deadline)
     }
+
+    /// Why a computation ends before its time.
+    fn fault(&self) -> Fault {
+        if self.late() {
+            Fault::Deadline(self.limit)
+        } else {
+            Fault::Stopped
+        }
+    }
+
+    /// Returns when the computation should have ended for some time.
+    async fn unheard(&self) {
+        let _ = tokio::time::timeout(self.limit, self.token.cancelled()).await;
+        tokio::time::sleep(DEAF).await;
+    }
 }
 
 impl Progress for Control {
     fn iteration(&self, trial: usize, iteration: usize, best_cost: f64) {
+        crash::point("in_trial");
         self.hub.iteration(
             self.job,
             Iteration {
@@ -170,6 +218,31 @@ mod tests {
             .await
             .unwrap();
         assert_eq!(answer, 42);
+    }
+
+    #[tokio::test]
+    async fn deaf_work_is_given_up_and_its_permit_comes_back_once() {
+        let compute = Compute::new(1).unwrap();
+        let (end, ended) = std::sync::mpsc::channel::<()>();
+        let deaf = move |_: &dyn Progress| {
+            let _ = ended.recv();
+            Ok(())
+        };
+        let fault = compute.heavy.run(control(Duration::ZERO), deaf).await;
+        assert!(matches!(fault, Err(Fault::Deadline(_))));
+        let minute = Duration::from_secs(60);
+        compute
+            .heavy
+            .run(control(minute), |_| Ok(()))
+            .await
+            .unwrap();
+        drop(end);
+        compute
+            .heavy
+            .run(control(minute), |_| Ok(()))
+            .await
+            .unwrap();
+        assert_eq!(compute.heavy.permits.available_permits(), 1);
     }
 
     #[tokio::test]

@@ -5,6 +5,7 @@ use uuid::Uuid;
 use super::queue::Observe;
 use super::run::Stages;
 use super::stage::{Fault, backoff, complete, queue};
+use crate::crash;
 use crate::store::{job, result, trial};
 
 /// First stage: observer and least squares. Queues the trials.
@@ -36,6 +37,7 @@ impl Stages {
         let mut tx = work.db.begin().await?;
         job::start(&mut tx, id).await?;
         tx.commit().await?;
+        crash::point("in_observe");
         work.hub.changed(id);
 
         let ride = work.ride(&job).await?;

@@ -15,6 +15,7 @@ use super::hub::Hub;
 use super::queue::{Conclude, Diagnose, HEAVY, Observe, POLL, QUICK, Queue, Trial};
 use super::stage::Fault;
 use super::takeover::sweep;
+use crate::crash;
 use crate::lru::Lru;
 use crate::store::{Db, river, worker};
 
@@ -89,6 +90,7 @@ impl Running {
     /// Lets running stages finish for a while, hands the others back, and leaves.
     pub async fn stop(mut self) -> Result<(), Fault> {
         let stopped = self.river.stop().await;
+        crash::point("in_stop");
         self.stop.cancel();
         self.heart.await?;
         let mut tx = self.db.begin().await?;

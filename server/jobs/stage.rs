@@ -12,6 +12,7 @@ use veloid_engine::ride::{ReadError, Ride};
 use super::compute::Control;
 use super::queue::Queue;
 use super::run::Work;
+use crate::crash;
 use crate::store::job::{self, Failure, JobRow};
 use crate::store::{self, Tx, on, trial};
 
@@ -105,11 +106,15 @@ impl Work {
     where
         F: Future<Output = Result<(), Fault>>,
     {
+        crash::point("before_result");
         loop {
             let ended = tokio::time::timeout(UNHEARD, transaction()).await;
             let fault = match ended {
                 Ok(Err(fault)) if fault.is_outage() => fault,
-                Ok(ended) => return ended,
+                Ok(ended) => {
+                    crash::point("after_result");
+                    return ended;
+                }
                 Err(_) => Fault::Database(sqlx::Error::PoolTimedOut),
             };
             tracing::warn!(%fault, "result kept until the database is back");
@@ -164,6 +169,7 @@ impl Work {
 pub(super) async fn complete(context: &WorkContext, tx: &mut Tx, job: Uuid) -> Result<(), Fault> {
     job::lock(tx, job).await?;
     on!(tx, t => context.job_complete_tx(t).await)?;
+    crash::point("between_completion_and_result");
     Ok(())
 }
 
@@ -185,6 +191,7 @@ pub async fn give_up(
     if !job::end(tx, id, failure).await? {
         return Ok(false);
     }
+    crash::point("in_end");
     let mut rows = trial::unfinished(tx, id).await?;
     rows.extend(river_id);
     queue.cancel(tx, &rows).await?;

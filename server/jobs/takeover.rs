@@ -10,6 +10,7 @@ use uuid::Uuid;
 use super::hub::Hub;
 use super::queue::{Queue, Trial};
 use super::stage::{Fault, give_up};
+use crate::crash;
 use crate::store::job::{self, Failure, Stage};
 use crate::store::river::{self, Orphan};
 use crate::store::{Db, Tx, trial};
@@ -77,6 +78,7 @@ async fn take_over(
     if orphaned.is_empty() {
         return Ok(0);
     }
+    crash::point("in_takeover");
     let Some(takeovers) = job::count_takeover(tx, id).await? else {
         return Ok(orphaned.len());
     };

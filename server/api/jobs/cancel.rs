@@ -7,6 +7,7 @@ use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::extract::Path;
 use crate::api::problem::{Kind, Problem};
+use crate::crash;
 use crate::jobs::give_up;
 use crate::store::job::State as JobState;
 
@@ -25,6 +26,7 @@ pub async fn cancel(
     let mut tx = server.db.begin().await?;
     let cancelled = give_up(&server.queue, &mut tx, id, None).await?;
     tx.commit().await?;
+    crash::point("after_cancel");
     if cancelled {
         server.hub.close(id);
     }

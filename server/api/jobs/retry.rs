@@ -9,6 +9,7 @@ use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::extract::Path;
 use crate::api::problem::{Kind, Problem};
+use crate::crash;
 use crate::store::{job, result, trial};
 
 /// Begins a failed or cancelled job anew.
@@ -35,6 +36,7 @@ pub async fn retry(
             ),
         ));
     }
+    crash::point("in_retry");
     trial::delete(&mut tx, id).await?;
     result::clear(&mut tx, id).await?;
     let row = server.queue.observe(&mut tx, id).await?;

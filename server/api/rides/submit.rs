@@ -10,6 +10,7 @@ use super::receive::Received;
 use crate::api::Server;
 use crate::api::access::Caller;
 use crate::api::problem::{Kind, Problem};
+use crate::crash;
 use crate::files::hex;
 use crate::jobs;
 use crate::options::Options;
@@ -41,6 +42,7 @@ pub async fn submit(
     drop(permit);
 
     let kept = server.files.keep(received.incoming).await?;
+    crash::point("after_file");
     let fingerprint = fingerprint(&kept.sha256, &request);
 
     let mut tx = server.db.begin().await?;
@@ -86,7 +88,9 @@ pub async fn submit(
     if let Some(key) = key {
         idempotency_key::insert(&mut tx, &caller.group, key, &fingerprint, id).await?;
     }
+    crash::point("before_commit");
     tx.commit().await?;
+    crash::point("after_commit");
     server.rides.put(&kept.sha256, &request, Arc::new(parsed));
     server.queue.wake();
     Ok(id)

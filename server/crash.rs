@@ -1,0 +1,52 @@
+//! Points at which tests make this process die, panic or hang, where the code is built with debug
+//! assertions; a release build has none of it. `VELOID_CRASH_AT=LABEL:N` ends the process, without
+//! unwinding or flushing anything, when the point of this label is passed for the Nth time (`:1` may
+//! be left out); `VELOID_PANIC_AT` panics there and `VELOID_HANG_AT` never returns. It happens once a
+//! process: no other passage counts. `tests/crashes.rs` says what state each point leaves behind.
+
+use std::sync::LazyLock;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+/// What an environment variable asks for, and at which passage of which point.
+struct Order {
+    variable: &'static str,
+    label: String,
+    passages_left: AtomicU64,
+}
+
+impl Order {
+    fn read(variable: &'static str) -> Option<Self> {
+        let text = std::env::var(variable).ok()?;
+        let (label, passage) = text.split_once(':').unwrap_or((&text, "1"));
+        Some(Self {
+            variable,
+            label: label.to_owned(),
+            passages_left: AtomicU64::new(passage.parse().unwrap_or(1)),
+        })
+    }
+}
+
+static ORDERS: LazyLock<Vec<Order>> = LazyLock::new(|| {
+    let variables = ["VELOID_CRASH_AT", "VELOID_PANIC_AT", "VELOID_HANG_AT"];
+    variables.into_iter().filter_map(Order::read).collect()
+});
+
+/// The process passes the point of this label.
+pub fn point(label: &str) {
+    if !cfg!(debug_assertions) {
+        return;
+    }
+    for order in ORDERS.iter().filter(|order| order.label == label) {
+        if order.passages_left.fetch_sub(1, Ordering::Relaxed) != 1 {
+            continue;
+        }
+        match order.variable {
+            "VELOID_CRASH_AT" => std::process::abort(),
+            "VELOID_PANIC_AT" => panic!("asked to panic at {label}"),
+            _ => loop {
+                std::thread::sleep(Duration::from_secs(3600));
+            },
+        }
+    }
+}
