@@ -90,6 +90,10 @@ impl Server {
         Self::on(false, args, &[])
     }
 
+    pub fn on_sqlite_with_env(args: &[&str], env: &[(&str, &str)]) -> Self {
+        Self::on(false, args, env)
+    }
+
     /// Makes a key for each set of arguments of `veloid key create`, and starts a server that asks
     /// for one.
     pub fn with_keys<const N: usize>(keys: [&[&str]; N], args: &[&str]) -> (Self, [String; N]) {
@@ -157,12 +161,20 @@ impl Server {
         self.restart();
     }
 
+    /// Asks the process to stop.
+    pub fn ask_to_stop(&self) {
+        send("-TERM", &self.child);
+    }
+
     /// Asks the process to stop and waits for it; its exit status.
     pub fn terminate(&mut self) -> Option<i32> {
-        let id = self.child.id().to_string();
-        let sent = Command::new("kill").args(["-TERM", &id]).status();
-        assert!(sent.unwrap().success());
+        self.ask_to_stop();
         self.child.wait().unwrap().code()
+    }
+
+    /// Whether the process is there.
+    pub fn is_there(&mut self) -> bool {
+        self.child.try_wait().unwrap().is_none()
     }
 
     /// Waits until the process has died of itself, by no exit of its own.
@@ -373,6 +385,19 @@ fn launch(data: &Path, env: &[(String, String)], args: &[String]) -> (Child, Str
 
 /// A worker that goes when the test ends.
 pub struct Worker(Child);
+
+impl Worker {
+    /// Sends it a signal.
+    pub fn send(&self, signal: &str) {
+        send(signal, &self.0);
+    }
+}
+
+fn send(signal: &str, child: &Child) {
+    let id = child.id().to_string();
+    let sent = Command::new("kill").args([signal, &id]).status();
+    assert!(sent.unwrap().success());
+}
 
 impl Drop for Worker {
     fn drop(&mut self) {

@@ -4,6 +4,7 @@
 mod access;
 mod api_guide;
 mod backup;
+mod bad_days;
 mod bad_input;
 mod bench;
 mod browser;
@@ -26,4 +27,5 @@ mod report_equality;
 mod ride;
 mod scale;
 mod simulate;
+mod takeover;
 mod upload;

@@ -1,5 +1,7 @@
 //! Processes: their orderly end, their limits, and several of them on the same data.
 
+use std::time::Instant;
+
 use crate::harness::Server;
 use crate::ride::LONG;
 
@@ -8,7 +10,23 @@ async fn a_stopped_server_hands_its_work_back_and_takes_it_up_again() {
     let mut server = Server::with(&["--workers", "1"]);
     let job = server.submit(&LONG).await;
     while server.json(&job).await["stage"] != "trial" {}
+    let asked = Instant::now();
+    server.ask_to_stop();
+    while server
+        .client
+        .get(server.address("/healthz"))
+        .send()
+        .await
+        .is_ok()
+    {}
+    assert!(server.is_there(), "it takes nothing on while its work ends");
     assert_eq!(server.terminate(), Some(0));
+    eprintln!(
+        "stopped {:.1} s after SIGTERM",
+        asked.elapsed().as_secs_f64()
+    );
+    let begun = "SELECT COUNT(*) FROM river_job WHERE kind = 'trial' AND (attempt > 0 OR state <> 'available')";
+    assert_eq!(server.count(begun).await, 0, "no attempt is burnt");
     server.restart();
     let view = server.json(&job).await;
     assert_eq!(view["state"], "running");

@@ -190,7 +190,17 @@ impl From<sqlx::Error> for Problem {
 
 impl From<std::io::Error> for Problem {
     fn from(error: std::io::Error) -> Self {
-        Self::internal(error)
+        use std::io::ErrorKind::{QuotaExceeded, ReadOnlyFilesystem, StorageFull};
+        match error.kind() {
+            StorageFull | QuotaExceeded | ReadOnlyFilesystem => {
+                tracing::error!(%error, "uploads cannot be stored");
+                Self::new(
+                    Kind::Unavailable,
+                    format!("the ride cannot be stored: {}", error.kind()),
+                )
+            }
+            _ => Self::internal(error),
+        }
     }
 }
 

@@ -39,6 +39,8 @@ use std::time::Duration;
 
 pub use connect::is_postgres;
 pub use migrate::MigrateError;
+use sqlx::error::DatabaseError;
+use sqlx::sqlite::SqliteError;
 use sqlx::{PgPool, Postgres, Sqlite, SqlitePool, Transaction};
 
 /// Longest wait for a sign of life.
@@ -94,16 +96,31 @@ impl Db {
     }
 }
 
-/// Whether the database could not be reached, or ended the session.
+/// Whether the database could not be reached, ended the session, or cannot write for now.
 pub fn is_outage(error: &sqlx::Error) -> bool {
     match error {
         sqlx::Error::Io(_) | sqlx::Error::Protocol(_) | sqlx::Error::PoolTimedOut => true,
-        // Connection lost, idle in transaction for too long, shutting down, starting up.
-        sqlx::Error::Database(error) => error.code().is_some_and(|code| {
-            code.starts_with("08") || code.starts_with("57P") || code == "25P03"
-        }),
+        sqlx::Error::Database(error) => match error.try_downcast_ref::<SqliteError>() {
+            Some(error) => sqlite_cannot(error),
+            None => error.code().is_some_and(|code| postgres_cannot(&code)),
+        },
         _ => false,
     }
+}
+
+/// Busy, locked, read-only, input/output error, disk full, file not to be opened.
+fn sqlite_cannot(error: &SqliteError) -> bool {
+    let code = error.code().and_then(|code| code.parse::<i32>().ok());
+    // Extended codes hold the primary one in their lowest byte.
+    code.is_some_and(|code| [5, 6, 8, 10, 13, 14].contains(&(code & 0xff)))
+}
+
+/// Connection lost, idle in transaction for too long, shutting down or starting up, out of disk or memory.
+fn postgres_cannot(code: &str) -> bool {
+    ["08", "53", "57P"]
+        .iter()
+        .any(|class| code.starts_with(class))
+        || code == "25P03"
 }
 
 impl Tx {

@@ -1,0 +1,310 @@
+//! Days on which the machine or the input is at fault: the job ends with its reason or goes on once the
+//! cause is gone, and the server lives.
+
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::Write as _;
+use std::path::PathBuf;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+use sqlx::{Connection, SqliteConnection};
+
+use crate::harness::{Folder, Server};
+use crate::oracle::{Upload, jobs_are, nothing_ran_twice};
+use crate::ride;
+
+/// A swarm of some seconds.
+const SECONDS: [(&str, &str); 2] = [("iterations", "1000"), ("particles", "60")];
+
+/// A file system that goes when the test ends; none where the tests do not run as root.
+struct Mount(PathBuf);
+
+impl Mount {
+    fn small(at: PathBuf) -> Option<Self> {
+        std::fs::create_dir(&at).unwrap();
+        Self::new(at, &["-t", "tmpfs", "-o", "size=24m", "tmpfs"])
+    }
+
+    /// The folder once more over itself, so that it can be made read-only by itself.
+    fn over(at: PathBuf) -> Option<Self> {
+        let from = at.to_str().unwrap().to_owned();
+        Self::new(at, &["--bind", &from])
+    }
+
+    fn new(at: PathBuf, args: &[&str]) -> Option<Self> {
+        let done = Command::new("mount").args(args).arg(&at).output();
+        if done.is_ok_and(|output| output.status.success()) {
+            return Some(Self(at));
+        }
+        eprintln!("skipped: mounting needs root");
+        None
+    }
+
+    fn remount(&self, option: &str) {
+        let options = format!("remount,bind,{option}");
+        let mut mount = Command::new("mount");
+        assert!(
+            mount
+                .args(["-o", &options])
+                .arg(&self.0)
+                .status()
+                .unwrap()
+                .success()
+        );
+    }
+
+    /// Leaves no byte free.
+    fn fill(&self) -> PathBuf {
+        let path = self.0.join("ballast");
+        let mut file = File::create(&path).unwrap();
+        for block in [1 << 20, 4096, 1] {
+            while file.write_all(&vec![0; block]).is_ok() {}
+        }
+        path
+    }
+}
+
+impl Drop for Mount {
+    fn drop(&mut self) {
+        let _ = Command::new("umount").arg("--lazy").arg(&self.0).status();
+    }
+}
+
+/// The process answers, also what only reads.
+async fn lives(server: &Server) {
+    assert_eq!(server.get("/healthz").await.status(), 200);
+    assert_eq!(server.get("/v1/jobs").await.status(), 200);
+}
+
+/// An upload is refused for now, with a reason, and said to be worth another try.
+async fn is_put_off(server: &Server, why: &str) {
+    let response = server
+        .upload(ride::example(), ride::BIKE, &ride::QUICK)
+        .await;
+    let (status, headers) = (response.status(), response.headers().clone());
+    let problem: Value = response.json().await.unwrap();
+    assert_eq!(status, 503, "{problem:#}");
+    assert!(headers.contains_key("retry-after"));
+    assert!(
+        problem["detail"].as_str().unwrap().contains(why),
+        "{problem:#}"
+    );
+}
+
+async fn reaches(server: &Server, job: &str, stage: &str) {
+    loop {
+        let view = server.json(job).await;
+        assert!(view["finished_at"].is_null(), "it ended before: {view:#}");
+        if view["stage"] == stage {
+            return;
+        }
+    }
+}
+
+#[tokio::test]
+async fn a_full_disk_costs_time_and_nothing_else() {
+    let folder = Folder::new();
+    let Some(disk) = Mount::small(folder.0.join("disk")) else {
+        return;
+    };
+    let at = disk.0.display();
+    let (database, files) = (format!("sqlite:{at}/veloid.db"), format!("file://{at}"));
+    let env = [("DATABASE_URL", &*database), ("VELOID_FILES", &*files)];
+    let server = Server::on_sqlite_with_env(&["--workers", "1"], &env);
+    let upload = Upload::new("key", &SECONDS);
+    let job = upload.send(&server).await.unwrap();
+    reaches(&server, &job, "trial").await;
+    let ballast = disk.fill();
+    is_put_off(&server, "no storage space").await;
+    lives(&server).await;
+    // Time for a trial to end, and to find that it cannot be stored.
+    tokio::time::sleep(Duration::from_secs(5)).await;
+    lives(&server).await;
+    std::fs::remove_file(ballast).unwrap();
+    upload
+        .succeeded_once(&server, &job, &upload.undisturbed().await)
+        .await;
+    let next = server.submit(&[]).await;
+    server.succeeded(&next).await;
+    nothing_ran_twice(&server).await;
+    let on_their_way = disk.0.join("incoming").read_dir().unwrap().count();
+    assert_eq!(on_their_way, 0, "what was refused is gone");
+}
+
+#[tokio::test]
+async fn a_read_only_folder_puts_uploads_off() {
+    let folder = Folder::new();
+    let files = folder.0.join("files");
+    std::fs::create_dir(&files).unwrap();
+    let Some(mount) = Mount::over(files.clone()) else {
+        return;
+    };
+    let url = format!("file://{}", files.display());
+    let server = Server::with_env(&[], &[("VELOID_FILES", &url)]);
+    mount.remount("ro");
+    is_put_off(&server, "read-only").await;
+    lives(&server).await;
+    mount.remount("rw");
+    let job = server.submit(&[]).await;
+    server.succeeded(&job).await;
+    jobs_are(&server, 1).await;
+}
+
+#[tokio::test]
+async fn a_locked_database_costs_time_and_nothing_else() {
+    let server = Server::on_sqlite(&["--workers", "1"]);
+    let upload = Upload::new("key", &SECONDS);
+    let job = upload.send(&server).await.unwrap();
+    reaches(&server, &job, "trial").await;
+    let url = format!("sqlite:{}", server.folder.0.join("veloid.db").display());
+    let mut other = SqliteConnection::connect(&url).await.unwrap();
+    sqlx::query("BEGIN EXCLUSIVE")
+        .execute(&mut other)
+        .await
+        .unwrap();
+    is_put_off(&server, "busy").await;
+    lives(&server).await;
+    sqlx::query("ROLLBACK").execute(&mut other).await.unwrap();
+    upload
+        .succeeded_once(&server, &job, &upload.undisturbed().await)
+        .await;
+    nothing_ran_twice(&server).await;
+}
+
+/// A server that panics or hangs where it is told to.
+fn faulty(variable: &str, point: &str, args: &[&str]) -> Option<Server> {
+    if !cfg!(debug_assertions) {
+        eprintln!("skipped: a release build has no points to fail at");
+        return None;
+    }
+    Some(Server::with_env(args, &[(variable, point)]))
+}
+
+/// The job has failed at its first attempt, and the next one succeeds on the same thread.
+async fn fails_alone(server: &Server, kind: &str, why: &str) {
+    let job = server.submit(&[]).await;
+    let view = server.finished(&job).await;
+    assert_eq!(view["state"], "failed", "{view:#}");
+    assert_eq!(view["failure"]["kind"], kind, "{view:#}");
+    assert!(
+        view["failure"]["detail"].as_str().unwrap().contains(why),
+        "{view:#}"
+    );
+    let again = "SELECT COUNT(*) FROM river_job WHERE attempt > 1";
+    assert_eq!(server.count(again).await, 0, "nothing was tried again");
+    lives(server).await;
+    let next = server.submit(&[("seed", "2")]).await;
+    server.succeeded(&next).await;
+    nothing_ran_twice(server).await;
+}
+
+#[tokio::test]
+async fn a_panic_in_the_engine_fails_its_job_alone() {
+    for stage in ["computing:1", "computing:4"] {
+        let Some(server) = faulty("VELOID_PANIC_AT", stage, &["--workers", "1"]) else {
+            return;
+        };
+        fails_alone(&server, "crash", "asked to panic").await;
+    }
+}
+
+#[tokio::test]
+async fn a_stage_that_hangs_fails_its_job_alone() {
+    // Observe, and a swarm.
+    for stage in ["computing:1", "in_trial:9"] {
+        let args = ["--workers", "1", "--stage-timeout", "5"];
+        let Some(server) = faulty("VELOID_HANG_AT", stage, &args) else {
+            return;
+        };
+        fails_alone(&server, "deadline", "longer than 5 s").await;
+    }
+}
+
+#[tokio::test]
+async fn a_server_that_hangs_in_a_stage_stops_when_asked() {
+    let Some(mut server) = faulty("VELOID_HANG_AT", "computing", &["--workers", "1"]) else {
+        return;
+    };
+    let job = server.submit(&[]).await;
+    while server.json(&job).await["state"] == "queued" {}
+    let asked = Instant::now();
+    assert_eq!(server.terminate(), Some(0));
+    eprintln!(
+        "stopped {:.1} s after SIGTERM",
+        asked.elapsed().as_secs_f64()
+    );
+    server.restart_with_env(&[]);
+    server.succeeded(&job).await;
+    nothing_ran_twice(&server).await;
+}
+
+/// Rides that can be read and hold nothing that a bicycle does: whatever the fit makes of them, the job
+/// ends at its first attempt, or the upload is refused with the reason.
+#[tokio::test]
+async fn a_ride_that_no_model_fits_ends_its_job_once() {
+    let server = Server::with(&["--workers", "1"]);
+    for (what, motion) in [
+        ("a growing oscillation", Motion::Growing),
+        ("numbers at the end of their range", Motion::Huge),
+        ("a displacement that never moves", Motion::Still),
+        ("noise that the road knows nothing of", Motion::Foreign),
+    ] {
+        let parts = [&ride::QUICK[..], &[("diagnosis", "true")]].concat();
+        let response = server.upload(motion.ride(), ride::BIKE, &parts).await;
+        let status = response.status();
+        let body: Value = response.json().await.unwrap();
+        if status == 422 {
+            eprintln!("{what}: refused: {}", body["detail"]);
+            continue;
+        }
+        assert_eq!(status, 202, "{what}: {body:#}");
+        let view = server
+            .finished(body["links"]["job"].as_str().unwrap())
+            .await;
+        eprintln!(
+            "{what}: {} {} {}",
+            view["state"], view["verdict"], view["failure"]
+        );
+        if view["state"] == "failed" {
+            let kind = view["failure"]["kind"].as_str().unwrap();
+            assert!(["input", "engine"].contains(&kind), "{what}: {view:#}");
+        }
+    }
+    let again = "SELECT COUNT(*) FROM river_job WHERE attempt > 1";
+    assert_eq!(server.count(again).await, 0, "nothing was tried again");
+    lives(&server).await;
+    let next = server.submit(&[]).await;
+    server.succeeded(&next).await;
+}
+
+enum Motion {
+    Growing,
+    Huge,
+    Still,
+    Foreign,
+}
+
+impl Motion {
+    /// Ten seconds at 100 Hz over a rough road.
+    fn ride(&self) -> Vec<u8> {
+        let mut csv = "t,u_f,u_r,z_f,z_r\n".to_owned();
+        // Weyl's sequence: evenly spread, and without a period.
+        let noise = |n: usize, step: f64| (n as f64 * step).fract() - 0.5;
+        for n in 0..1000 {
+            let (t, u) = (
+                n as f64 / 100.0,
+                0.01 * noise(n * n, 0.618_033_988_749_894_9),
+            );
+            let z = match self {
+                Motion::Growing => 1e-6 * (2.0 * t).exp() * (20.0 * t).sin(),
+                Motion::Huge => 1e300 * noise(n * n, 0.414_213_562_373_095_1),
+                Motion::Still => 0.0,
+                Motion::Foreign => 0.01 * noise(n * n, 0.414_213_562_373_095_1),
+            };
+            writeln!(csv, "{t:.3},{u:e},{u:e},{z:e},{z:e}").unwrap();
+        }
+        csv.into_bytes()
+    }
+}

@@ -1,0 +1,90 @@
+//! Workers on PostgreSQL that stand still or die in the middle of a trial: another one takes over, and
+//! what comes late is refused.
+
+use std::net::TcpListener;
+use std::time::{Duration, Instant};
+
+use crate::harness::{Server, Worker};
+use crate::oracle::{Upload, jobs_are, nothing_ran_twice};
+
+/// Swarms of some seconds each.
+const SECONDS: [(&str, &str); 3] = [("trials", "6"), ("iterations", "5000"), ("particles", "60")];
+/// Longer than the lease of 8 s.
+const STANDSTILL: Duration = Duration::from_secs(30);
+
+const WORKING: &str = "SELECT COUNT(DISTINCT attempted_by[array_upper(attempted_by, 1)]) \
+                       FROM river_job WHERE kind = 'trial' AND state = 'running'";
+const TAKEOVERS: &str = "SELECT CAST(SUM(takeovers) AS BIGINT) FROM job";
+
+async fn becomes(server: &Server, sql: &'static str, least: i64) {
+    while server.count(sql).await < least {
+        tokio::time::sleep(Duration::from_millis(100)).await;
+    }
+}
+
+/// The time until another worker takes over from one that is hit now.
+async fn taken_over(server: &Server, hit: impl FnOnce()) -> f64 {
+    let before = server.count(TAKEOVERS).await;
+    hit();
+    let begin = Instant::now();
+    becomes(server, TAKEOVERS, before + 1).await;
+    begin.elapsed().as_secs_f64()
+}
+
+/// A worker, and where it answers.
+fn answering(server: &Server) -> (Worker, String) {
+    let free = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = free.local_addr().unwrap().to_string();
+    drop(free);
+    (
+        server.worker(&["--listen", &address]),
+        format!("http://{address}/metrics"),
+    )
+}
+
+#[tokio::test]
+async fn a_worker_that_stands_still_or_dies_loses_its_work_to_another() {
+    let server = Server::with(&["--workers", "0"]);
+    if server.database().is_none() {
+        eprintln!("skipped: on SQLite one process works");
+        return;
+    }
+    let upload = Upload::new("still", &SECONDS);
+    let expected = upload.undisturbed().await;
+    let (still, metrics) = answering(&server);
+    let _other = server.worker(&[]);
+    let job = upload.send(&server).await.unwrap();
+    becomes(&server, WORKING, 2).await;
+    let stopped = Instant::now();
+    let after = taken_over(&server, || still.send("-STOP")).await;
+    eprintln!("taken over {after:.1} s after SIGSTOP");
+    upload.succeeded_once(&server, &job, &expected).await;
+    tokio::time::sleep(STANDSTILL.saturating_sub(stopped.elapsed())).await;
+    still.send("-CONT");
+    let refused = async || {
+        let text = server
+            .client
+            .get(&metrics)
+            .send()
+            .await
+            .unwrap()
+            .text()
+            .await
+            .unwrap();
+        text.contains("veloid_stale_completions_total 1")
+    };
+    while !refused().await {
+        tokio::time::sleep(Duration::from_millis(100)).await;
+    }
+    upload.succeeded_once(&server, &job, &expected).await;
+    becomes(&server, "SELECT COUNT(*) FROM worker", 2).await;
+
+    let upload = Upload::new("dead", &[&SECONDS[..], &[("again", "true")]].concat());
+    let job = upload.send(&server).await.unwrap();
+    becomes(&server, WORKING, 2).await;
+    let after = taken_over(&server, || still.send("-KILL")).await;
+    eprintln!("taken over {after:.1} s after SIGKILL");
+    upload.succeeded_once(&server, &job, &expected).await;
+    jobs_are(&server, 2).await;
+    nothing_ran_twice(&server).await;
+}
