@@ -14,10 +14,12 @@ use super::extend::{Model, candidates};
 use super::fit::{Effort, Fitter, ORDER};
 use super::foil::is_curve;
 use super::free_form::free_form;
+use super::input_noise;
 use super::judge::{Judged, judge};
 use super::model::{Point, Unit};
 use super::name::{FINE, Named, Search};
 use super::physical::is_physical;
+use super::polish::polished;
 use super::scene::Scene;
 use super::{Diagnosis, Location, Verdict, locate, next_ride, show, words};
 
@@ -94,11 +96,13 @@ pub fn diagnose(
         .filter(|r| r.terms != model.terms && ties(&search, &model, r, TIE))
         .take(2)
         .collect();
+    let model = polished(&fitter, &model);
     let plain_motions = motions(&scene, &plain);
     let model_motions = motions(&scene, &model);
     let judged: Vec<Judged> = (0..scene.tracks.len())
         .map(|t| judge(&fitter, &fits, &model, &model_motions, t, &split, settings))
         .collect();
+    let corrected = input_noise::corrected(&fitter, &model, settings.seed);
     let effects: Vec<_> = {
         let without = search.without_each(&model);
         model
@@ -110,7 +114,7 @@ pub fn diagnose(
                     .iter()
                     .find(|r| r.term == *term && r.accepted)
                     .map_or(settings.alpha, |r| r.p_value);
-                show::effect(&scene, &model, term, less, p)
+                show::effect(&scene, &corrected, term, less, p)
             })
             .collect()
     };
@@ -165,7 +169,7 @@ pub fn diagnose(
     for (t, (track, judged)) in scene.tracks.iter().zip(judged).enumerate() {
         let axle = track.axle;
         let before = show::estimate(&scene, &plain, t);
-        let after = show::estimate(&scene, &model, t);
+        let after = show::estimate(&scene, &corrected, t);
         let changes = show::consequences(
             &scene,
             t,

@@ -1,6 +1,8 @@
 //! What the residual's spectrum says: does it resonate like the axle, as the answer to a force left
 //! out would, or is it noise of the sensors?
 
+use std::ops::Range;
+
 use realfft::RealFftPlanner;
 
 /// Length (s) of the stretches whose spectra are averaged.
@@ -95,54 +97,95 @@ pub struct Inputs {
     pub force: f64,
 }
 
+/// The spectrum of a residual (m) of an axle, and the noises that may explain it.
+struct Noisy {
+    spectrum: Spectrum,
+    range: Range<usize>,
+    kappa: f64,
+    beta: f64,
+    /// Noise of the displacement sensor of any reddish colour, of the road, of clock and force.
+    noises: Vec<Part>,
+}
+
+impl Noisy {
+    fn new(residual: &[f64], step: f64, kappa: f64, beta: f64, inputs: &Inputs) -> Option<Self> {
+        let spectrum = Spectrum::new(residual, step)?;
+        let range = 2..(0.96 * spectrum.hz.len() as f64) as usize;
+        let hz = &spectrum.hz[range.clone()];
+        if !spectrum.density[range.clone()].iter().all(|d| *d > 0.0) {
+            return None;
+        }
+        let kappa = kappa.max((std::f64::consts::TAU / STRETCH_S).powi(2));
+        let beta = beta.max(0.02 * kappa.sqrt());
+        let part = |shape: &dyn Fn(f64) -> f64, most: f64| {
+            Part::new(hz.iter().map(|f| shape(*f)).collect(), most)
+        };
+        let red = |phi: f64, f: f64| {
+            let turn = std::f64::consts::TAU * f * step;
+            1.0 / (1.0 - 2.0 * phi * turn.cos() + phi * phi)
+        };
+        let by_road = |f: f64| road_answer(kappa, beta, f);
+        let by_force = |f: f64| force_answer(kappa, beta, f);
+        // |1 - G|^2 with G the road's answer: 1 - G = -w^2 / (kappa - w^2 + i w beta).
+        let slip = |f: f64| (std::f64::consts::TAU * f).powi(4) * by_force(f);
+        // Noise of the road channel, alone and where a jittering clock puts the same into both channels.
+        let road = UNSURE * inputs.road;
+        let mut noises = vec![part(&by_road, road), part(&slip, road)];
+        noises.push(part(&by_force, UNSURE * inputs.force));
+        noises.extend(NOISES.map(|phi| part(&|f| red(phi, f), f64::INFINITY)));
+        Some(Self {
+            spectrum,
+            range,
+            kappa,
+            beta,
+            noises,
+        })
+    }
+
+    fn density(&self) -> &[f64] {
+        &self.spectrum.density[self.range.clone()]
+    }
+
+    /// Forces of several colours, as they move the axle.
+    fn forces(&self) -> Vec<Part> {
+        let hz = &self.spectrum.hz[self.range.clone()];
+        FORCES_HZ
+            .map(|corner| {
+                let force = |f: &f64| {
+                    force_answer(self.kappa, self.beta, *f) / (1.0 + (f / corner).powi(2))
+                };
+                Part::new(hz.iter().map(force).collect(), f64::INFINITY)
+            })
+            .into()
+    }
+}
+
 /// Explains the spectrum of a residual (m) of an axle with k/m = `kappa` and B/m = `beta` by noise of
 /// its displacement sensor of any reddish colour and by noise of its `inputs`, then also by forces.
 pub fn resonance(residual: &[f64], step: f64, kappa: f64, beta: f64, inputs: &Inputs) -> Resonance {
-    let Some(spectrum) = Spectrum::new(residual, step) else {
+    let Some(noisy) = Noisy::new(residual, step, kappa, beta, inputs) else {
         return Resonance::default();
     };
-    let n = spectrum.hz.len();
-    let range = 2..(0.96 * n as f64) as usize;
-    let (hz, density) = (&spectrum.hz[range.clone()], &spectrum.density[range]);
-    if !density.iter().all(|d| *d > 0.0) {
-        return Resonance::default();
-    }
-    let kappa = kappa.max((std::f64::consts::TAU / STRETCH_S).powi(2));
-    let beta = beta.max(0.02 * kappa.sqrt());
-    let by_road = |f: f64| road_answer(kappa, beta, f);
-    let by_force = |f: f64| force_answer(kappa, beta, f);
-    // |1 - G|^2 with G the road's answer: 1 - G = -w^2 / (kappa - w^2 + i w beta).
-    let slip = |f: f64| (std::f64::consts::TAU * f).powi(4) * by_force(f);
-    let noise = |phi: f64, f: f64| {
-        let turn = std::f64::consts::TAU * f * step;
-        1.0 / (1.0 - 2.0 * phi * turn.cos() + phi * phi)
-    };
-    let mut parts: Vec<Part> = NOISES
-        .iter()
-        .map(|phi| Part::new(hz.iter().map(|f| noise(*phi, *f)).collect(), f64::INFINITY))
-        .collect();
-    // Noise of the road channel, alone and where a jittering clock puts the same into both channels.
-    let road = UNSURE * inputs.road;
-    parts.push(Part::new(hz.iter().map(|f| by_road(*f)).collect(), road));
-    parts.push(Part::new(hz.iter().map(|f| slip(*f)).collect(), road));
-    parts.push(Part::new(
-        hz.iter().map(|f| by_force(*f)).collect(),
-        UNSURE * inputs.force,
-    ));
-    let without = mixed(&parts, density);
-    let noises = parts.len();
-    parts.extend(FORCES_HZ.iter().map(|corner| {
-        let shape = hz
-            .iter()
-            .map(|f| by_force(*f) / (1.0 + (f / corner).powi(2)));
-        Part::new(shape.collect(), f64::INFINITY)
-    }));
-    let with = mixed(&parts, density);
+    let without = mixed(&noisy.noises, noisy.density());
+    let mut parts = noisy.forces();
+    let forces = parts.len();
+    parts.extend(noisy.noises.iter().cloned());
+    let with = mixed(&parts, noisy.density());
     let total: f64 = with.weights.iter().sum();
     Resonance {
-        gain: spectrum.stretches * (without.misfit - with.misfit),
-        share: with.weights[noises..].iter().sum::<f64>() / total,
+        gain: noisy.spectrum.stretches * (without.misfit - with.misfit),
+        share: with.weights[..forces].iter().sum::<f64>() / total,
     }
+}
+
+/// Density (m^2/Hz, one-sided) of white noise of the road that the spectrum of a residual holds, at
+/// most `inputs.road`: roughness, which moves the axle, leaves nothing there.
+pub fn road_noise(residual: &[f64], step: f64, kappa: f64, beta: f64, inputs: &Inputs) -> f64 {
+    let Some(noisy) = Noisy::new(residual, step, kappa, beta, inputs) else {
+        return 0.0;
+    };
+    let road = mixed(&noisy.noises, noisy.density()).weights[0] / noisy.noises[0].mean;
+    road.min(inputs.road)
 }
 
 /// Power gain at `hz` from a force over the mass (m/s^2) to the displacement (m) of an axle with
@@ -158,9 +201,11 @@ pub fn road_answer(kappa: f64, beta: f64, hz: f64) -> f64 {
     (kappa * kappa + (w * beta).powi(2)) / ((kappa - w * w).powi(2) + (w * beta).powi(2))
 }
 
-/// One part of a mixture: its shape with mean 1, and the most of it that there can be.
+/// One part of a mixture: its shape over its mean, and the most of it that there can be.
+#[derive(Clone)]
 struct Part {
     shape: Vec<f64>,
+    mean: f64,
     most: f64,
 }
 
@@ -170,6 +215,7 @@ impl Part {
         shape.iter_mut().for_each(|s| *s /= mean);
         Self {
             shape,
+            mean,
             most: most * mean,
         }
     }

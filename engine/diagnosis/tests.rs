@@ -30,8 +30,12 @@ fn bike() -> Bike {
 
 /// A minute on a road with 50 um of noise on z; `missing` (t, d, w) is a force on the front axle (N).
 fn ride(missing: impl Fn(f64, f64, f64) -> f64) -> Ride {
+    ridden(Outing::default().ride(), missing)
+}
+
+/// The same on the road of `ride`.
+fn ridden(mut ride: Ride, missing: impl Fn(f64, f64, f64) -> f64) -> Ride {
     const FINE: usize = 20;
-    let mut ride = Outing::default().ride();
     let mut noise = Normal::new(9);
     let step = ride.step_s;
     for (axle, force) in [(Axle::Front, true), (Axle::Rear, false)] {
@@ -164,6 +168,86 @@ fn val_a_stiffening_spring_is_named_and_measured() {
     let shown = d.held_out.front.as_ref().unwrap();
     assert!(shown.extended_rms_m < 53e-6 && shown.plain_rms_m > 1.15 * shown.extended_rms_m);
     assert!(!d.location.rear.as_ref().unwrap().mismatch);
+}
+
+#[test]
+fn val_strong_friction_is_measured() {
+    let friction = 45.0;
+    let d = diagnosed(&ride(|_, _, w| friction * (w / 1e-3).tanh()));
+    assert_eq!(d.verdict, Verdict::Named, "{}", d.sentence);
+    assert_eq!(
+        (d.effects.len(), d.effects[0].id.as_str()),
+        (1, "coulomb_friction")
+    );
+    let found = &d.effects[0].parameters["friction"];
+    assert!(
+        (found.value - friction).abs() < 2.5 * found.std_error && found.std_error < 0.6,
+        "{found:?}"
+    );
+}
+
+#[test]
+fn val_the_edge_of_a_mass_step_is_found_to_a_sample() {
+    let step = 12.067;
+    let (k, b) = (K, B);
+    // A fifth more mass on the axle after the step: the same as that much less of every force.
+    let less = |t: f64, d: f64, w: f64| {
+        if t > step {
+            -(k * d + b * w) / 6.0
+        } else {
+            0.0
+        }
+    };
+    let d = diagnosed(&ride(less));
+    assert_eq!(d.verdict, Verdict::Named, "{}", d.sentence);
+    assert_eq!(d.effects[0].id, "mass_step");
+    let found = &d.effects[0].parameters;
+    assert!((found["from"].value - step).abs() < 0.01, "{found:?}");
+    assert!(
+        (found["fraction"].value - 0.2).abs() < 2.5 * found["fraction"].std_error,
+        "{found:?}"
+    );
+}
+
+#[test]
+fn val_noise_of_the_road_takes_nothing_off_the_estimates() {
+    let mut ride = ride(|_, _, _| 0.0);
+    let mut noise = Normal::new(4);
+    for axle in [Axle::Front, Axle::Rear] {
+        let mut record = ride.axles.get(axle).unwrap().clone();
+        for u in &mut record.road {
+            *u += 2e-4 * noise.draw();
+        }
+        ride.axles.set(axle, record);
+    }
+    let d = diagnosed(&ride);
+    assert_eq!(d.verdict, Verdict::NothingMissing, "{}", d.sentence);
+    for axle in [Axle::Front, Axle::Rear] {
+        let e = d.extended.get(axle).unwrap();
+        assert!((e.k_n_m - K).abs() < 2.5 * e.k_std_n_m, "{axle}: {e:?}");
+        assert!((e.b_n_s_m - B).abs() < 2.5 * e.b_std_n_s_m, "{axle}: {e:?}");
+    }
+}
+
+#[test]
+fn val_roughness_is_not_taken_for_noise_of_the_road() {
+    let mut rough = Outing::default().ride();
+    let mut chance = Normal::new(5);
+    for axle in [Axle::Front, Axle::Rear] {
+        let mut record = rough.axles.get(axle).unwrap().clone();
+        let mut height = 0.0;
+        for u in &mut record.road {
+            height = 0.99 * height + 4e-4 * chance.draw();
+            *u += height;
+        }
+        rough.axles.set(axle, record);
+    }
+    let d = diagnosed(&ridden(rough, |_, _, _| 0.0));
+    for axle in [Axle::Front, Axle::Rear] {
+        let e = d.extended.get(axle).unwrap();
+        assert!((e.k_n_m - K).abs() < 2.5 * e.k_std_n_m, "{axle}: {e:?}");
+        assert!((e.b_n_s_m - B).abs() < 2.5 * e.b_std_n_s_m, "{axle}: {e:?}");
+    }
 }
 
 #[test]

@@ -33,6 +33,7 @@ impl Effect for CoulombFriction {
         amplitudes: &[0],
         starts: |s| vec![[(FRICTION.size)(s), 0.02 * s.w_rms, 0.0]],
         report: |p, s| vec![reported(&FRICTION, p[0], [0.0, (FRICTION.limits)(s)[1]])],
+        corners: true,
         words: "dry friction acts along the suspension (fork, seat post, guide)",
         confused_with: &["quadratic_damping", "hysteresis", "guide_friction"],
         source: "Olsson et al. 1998, Eur. J. Control 4:176-195",

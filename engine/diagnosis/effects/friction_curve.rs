@@ -44,6 +44,7 @@ impl Effect for FrictionCurve {
                 reported(&RATE, p[2], (RATE.limits)(s)),
             ]
         },
+        corners: true,
         words: "dry friction changes with the sliding rate",
         confused_with: &["coulomb_friction", "hysteresis"],
         source: "Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica 30:1083-1138",

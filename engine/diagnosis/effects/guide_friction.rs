@@ -13,6 +13,7 @@ impl Effect for GuideFriction {
         amplitudes: &[0],
         starts: |s| vec![[(FRICTION.size)(s), 0.02 * s.w_rms, 0.0]],
         report: |p, s| vec![reported(&FRICTION, p[0], [0.0, (FRICTION.limits)(s)[1]])],
+        corners: true,
         words: "dry friction holds the mass against the resting frame",
         confused_with: &["coulomb_friction", "ground_damping"],
         source: "Olsson et al. 1998, Eur. J. Control 4:176-195",
