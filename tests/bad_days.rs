@@ -173,6 +173,53 @@ async fn a_locked_database_costs_time_and_nothing_else() {
     nothing_ran_twice(&server).await;
 }
 
+/// Debian's place of the library that tells a process another time.
+fn libfaketime() -> Option<String> {
+    let folders = std::fs::read_dir("/usr/lib").unwrap().flatten();
+    let paths = folders.map(|folder| folder.path().join("faketime/libfaketimeMT.so.1"));
+    let found = paths.into_iter().find(|path| path.exists());
+    if found.is_none() {
+        eprintln!("skipped: no libfaketime");
+    }
+    Some(found?.to_str()?.to_owned())
+}
+
+/// An hour ahead while a job runs, then two hours back while another does: on SQLite the clock of the
+/// process is that of the database.
+#[tokio::test]
+async fn a_clock_that_is_set_stops_nothing() {
+    let Some(library) = libfaketime() else { return };
+    let folder = Folder::new();
+    let clock = folder.write("clock", "+0");
+    let env = [
+        ("LD_PRELOAD", library.as_str()),
+        ("FAKETIME_TIMESTAMP_FILE", clock.to_str().unwrap()),
+        ("FAKETIME_NO_CACHE", "1"),
+        ("FAKETIME_DONT_FAKE_MONOTONIC", "1"),
+    ];
+    let server = Server::on_sqlite_with_env(&["--workers", "1"], &env);
+    let upload = Upload::new("ahead", &SECONDS);
+    let expected = upload.undisturbed().await;
+    for (key, offset) in [("ahead", "+3600"), ("back", "-3600")] {
+        let upload = Upload::new(key, &[&SECONDS[..], &[("again", "true")]].concat());
+        let job = upload.send(&server).await.unwrap();
+        reaches(&server, &job, "trial").await;
+        folder.write("clock", offset);
+        let set = Instant::now();
+        upload.succeeded_once(&server, &job, &expected).await;
+        eprintln!(
+            "{key}: done {:.1} s after the clock was set",
+            set.elapsed().as_secs_f64()
+        );
+    }
+    let next = server.submit(&[]).await;
+    server.succeeded(&next).await;
+    let view = server.json(&next).await;
+    let hour_ago = jiff::Timestamp::now() - jiff::SignedDuration::from_mins(30);
+    let created: jiff::Timestamp = view["created_at"].as_str().unwrap().parse().unwrap();
+    assert!(created < hour_ago, "the clock was set: {created}");
+}
+
 /// A server that panics or hangs where it is told to.
 fn faulty(variable: &str, point: &str, args: &[&str]) -> Option<Server> {
     if !cfg!(debug_assertions) {

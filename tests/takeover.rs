@@ -16,10 +16,18 @@ const WORKING: &str = "SELECT COUNT(DISTINCT attempted_by[array_upper(attempted_
                        FROM river_job WHERE kind = 'trial' AND state = 'running'";
 const TAKEOVERS: &str = "SELECT CAST(SUM(takeovers) AS BIGINT) FROM job";
 
-async fn becomes(server: &Server, sql: &'static str, least: i64) {
-    while server.count(sql).await < least {
+async fn until(what: &str, mut holds: impl AsyncFnMut() -> bool) {
+    for _ in 0..1200 {
+        if holds().await {
+            return;
+        }
         tokio::time::sleep(Duration::from_millis(100)).await;
     }
+    panic!("in vain: {what}");
+}
+
+async fn becomes(server: &Server, sql: &'static str, least: i64) {
+    until(sql, async || server.count(sql).await >= least).await;
 }
 
 /// The time until another worker takes over from one that is hit now.
@@ -61,21 +69,12 @@ async fn a_worker_that_stands_still_or_dies_loses_its_work_to_another() {
     upload.succeeded_once(&server, &job, &expected).await;
     tokio::time::sleep(STANDSTILL.saturating_sub(stopped.elapsed())).await;
     still.send("-CONT");
-    let refused = async || {
-        let text = server
-            .client
-            .get(&metrics)
-            .send()
-            .await
-            .unwrap()
-            .text()
-            .await
-            .unwrap();
+    until("its late result is refused", async || {
+        let response = server.client.get(&metrics).send().await.unwrap();
+        let text = response.text().await.unwrap();
         text.contains("veloid_stale_completions_total 1")
-    };
-    while !refused().await {
-        tokio::time::sleep(Duration::from_millis(100)).await;
-    }
+    })
+    .await;
     upload.succeeded_once(&server, &job, &expected).await;
     becomes(&server, "SELECT COUNT(*) FROM worker", 2).await;
 

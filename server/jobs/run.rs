@@ -71,6 +71,7 @@ pub async fn start(work: Arc<Work>) -> Result<Running, Fault> {
     // Before the first row is fetched, or others would take it over at once.
     let slots = (heavy + QUICK_THREADS) as i64;
     worker::beat(&mut tx, &id, slots).await?;
+    river::hasten(&mut tx).await?;
     tx.commit().await?;
     sweep(&db, &queue, &hub).await?;
 
@@ -132,13 +133,23 @@ fn client(id: &str, work: Arc<Work>) -> Result<riverqueue::Client, Fault> {
 async fn live(db: Db, queue: Queue, hub: Hub, slots: i64, stop: CancellationToken) {
     let mut ticks = tokio::time::interval(BEAT);
     ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
-    // Since when no beat has failed.
+    // Since when no beat has failed and nobody has set the clock.
     let mut steady: Option<Instant> = None;
+    let mut clock = Clock::default();
     while stop.run_until_cancelled(ticks.tick()).await.is_some() {
         // Who could not reach the database cannot tell whether others could.
         let judges = !db.is_sqlite() && steady.is_some_and(|since| since.elapsed() >= LEASE);
         match in_time(beat(&db, queue.0.id(), slots, judges)).await {
-            Ok(()) => steady = steady.or_else(|| Some(Instant::now())),
+            Ok(now_ms) => {
+                if clock.was_set(now_ms) {
+                    tracing::warn!("the database's clock was set");
+                    steady = None;
+                    if let Err(error) = in_time(hasten(&db)).await {
+                        tracing::error!(%error, "rows may wait for the time that the clock was set by");
+                    }
+                }
+                steady = steady.or_else(|| Some(Instant::now()));
+            }
             Err(error) => {
                 tracing::error!(%error, "heartbeat failed");
                 steady = None;
@@ -151,18 +162,60 @@ async fn live(db: Db, queue: Queue, hub: Hub, slots: i64, stop: CancellationToke
     }
 }
 
+/// The database's clock beside this process's own, which nobody sets.
+#[derive(Default)]
+struct Clock {
+    last: Option<(i64, Instant)>,
+}
+
+impl Clock {
+    /// Whether the clock was set since this was asked last. Other workers' beats mean nothing then until
+    /// they have beaten again.
+    fn was_set(&mut self, now_ms: i64) -> bool {
+        let now = Instant::now();
+        let Some((then_ms, then)) = self.last.replace((now_ms, now)) else {
+            return false;
+        };
+        let own_ms = now.duration_since(then).as_millis() as i64;
+        (now_ms - then_ms - own_ms).abs() > LEASE.as_millis() as i64 / 2
+    }
+}
+
+async fn hasten(db: &Db) -> Result<(), Fault> {
+    let mut tx = db.begin().await?;
+    river::hasten(&mut tx).await?;
+    Ok(tx.commit().await?)
+}
+
 /// Ends what waits for a database that does not answer.
-async fn in_time(work: impl Future<Output = Result<(), Fault>>) -> Result<(), Fault> {
+async fn in_time<T>(work: impl Future<Output = Result<T, Fault>>) -> Result<T, Fault> {
     let ended = tokio::time::timeout(PATIENCE, work).await;
     ended.unwrap_or(Err(Fault::Database(sqlx::Error::PoolTimedOut)))
 }
 
-/// On SQLite nobody else works, and a process that was stopped for a while is not gone.
-async fn beat(db: &Db, id: &str, slots: i64, judges: bool) -> Result<(), Fault> {
+/// The time of a heartbeat by the database's clock. On SQLite nobody else works, and a process that was
+/// stopped for a while is not gone.
+async fn beat(db: &Db, id: &str, slots: i64, judges: bool) -> Result<i64, Fault> {
     let mut tx = db.begin().await?;
-    worker::beat(&mut tx, id, slots).await?;
+    let now_ms = worker::beat(&mut tx, id, slots).await?;
     if judges {
         worker::expire(&mut tx, LEASE.as_millis() as i64).await?;
     }
-    Ok(tx.commit().await?)
+    tx.commit().await?;
+    Ok(now_ms)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clock_that_goes_on_was_not_set() {
+        let mut clock = Clock::default();
+        assert!(!clock.was_set(0), "there is nothing to compare with");
+        assert!(!clock.was_set(20), "20 ms went by");
+        assert!(clock.was_set(3_600_000));
+        assert!(!clock.was_set(3_600_000));
+        assert!(clock.was_set(0));
+    }
 }

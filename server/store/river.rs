@@ -74,6 +74,23 @@ pub async fn forget_leader(tx: &mut Tx) -> sqlx::Result<()> {
     on!(tx, t => sqlx::query("DELETE FROM river_leader").execute(&mut **t).await.map(drop))
 }
 
+/// Lets rows run now that wait for longer than anything is ever put off: the clock was set back after
+/// they were queued.
+pub async fn hasten(tx: &mut Tx) -> sqlx::Result<()> {
+    const SQLITE: &str = "\
+        UPDATE river_job SET scheduled_at = datetime('now', 'subsec') \
+        WHERE state IN ('available', 'retryable', 'scheduled') \
+          AND scheduled_at > datetime('now', '+1 minute')";
+    const POSTGRES: &str = "\
+        UPDATE river_job SET scheduled_at = now() \
+        WHERE state IN ('available', 'retryable', 'scheduled') \
+          AND scheduled_at > now() + interval '1 minute'";
+    match tx {
+        Tx::Sqlite(t) => sqlx::query(SQLITE).execute(&mut **t).await.map(drop),
+        Tx::Postgres(t) => sqlx::query(POSTGRES).execute(&mut **t).await.map(drop),
+    }
+}
+
 macro_rules! stray {
     () => {
         "state IN ('queued', 'running') AND NOT EXISTS ( \

@@ -15,8 +15,8 @@ pub(super) async fn now(tx: &mut Tx) -> sqlx::Result<i64> {
     on!(tx, t => sqlx::query_scalar(sql).fetch_one(&mut **t).await)
 }
 
-/// Says that the worker is alive.
-pub async fn beat(tx: &mut Tx, id: &str, slots: i64) -> sqlx::Result<()> {
+/// Says that the worker is alive; the time by the database's clock.
+pub async fn beat(tx: &mut Tx, id: &str, slots: i64) -> sqlx::Result<i64> {
     const SQL: &str = "\
         INSERT INTO worker (id, version, slots, started_at, beat_at) VALUES ($1, $2, $3, $4, $4) \
         ON CONFLICT (id) DO UPDATE SET beat_at = excluded.beat_at";
@@ -28,7 +28,8 @@ pub async fn beat(tx: &mut Tx, id: &str, slots: i64) -> sqlx::Result<()> {
         .bind(now)
         .execute(&mut **t)
         .await
-        .map(drop))
+        .map(drop))?;
+    Ok(now)
 }
 
 /// Forgets one worker, at its orderly end.
@@ -40,11 +41,14 @@ pub async fn leave(tx: &mut Tx, id: &str) -> sqlx::Result<()> {
         .map(drop))
 }
 
-/// Forgets workers that have not beaten for `lease_ms`; all of them with 0.
+/// Forgets workers that have not beaten for `lease_ms`, or in a time to come, before the clock was set
+/// back; all of them with 0.
 pub async fn expire(tx: &mut Tx, lease_ms: i64) -> sqlx::Result<()> {
-    let before = now(tx).await? - lease_ms;
-    on!(tx, t => sqlx::query("DELETE FROM worker WHERE beat_at <= $1")
-        .bind(before)
+    const SQL: &str = "DELETE FROM worker WHERE beat_at <= $1 OR beat_at > $2";
+    let now = now(tx).await?;
+    on!(tx, t => sqlx::query(SQL)
+        .bind(now - lease_ms)
+        .bind(now + lease_ms)
         .execute(&mut **t)
         .await
         .map(drop))
