@@ -13,6 +13,7 @@ mod dashboard;
 mod events;
 mod fleet;
 mod harness;
+mod hostile;
 mod hosts;
 mod jobs;
 mod kills;

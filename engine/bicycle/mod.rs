@@ -105,6 +105,9 @@ impl<T> PerAxle<T> {
     }
 }
 
+/// Largest bike file (bytes).
+const LARGEST_FILE: usize = 64 << 10;
+
 /// The bike file. Masses are those carried by each wheel; lengths are horizontal distances from the
 /// centre of gravity. Keys that are absent or null are only missed where something needs them.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -173,6 +176,12 @@ pub struct RollParameters {
 impl Bike {
     /// Reads the bike file; the message names line and column of a fault.
     pub fn from_json(text: &str) -> Result<Self, EngineError> {
+        if text.len() > LARGEST_FILE {
+            return Err(EngineError::Bike(format!(
+                "{} bytes, expected at most {LARGEST_FILE}",
+                text.len()
+            )));
+        }
         let bike: Bike =
             serde_json::from_str(text).map_err(|e| EngineError::Bike(e.to_string()))?;
         bike.validate()?;
@@ -245,5 +254,51 @@ impl Bike {
     /// l_F + l_R (m).
     pub fn wheelbase(&self) -> Option<f64> {
         Some(self.l_front_m? + self.l_rear_m?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn a_file_without_end_is_refused() {
+        let list = format!("{{\"a\": [0{}]}}", ",0".repeat(LARGEST_FILE));
+        let refused = Bike::from_json(&list).unwrap_err().to_string();
+        assert!(refused.contains("expected at most 65536"), "{refused}");
+    }
+
+    /// What is taken is written, and read again, as the same.
+    fn comes_back(text: &str) {
+        if let Ok(bike) = Bike::from_json(text) {
+            let written = serde_json::to_string(&bike).unwrap();
+            assert_eq!(Bike::from_json(&written).unwrap(), bike, "{text}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_text_is_a_bike_or_a_fault(text in "\\PC{0,200}", json in "[\\[\\]{}:,\"a-z_0-9.eE+ -]{0,200}") {
+            comes_back(&text);
+            comes_back(&json);
+        }
+
+        #[test]
+        fn any_numbers_make_a_bike_or_a_fault(
+            keys in prop::collection::vec(prop::sample::select(vec![
+                "mass_front_kg", "mass_rear_kg", "l_front_m", "wheel_radius_rear_m", "static_load_front_n",
+                "noise_road_m", "equal_axles", "bike", "roll", "owner",
+            ]), 0..6),
+            values in prop::collection::vec(prop::sample::select(vec![
+                "0", "-0.0", "23.5", "1e308", "1e-320", "1e999", "null", "true", "\"x\"", "[1, [2]]", "{\"a\": 1.5}",
+            ]), 6),
+        ) {
+            let pairs: Vec<String> =
+                keys.iter().zip(values).map(|(key, value)| format!("\"{key}\": {value}")).collect();
+            comes_back(&format!("{{{}}}", pairs.join(", ")));
+        }
     }
 }

@@ -219,7 +219,7 @@ fn matrix(
         .collect();
     let own_name = text(parts.expect("its name")?);
     let name = field.map_or(own_name, str::to_owned);
-    if class == STRUCTURE && depth < DEEPEST && shape.iter().product::<usize>() == 1 {
+    if class == STRUCTURE && depth < DEEPEST && shape.iter().all(|n| *n == 1) {
         let width = parts.expect("its fields")?;
         let width = parts.u32(width).unwrap_or(0) as usize;
         let names = parts.expect("its fields")?;

@@ -254,6 +254,8 @@ fn cell(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
 
     #[test]
@@ -268,6 +270,30 @@ mod tests {
         assert_eq!(parse_cursor(&format!("{id}/extended/front/a/b")), Some(key));
         for bad in ["", "zz", "x/extended/front/a", &format!("{id}/front/a")] {
             assert_eq!(parse_cursor(bad), None, "{bad}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_text_is_a_cursor_or_none(text in "\\PC{0,80}", parts in "[0-9a-f-]{30,38}(/[a-z_.]{0,9}){0,5}") {
+            for text in [text, parts] {
+                if let Some(key) = parse_cursor(&text) {
+                    let again = format!("{}/{}/{}/{}", key.job_id, key.method, key.axle, key.name);
+                    prop_assert_eq!(parse_cursor(&again), Some(key));
+                }
+            }
+        }
+
+        #[test]
+        fn every_cursor_is_read_back(id in any::<u128>(), axle in "front|rear|both", name in "[a-z_./]{1,30}") {
+            let key = Key {
+                job_id: Uuid::from_u128(id),
+                method: "extended".to_owned(),
+                axle,
+                name,
+            };
+            let text = format!("{}/{}/{}/{}", key.job_id, key.method, key.axle, key.name);
+            prop_assert_eq!(parse_cursor(&text), Some(key));
         }
     }
 

@@ -12,7 +12,7 @@ use serde_json::{Map, Value};
 use crate::api::Server;
 use crate::api::access::Caller;
 use crate::api::problem::{Kind, Problem};
-use crate::files::Incoming;
+use crate::files::{Files, Incoming};
 use crate::options::Options;
 
 /// Most that a part other than the file may hold (bytes).
@@ -42,7 +42,8 @@ pub async fn receive(
     let limit = caller.max_upload(server.max_upload);
     let (head, body) = request.into_parts();
     let mut body = body.into_data_stream();
-    let outcome = parts(server, limit, &head.headers, head.uri.query(), &mut body).await;
+    let (headers, query) = (&head.headers, head.uri.query());
+    let outcome = parts(&server.files, limit, headers, query, &mut body).await;
     if outcome.is_err() {
         // The client may still be sending; closing on it now could cost it the answer.
         tokio::spawn(tokio::time::timeout(DRAIN_TIME, drain(body)));
@@ -61,7 +62,7 @@ async fn drain(mut body: BodyDataStream) {
 }
 
 async fn parts(
-    server: &Server,
+    files: &Files,
     limit: u64,
     headers: &HeaderMap,
     query: Option<&str>,
@@ -80,15 +81,15 @@ async fn parts(
     let kind = text(header::CONTENT_TYPE).unwrap_or_default();
     if kind.starts_with("multipart/form-data") {
         let boundary = multer::parse_boundary(kind)?;
-        from_form(server, limit, Multipart::new(body, boundary), &mut parts).await?;
+        from_form(files, limit, Multipart::new(body, boundary), &mut parts).await?;
     } else {
-        parts.incoming = Some(store(server, limit, body).await?);
+        parts.incoming = Some(store(files, limit, body).await?);
     }
     Ok(parts)
 }
 
 async fn from_form(
-    server: &Server,
+    files: &Files,
     limit: u64,
     mut form: Multipart<'_>,
     parts: &mut Parts,
@@ -109,18 +110,18 @@ async fn from_form(
         if let Some(name) = field.file_name() {
             parts.name = Some(name.to_owned());
         }
-        parts.incoming = Some(store(server, limit, field).await?);
+        parts.incoming = Some(store(files, limit, field).await?);
     }
     Ok(())
 }
 
 /// Writes a stream to disk as it comes, up to the limit.
-async fn store<S, E>(server: &Server, limit: u64, stream: S) -> Result<Incoming, Problem>
+async fn store<S, E>(files: &Files, limit: u64, stream: S) -> Result<Incoming, Problem>
 where
     S: Stream<Item = Result<Bytes, E>>,
     E: std::fmt::Display,
 {
-    let mut incoming = server.files.begin().await?;
+    let mut incoming = files.begin().await?;
     let mut stream = std::pin::pin!(stream);
     while let Some(chunk) = stream.next().await {
         let chunk = chunk.map_err(|error| {
@@ -225,7 +226,13 @@ fn tidy(name: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::tidy;
+    #![allow(clippy::unwrap_used)]
+    use axum::body::Body;
+    use futures_util::stream;
+    use proptest::prelude::*;
+    use proptest::sample::Index;
+
+    use super::*;
 
     #[test]
     fn names_are_only_shown() {
@@ -233,5 +240,96 @@ mod tests {
         assert_eq!(tidy("C:\\rides\\a b.csv"), "a b.csv");
         assert_eq!(tidy("x\0y\u{7f}\n"), "xy");
         assert_eq!(tidy("/"), "ride");
+    }
+
+    const FORM: &str = "--B\r\nContent-Disposition: form-data; name=\"file\"; filename=\"a.csv\"\r\n\
+        Content-Type: text/csv\r\n\r\nt,z_f\n0,1\n\r\n\
+        --B\r\nContent-Disposition: form-data; name=\"bike\"\r\n\r\n{\"bike\": \"x\"}\r\n\
+        --B\r\nContent-Disposition: form-data; name=\"options\"\r\n\r\n{\"seed\": 7, \"map\": {\"z_f\": \"2\"}}\r\n\
+        --B\r\nContent-Disposition: form-data; name=\"rows\"\r\n\r\n0:9\r\n--B--\r\n";
+
+    /// Receives a body in pieces as uploads are received, into a folder of its own.
+    fn outcome(kind: &str, query: &str, bytes: &[u8], piece: usize) -> Result<Received, Problem> {
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .build()
+            .unwrap();
+        runtime.block_on(async {
+            let root =
+                std::env::temp_dir().join(format!("veloid-receive-{}", uuid::Uuid::now_v7()));
+            let files = Files::in_folder(&root).await.unwrap();
+            let headers = [(header::CONTENT_TYPE, kind.parse().unwrap())]
+                .into_iter()
+                .collect();
+            let pieces: Vec<_> = bytes
+                .chunks(piece)
+                .map(|chunk| Ok::<_, std::io::Error>(chunk.to_vec()))
+                .collect();
+            let mut body = Body::from_stream(stream::iter(pieces)).into_data_stream();
+            let parts = parts(&files, 1 << 10, &headers, Some(query), &mut body).await;
+            let received = parts.and_then(Parts::done);
+            std::fs::remove_dir_all(root).unwrap();
+            received
+        })
+    }
+
+    #[test]
+    fn a_form_is_received_whole_however_it_is_cut() {
+        for piece in [1, 7, 10_000] {
+            let received = outcome(
+                "multipart/form-data; boundary=B",
+                "",
+                FORM.as_bytes(),
+                piece,
+            );
+            let received = received.unwrap_or_else(|problem| panic!("{problem:?}"));
+            assert_eq!(
+                (received.name.as_str(), received.incoming.bytes()),
+                ("a.csv", 10)
+            );
+            assert_eq!(received.bike.as_deref(), Some("{\"bike\": \"x\"}"));
+            assert_eq!(received.options["seed"], 7);
+            assert_eq!(received.options["map"]["z_f"], "2");
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(128))]
+
+        #[test]
+        fn any_form_is_received_or_refused(
+            hits in prop::collection::vec((any::<Index>(), any::<u8>()), 0..8),
+            cut in any::<Index>(),
+            doubled in any::<bool>(),
+            piece in 1usize..400,
+        ) {
+            let mut bytes = FORM.as_bytes().to_vec();
+            for (at, byte) in hits {
+                let at = at.index(bytes.len());
+                bytes[at] = byte;
+            }
+            let cut = cut.index(bytes.len());
+            if doubled {
+                bytes.extend_from_within(cut..);
+            } else {
+                bytes.truncate(cut);
+            }
+            if let Err(problem) = outcome("multipart/form-data; boundary=B", "", &bytes, piece) {
+                prop_assert!((400..500).contains(&problem.status), "{:?}", problem);
+            }
+        }
+
+        #[test]
+        fn any_body_is_received_or_refused(
+            boundary in "[ -~]{0,80}",
+            query in "[a-z_=&%0-9:\\{\\}\"]{0,60}",
+            bytes in prop::collection::vec(any::<u8>(), 0..3000),
+        ) {
+            let form = format!("multipart/form-data; boundary={boundary}");
+            for kind in [form.as_str(), "text/csv"] {
+                if let Err(problem) = outcome(kind, &query, &bytes, 512) {
+                    prop_assert!((400..500).contains(&problem.status), "{:?}", problem);
+                }
+            }
+        }
     }
 }
