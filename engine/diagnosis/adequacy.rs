@@ -96,6 +96,16 @@ pub struct Leftover {
     pub residual: Vec<f64>,
 }
 
+/// Gain in held-out log score that the free form must make before something counts as left.
+const LEFT: f64 = 6.0;
+
+impl Leftover {
+    /// Whether the residual moves with the features, on the fitted and on the held-out part.
+    pub fn is_structured(&self, alpha: f64) -> bool {
+        self.p_value < 0.5 * alpha && self.held_gain > LEFT && self.held_after < self.held_before
+    }
+}
+
 /// A feature: its signal, and whether it acts as a force or on the sensor.
 struct Feature {
     signal: Vec<f64>,

@@ -13,8 +13,6 @@ use super::replicate::{exceeds, is_noisy};
 use super::scene::Scene;
 use super::spectrum::{Inputs, resonance};
 
-/// Gain in held-out log score that the free form must make before something counts as left.
-const LEFT: f64 = 6.0;
 /// Gain in log likelihood by forces in the residual's spectrum from which a force counts as left.
 const RESONANT: f64 = 30.0;
 /// Share of the residual's power that these forces must have where nothing is named: the noise of a
@@ -71,9 +69,7 @@ pub fn judge(
         let residuals = again.residuals(&fit.unit, &fit.point, substeps);
         resonates(&residuals[a]).gain
     };
-    let structured = found.p_value < 0.5 * settings.alpha
-        && found.held_gain > LEFT
-        && found.held_after < found.held_before;
+    let structured = found.is_structured(settings.alpha);
     let forced = resonance.gain > RESONANT
         && (named || resonance.share > MATTERS)
         && (!is_noisy(track) || exceeds(resonance.gain, scene, model, settings.seed, on_replicate));

@@ -3,9 +3,10 @@
 use rayon::prelude::*;
 
 use super::Place;
+use super::adequacy::{leftover, motions};
 use super::effects::Kind;
 use super::extend::{Model, Reach, extend, is_far, joined, polish, unstopped};
-use super::model::Term;
+use super::model::{Term, Unit};
 use super::name::{COARSE, Search, added};
 use super::null::Null;
 use super::physical::is_physical;
@@ -78,14 +79,16 @@ impl Search<'_> {
             .filter_map(|s| fitted(s, Reach::Near))
             .collect();
         // Where no start close to the model comes near to the ride, all are tried from afar.
-        let arrived = found.iter().any(|m| {
-            let units = m
-                .fits
-                .iter()
-                .filter(|f| !model.fits.iter().any(|g| g.unit == f.unit));
-            units.into_iter().all(|f| !is_far(scene, m, &f.unit))
-        });
-        if !arrived && reach == Reach::Far {
+        let best = found
+            .iter()
+            .max_by(|a, b| a.likelihood.total_cmp(&b.likelihood));
+        let arrived = reach == Reach::Near
+            || found.iter().any(|m| {
+                let mut units = new_units(model, m);
+                units.all(|u| !is_far(scene, m, u))
+            })
+            || best.is_some_and(|m| self.explains(model, m));
+        if !arrived {
             let further: Vec<Model> = offers
                 .par_iter()
                 .filter(|s| far(s))
@@ -110,6 +113,17 @@ impl Search<'_> {
         self.unstop(&mut found);
         found.sort_by(|a, b| b.likelihood.total_cmp(&a.likelihood));
         found
+    }
+
+    /// Whether nothing but noise is left, however large, of the axles on which `larger` has something that
+    /// `model` has not.
+    fn explains(&self, model: &Model, larger: &Model) -> bool {
+        let motions = motions(self.fitter.scene, larger);
+        let mut tracks = new_units(model, larger).flat_map(|u| &u.tracks);
+        tracks.all(|t| {
+            let left = leftover(&self.fitter, larger, &motions, *t, &self.held);
+            !left.is_structured(self.alpha)
+        })
     }
 
     /// Stops on both sides with no spring between them are free play: fits that from there where its
@@ -156,7 +170,7 @@ impl Search<'_> {
         let term = added(model, &found);
         let near = polished(found);
         if reach == Reach::Near
-            || !term.kind.spec().corners && is_physical(self.fitter.scene, &self.plain, &near)
+            || !term.kind.spec().peaks && is_physical(self.fitter.scene, &self.plain, &near)
         {
             return near;
         }
@@ -168,4 +182,14 @@ impl Search<'_> {
             .filter(|far| self.merit(far) > self.merit(&near))
             .unwrap_or(near)
     }
+}
+
+/// The units of `larger` that are not the model's.
+fn new_units<'m>(model: &'m Model, larger: &'m Model) -> impl Iterator<Item = &'m Unit> {
+    let known = |u: &&Unit| model.fits.iter().any(|f| f.unit == **u);
+    larger
+        .fits
+        .iter()
+        .map(|f| &f.unit)
+        .filter(move |u| !known(u))
 }

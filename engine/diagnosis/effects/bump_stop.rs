@@ -50,6 +50,7 @@ impl Effect for BumpStop {
         },
         stiffens: |p, _| p[1],
         corners: true,
+        peaks: true,
         words: "the travel ends at a stop (bottoming, rim strike)",
         confused_with: &["cubic_stiffness", "free_play", "progressive_stiffness"],
         source: "Sadauckas et al. 2024, Veh. Syst. Dyn. (rim strike)",

@@ -19,6 +19,7 @@ impl Effect for FreePlay {
         starts: |s| [0.15, 0.5, 1.0, 1.6, 2.4].map(|g| [g * s.d_rms, 0.0, 0.0]).to_vec(),
         report: |p, s| vec![reported(&GAP, p[0], [1e-6 * s.d_rms, (GAP.limits)(s)[1]])],
         corners: true,
+        peaks: true,
         words: "there is backlash: no spring force within a gap",
         confused_with: &["bump_stop", "cubic_stiffness", "hysteresis"],
         source: "Kerschen et al. 2006, Mech. Syst. Signal Process. 20:505-592",

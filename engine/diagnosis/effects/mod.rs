@@ -87,6 +87,8 @@ pub struct Spec {
     pub slow: bool,
     /// Whether the force has corners, which the integrator must meet with shorter steps.
     pub corners: bool,
+    /// Whether the likelihood has many peaks, so that a fit also starts from afar.
+    pub peaks: bool,
     /// Parameters for which a value and a deviation are expected where the ride says nothing.
     pub expected: &'static [(usize, f64, f64)],
     /// The effect in plain words.
@@ -113,6 +115,7 @@ impl Spec {
         local: false,
         slow: false,
         corners: false,
+        peaks: false,
         expected: &[],
         words: "",
         confused_with: &[],

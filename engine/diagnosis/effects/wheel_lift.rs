@@ -20,6 +20,7 @@ impl Effect for WheelLift {
         starts: |s| [0.4, 0.7, 1.0].map(|f| [f * s.static_load, 0.0, 0.0]).to_vec(),
         report: |p, s| vec![reported(&LOAD, p[0], [0.5 * s.static_load, 2.0 * s.static_load])],
         corners: true,
+        peaks: true,
         words: "the wheel leaves the ground: the tyre cannot pull",
         confused_with: &["progressive_stiffness", "cubic_stiffness", "bump_stop"],
         source: "paper, eq. (2): the load F_nF has no lower bound there",
