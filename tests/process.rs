@@ -9,7 +9,12 @@ use crate::ride::LONG;
 async fn a_stopped_server_hands_its_work_back_and_takes_it_up_again() {
     let mut server = Server::with(&["--workers", "1"]);
     // No machine ends a trial of this within the time that a stop allows.
-    let endless = [("iterations", "10000"), ("particles", "1000")];
+    let endless = [
+        ("trials", "1"),
+        ("iterations", "10000"),
+        ("particles", "200"),
+        ("objective", "gradient"),
+    ];
     let job = server.submit(&endless).await;
     while server.json(&job).await["stage"] != "trial" {}
     let asked = Instant::now();
