@@ -12,7 +12,7 @@ use crate::jobs::{Hub, Queue, give_up, sweep};
 use crate::options::Options;
 use crate::store::job::{self, Failure, Filter, NewJob, Request, Stage, State};
 use crate::store::key::HOME;
-use crate::store::{Db, Tx, bike, idempotency_key, result, ride, trial, worker};
+use crate::store::{Db, Tx, bike, idempotency_key, result, ride, trial, turn, worker};
 
 fn home() -> Filter<'static> {
     Filter {
@@ -22,7 +22,7 @@ fn home() -> Filter<'static> {
 }
 
 /// Runs a test on a fresh database of each kind.
-async fn on_each(test: impl AsyncFn(Db)) {
+pub async fn on_each(test: impl AsyncFn(Db)) {
     on_each_empty(async |db| {
         db.migrate().await.unwrap();
         test(db).await;
@@ -60,14 +60,18 @@ pub async fn on_each_empty(test: impl AsyncFn(Db)) {
         .unwrap();
 }
 
-fn queue(db: &Db) -> Queue {
+pub fn queue(db: &Db) -> Queue {
     Queue(db.river().build().unwrap())
 }
 
 const TRIALS: usize = 10;
 
-/// A job as an upload leaves it behind, and its River row.
 async fn queued(db: &Db, queue: &Queue) -> (Uuid, i64) {
+    queued_in(db, queue, HOME).await
+}
+
+/// A job as an upload leaves it behind, and its River row.
+pub async fn queued_in(db: &Db, queue: &Queue, group: &str) -> (Uuid, i64) {
     let (id, mut options) = (Uuid::now_v7(), Options::default());
     options.settings.trials = TRIALS;
     let request = Request {
@@ -75,15 +79,15 @@ async fn queued(db: &Db, queue: &Queue) -> (Uuid, i64) {
         options,
     };
     let mut tx = db.begin().await.unwrap();
-    bike::upsert(&mut tx, HOME, "lab", &request.bike)
+    bike::upsert(&mut tx, group, "lab", &request.bike)
         .await
         .unwrap();
-    let ride = ride::upsert(&mut tx, HOME, "0f", "ride.csv", 3)
+    let ride = ride::upsert(&mut tx, group, "0f", "ride.csv", 3)
         .await
         .unwrap();
     let new = NewJob {
         id,
-        group: HOME,
+        group,
         key: None,
         ride,
         bike: "lab",
@@ -94,6 +98,7 @@ async fn queued(db: &Db, queue: &Queue) -> (Uuid, i64) {
     job::insert(&mut tx, &new).await.unwrap();
     let row = queue.observe(&mut tx, id).await.unwrap();
     job::enter(&mut tx, id, Stage::Observe, row).await.unwrap();
+    turn::take(&mut tx, id).await.unwrap();
     tx.commit().await.unwrap();
     (id, row)
 }
@@ -128,7 +133,7 @@ async fn row_state(queue: &Queue, row: i64) -> JobState {
 }
 
 /// Makes a River row look as if a worker had begun it.
-async fn begun_by(db: &Db, row: i64, worker: &str) {
+pub async fn begun_by(db: &Db, row: i64, worker: &str) {
     const SQLITE: &str = "UPDATE river_job SET state = 'running', attempt = 1, \
         attempted_at = datetime('now', 'subsec'), attempted_by = jsonb_array($2) WHERE id = $1";
     const POSTGRES: &str = "UPDATE river_job SET state = 'running', attempt = 1, \

@@ -338,8 +338,7 @@ async fn limits_of_a_key_hold() {
         job,
         "what is there already is no new job"
     );
-    let cancel = server.client.delete(server.address(&job));
-    assert_eq!(cancel.send().await.unwrap().status(), 200);
+    assert_eq!(server.cancel(&job).await.unwrap().status(), 200);
     server.submit(&[]).await;
 }
 
@@ -415,7 +414,7 @@ async fn a_browser_signs_in_and_out() {
 fn a_server_that_others_reach_does_not_start_without_keys() {
     let server = Server::start();
     let folder = server.folder.0.join("other");
-    let output = Command::new(VELOID)
+    let output = Command::new(&*VELOID)
         .args(["serve", "--listen", "0.0.0.0:0", "--data"])
         .arg(folder)
         .env_remove("DATABASE_URL")

@@ -67,8 +67,7 @@ async fn a_backup_of_a_server_at_work_holds_all_that_was_acknowledged() {
 
     let restored = Server::in_folder(folder, &["--workers", "2"]);
     assert_eq!(restored.json(&long).await["state"], "running");
-    let cancelled = restored.client.delete(restored.address(&long)).send().await;
-    assert_eq!(cancelled.unwrap().status(), 200);
+    assert_eq!(restored.cancel(&long).await.unwrap().status(), 200);
     for (job, file) in &acknowledged {
         let view = restored.succeeded(job).await;
         let ride = format!("/v1/rides/{}/file", view["ride"]["id"].as_str().unwrap());

@@ -134,6 +134,14 @@ async fn dies_in_passing(point: String, upload: &Upload, expected: &Undisturbed)
     nothing_ran_twice(&server).await;
 }
 
+/// What was sent, and is sent again where nobody heard the answer, succeeds once.
+async fn ends_well(server: &Server, upload: &Upload, acknowledged: Option<&str>) {
+    let job = upload.send_again(server, acknowledged).await;
+    let expected = upload.undisturbed().await;
+    upload.succeeded_once(server, &job, &expected).await;
+    nothing_ran_twice(server).await;
+}
+
 /// In the transaction of a cancel: it is undone, and asked for again. After it: it holds.
 #[tokio::test]
 async fn a_cancel_holds_once_it_is_committed() {
@@ -144,12 +152,14 @@ async fn a_cancel_holds_once_it_is_committed() {
         let upload = Upload::new("key", &LONG);
         let job = upload.send(&server).await.unwrap();
         while server.json(&job).await["stage"] != "trial" {}
-        let cancel = |server: &Server| server.client.delete(server.address(&job)).send();
-        assert!(cancel(&server).await.is_err(), "it dies before it answers");
+        assert!(
+            server.cancel(&job).await.is_err(),
+            "it dies before it answers"
+        );
         server.dies().await;
         server.restart_with_env(&[]);
         assert_eq!(server.json(&job).await["state"], state, "{point}");
-        assert_eq!(cancel(&server).await.unwrap().status(), 200);
+        assert_eq!(server.cancel(&job).await.unwrap().status(), 200);
         upload.cancelled_once(&server, &job).await;
         nothing_is_left(&server).await;
     }
@@ -170,11 +180,7 @@ async fn a_failure_holds_once_it_is_committed() {
     let acknowledged = upload.send(&server).await;
     server.dies().await;
     server.restart_with_env(&[]);
-    let job = upload.send_again(&server, acknowledged.as_deref()).await;
-    upload
-        .succeeded_once(&server, &job, &upload.undisturbed().await)
-        .await;
-    nothing_ran_twice(&server).await;
+    ends_well(&server, &upload, acknowledged.as_deref()).await;
 }
 
 /// In the transaction that begins a cancelled job anew: it stays cancelled until that is asked again.
@@ -185,12 +191,7 @@ async fn a_job_is_begun_anew_as_a_whole() {
     };
     let upload = Upload::new("key", &[("iterations", "500")]);
     let job = upload.send(&server).await.unwrap();
-    server
-        .client
-        .delete(server.address(&job))
-        .send()
-        .await
-        .unwrap();
+    server.cancel(&job).await.unwrap();
     let again = |server: &Server| {
         server
             .client
@@ -226,11 +227,7 @@ async fn who_takes_over_may_die_of_it() {
         .unwrap();
     assert!(died.signal().is_some(), "{died}");
     server.restart_with_env(&[]);
-    let job = upload.send_again(&server, acknowledged.as_deref()).await;
-    upload
-        .succeeded_once(&server, &job, &upload.undisturbed().await)
-        .await;
-    nothing_ran_twice(&server).await;
+    ends_well(&server, &upload, acknowledged.as_deref()).await;
 }
 
 /// Asked to stop, it has handed its work back, and dies before it has said that it leaves.
@@ -243,8 +240,5 @@ async fn who_stops_may_die_of_it() {
     let job = upload.send(&server).await.unwrap();
     assert_eq!(server.terminate(), None, "killed by a signal");
     server.restart_with_env(&[]);
-    upload
-        .succeeded_once(&server, &job, &upload.undisturbed().await)
-        .await;
-    nothing_ran_twice(&server).await;
+    ends_well(&server, &upload, Some(&job)).await;
 }

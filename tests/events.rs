@@ -129,10 +129,5 @@ async fn who_comes_back_goes_on_where_the_connection_broke() {
     let from = iterations[0];
     let gapless: Vec<u64> = (from..from + iterations.len() as u64).collect();
     assert_eq!(iterations, gapless);
-    server
-        .client
-        .delete(server.address(&job))
-        .send()
-        .await
-        .unwrap();
+    server.cancel(&job).await.unwrap();
 }

@@ -6,6 +6,7 @@ use std::io::{BufRead, BufReader};
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::LazyLock;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
@@ -17,8 +18,10 @@ use sqlx::{Connection, PgConnection, SqliteConnection};
 
 use crate::ride;
 
-/// The program under test.
-pub const VELOID: &str = env!("CARGO_BIN_EXE_veloid");
+/// The program under test: the one that was built with the tests, or what `VELOID_TEST_BINARY` names.
+pub static VELOID: LazyLock<String> = LazyLock::new(|| {
+    env::var("VELOID_TEST_BINARY").unwrap_or_else(|_| env!("CARGO_BIN_EXE_veloid").to_owned())
+});
 
 /// A folder that goes when the test ends.
 pub struct Folder(pub PathBuf);
@@ -172,6 +175,11 @@ impl Server {
         self.child.wait().unwrap().code()
     }
 
+    /// Number of the process.
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
     /// Whether the process is there.
     pub fn is_there(&mut self) -> bool {
         self.child.try_wait().unwrap().is_none()
@@ -213,7 +221,7 @@ impl Server {
 
     /// A process beside the server on the same data.
     pub fn beside(&self, args: &[&str]) -> Command {
-        let mut command = Command::new(VELOID);
+        let mut command = Command::new(&*VELOID);
         command
             .args(args)
             .arg("--data")
@@ -255,7 +263,7 @@ impl Server {
         let veloid = self.beside(&["worker", "--workers", "1"]);
         worker
             .args(["-c", core])
-            .arg(VELOID)
+            .arg(&*VELOID)
             .args(veloid.get_args());
         worker.envs(self.env.iter().cloned());
         Worker(worker.stderr(Stdio::null()).spawn().unwrap())
@@ -283,18 +291,19 @@ impl Server {
         response.json().await.unwrap()
     }
 
+    /// Asks for the end of a job; an error where the process dies before it answers.
+    pub async fn cancel(&self, job: &str) -> reqwest::Result<Response> {
+        self.client.delete(self.address(job)).send().await
+    }
+
     pub fn address(&self, path: &str) -> String {
         format!("{}{path}", self.url)
     }
 
     /// Sends a form with a ride, a bike and other parts.
     pub async fn upload(&self, ride: Vec<u8>, bike: &str, parts: &[(&str, &str)]) -> Response {
-        let file = Part::bytes(ride).file_name("ride.csv");
-        let mut form = Form::new().part("file", file).text("bike", bike.to_owned());
-        for (key, value) in parts {
-            form = form.text((*key).to_owned(), (*value).to_owned());
-        }
-        let request = self.client.post(self.address("/v1/rides")).multipart(form);
+        let request = self.client.post(self.address("/v1/rides"));
+        let request = request.multipart(form(ride, bike, parts));
         request.send().await.unwrap()
     }
 
@@ -349,6 +358,15 @@ impl Drop for Server {
     }
 }
 
+/// A form with a ride, a bike and other parts.
+pub fn form(ride: Vec<u8>, bike: &str, parts: &[(&str, &str)]) -> Form {
+    let file = Part::bytes(ride).file_name("ride.csv");
+    let form = Form::new().part("file", file).text("bike", bike.to_owned());
+    parts.iter().fold(form, |form, (key, value)| {
+        form.text((*key).to_owned(), (*value).to_owned())
+    })
+}
+
 /// The key that `veloid key create` has printed.
 pub fn key_of(output: &Output) -> String {
     assert!(output.status.success(), "{output:?}");
@@ -362,7 +380,7 @@ fn launch(data: &Path, env: &[(String, String)], args: &[String]) -> (Child, Str
         .append(true)
         .open(data.join("log"))
         .unwrap();
-    let mut child = Command::new(VELOID)
+    let mut child = Command::new(&*VELOID)
         .args(["serve", "--listen", "127.0.0.1:0", "--data"])
         .arg(data)
         .args(args)
@@ -414,14 +432,14 @@ pub fn http() -> ClientBuilder {
 
 /// Runs `veloid` to its end.
 pub fn veloid(args: &[&str]) -> Output {
-    Command::new(VELOID).args(args).output().unwrap()
+    Command::new(&*VELOID).args(args).output().unwrap()
 }
 
 /// Runs `veloid identify` on the files of a ride and a bike; the report it writes, and what it says.
 pub fn identify(ride: &Path, bike: &Path, args: &[&str]) -> (Value, String) {
     let folder = Folder::new();
     let json = folder.0.join("report.json");
-    let mut command = Command::new(VELOID);
+    let mut command = Command::new(&*VELOID);
     command.arg("identify").arg(ride).arg("--bike").arg(bike);
     let output = command
         .arg("--json")

@@ -172,7 +172,7 @@ fn bikes() -> Vec<(&'static str, Vec<u8>)> {
 
 /// Runs `veloid identify` to its end; what it says, the most memory it had (kB) and its CPU time.
 fn refused(what: &str, ride: &Path, bike: &Path) -> (String, u64, Duration) {
-    let mut child = Command::new(VELOID)
+    let mut child = Command::new(&*VELOID)
         .arg("identify")
         .arg(ride)
         .arg("--bike")

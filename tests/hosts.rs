@@ -173,7 +173,7 @@ impl Lab {
 
     /// `veloid` on a host, listening on port 8080, with a data folder that all share.
     fn veloid(&self, host: &str, args: &[&str]) -> Host<'_> {
-        let mut command = self.on(host, VELOID);
+        let mut command = self.on(host, &*VELOID);
         command
             .args(args)
             .args(["--listen", "0.0.0.0:8080", "--data"]);

@@ -10,16 +10,7 @@ async fn a_running_job_is_cancelled_and_begins_anew() {
     let server = Server::start();
     let job = server.submit(&LONG).await;
     while server.json(&job).await["stage"] != "trial" {}
-    assert_eq!(
-        server
-            .client
-            .delete(server.address(&job))
-            .send()
-            .await
-            .unwrap()
-            .status(),
-        200
-    );
+    assert_eq!(server.cancel(&job).await.unwrap().status(), 200);
     let view = server.json(&job).await;
     assert_eq!(view["state"], "cancelled");
     assert!(!view["least_squares"].is_null(), "what was found stays");
@@ -32,12 +23,7 @@ async fn a_running_job_is_cancelled_and_begins_anew() {
     assert!(view["least_squares"].is_null());
     let again = server.client.post(server.address(&format!("{job}/retry")));
     assert_eq!(again.send().await.unwrap().status(), 409);
-    server
-        .client
-        .delete(server.address(&job))
-        .send()
-        .await
-        .unwrap();
+    server.cancel(&job).await.unwrap();
 }
 
 #[tokio::test]
@@ -52,8 +38,7 @@ async fn cancelling_at_any_moment_is_answered() {
         ];
         let job = server.submit(&trials).await;
         tokio::time::sleep(Duration::from_millis(delay_ms)).await;
-        let cancel = || server.client.delete(server.address(&job)).send();
-        let (one, other) = tokio::join!(cancel(), cancel());
+        let (one, other) = tokio::join!(server.cancel(&job), server.cancel(&job));
         for response in [one.unwrap(), other.unwrap()] {
             let status = response.status();
             assert!(
@@ -70,13 +55,27 @@ async fn a_cancelled_swarm_frees_its_core() {
     let long = server.submit(&LONG).await;
     while server.json(&long).await["stage"] != "trial" {}
     let short = server.submit(&[("seed", "2")]).await;
-    server
-        .client
-        .delete(server.address(&long))
-        .send()
-        .await
-        .unwrap();
+    server.cancel(&long).await.unwrap();
     server.succeeded(&short).await;
+}
+
+#[tokio::test]
+async fn one_who_sends_many_rides_holds_up_nobody_who_sends_one() {
+    let (mut server, [many, one]) = Server::with_keys([&[], &[]], &["--workers", "1"]);
+    server.as_seen_by(&many);
+    for seed in 0..12 {
+        let seed = seed.to_string();
+        server
+            .submit(&[("seed", &seed), ("iterations", "3000")])
+            .await;
+    }
+    server.as_seen_by(&one);
+    let job = server.submit(&[]).await;
+    let ended = "SELECT count(*) FROM job WHERE finished_at IS NOT NULL";
+    let before = server.count(ended).await;
+    assert!(before < 6, "there is a queue");
+    server.succeeded(&job).await;
+    assert!(server.count(ended).await <= before + 3);
 }
 
 #[tokio::test]
@@ -90,12 +89,7 @@ async fn least_squares_are_there_before_the_swarm_has_finished() {
     assert_eq!(view["state"], "running");
     assert_eq!(view["trials"]["done"], 0);
     assert!(view["least_squares"]["rear"]["k_n_m"].as_f64().unwrap() > 0.0);
-    server
-        .client
-        .delete(server.address(&busy))
-        .send()
-        .await
-        .unwrap();
+    server.cancel(&busy).await.unwrap();
     server.succeeded(&waiting).await;
 }
 

@@ -17,6 +17,7 @@ mod hostile;
 mod hosts;
 mod jobs;
 mod kills;
+mod load;
 mod model;
 mod object_storage;
 mod openapi;

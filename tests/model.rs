@@ -51,7 +51,7 @@ async fn the_model_comes_as_json_and_as_a_script_that_simulates_it() {
 async fn the_script_says_which_effects_it_leaves_out() {
     let server = Server::start();
     let [ride, bike] = ["ride.csv", "bike.json"].map(|name| server.folder.0.join(name));
-    let mut simulate = Command::new(VELOID);
+    let mut simulate = Command::new(&*VELOID);
     simulate.arg("simulate").arg(&ride).arg("--bike").arg(&bike);
     let effect = [
         "--effect",

@@ -3,11 +3,10 @@
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
-use reqwest::multipart::{Form, Part};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
-use crate::harness::Server;
+use crate::harness::{Server, form};
 use crate::ride;
 
 /// A ride that is sent until it is acknowledged, under one idempotency key.
@@ -40,11 +39,10 @@ impl Upload {
 
     /// Sends the ride; the address of its job, or none where no answer came.
     pub async fn send(&self, server: &Server) -> Option<String> {
-        let file = Part::bytes(self.ride.clone()).file_name("ride.csv");
-        let mut form = Form::new().part("file", file).text("bike", ride::BIKE);
-        for (key, value) in &self.parts {
-            form = form.text(key.clone(), value.clone());
-        }
+        let parts: Vec<_> = (self.parts.iter())
+            .map(|(key, value)| (key.as_str(), value.as_str()))
+            .collect();
+        let form = form(self.ride.clone(), ride::BIKE, &parts);
         let request = server.client.post(server.address("/v1/rides"));
         let request = request.header("Idempotency-Key", &self.key).multipart(form);
         let response = request.send().await.ok()?;

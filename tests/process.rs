@@ -38,12 +38,7 @@ async fn a_stopped_server_hands_its_work_back_and_takes_it_up_again() {
     let view = server.json(&job).await;
     assert_eq!(view["state"], "running");
     assert_eq!(view["stage"], "trial");
-    server
-        .client
-        .delete(server.address(&job))
-        .send()
-        .await
-        .unwrap();
+    server.cancel(&job).await.unwrap();
     let short = server.submit(&[("seed", "2")]).await;
     server.succeeded(&short).await;
     let metrics = server.get("/metrics").await.text().await.unwrap();

@@ -13,9 +13,8 @@ use super::extend::Model;
 use super::fit::{Effort, Fitted, Fitter};
 use super::model::Point;
 use super::name::FINE;
-use super::null::normal;
 use super::scene::Scene;
-use super::spectrum::{Inputs, road_noise};
+use super::spectrum::{Inputs, deviation, road_noise};
 
 /// Pairs of refits. The two of a pair see the same noise with opposite signs, so that only what does
 /// not average out is left: the bias.
@@ -48,7 +47,7 @@ fn noises(scene: &Scene, fit: &Fitted) -> Vec<f64> {
                 force: track.force_most * per_mass * per_mass,
             };
             let density = road_noise(residual, scene.step, *kappa, *beta, &inputs);
-            (0.5 * density / scene.step).sqrt()
+            deviation(density, scene.step)
         })
         .collect()
 }
@@ -109,10 +108,7 @@ fn noisier(
 ) -> Scene {
     let mut again = scene.clone();
     for (track, noise) in noises {
-        let track = &mut again.tracks[track];
-        let road = track.input.road.iter().map(|u| u + noise * normal(rng));
-        let road: Vec<f64> = road.collect();
-        track.set_road(&road);
+        again.tracks[track].add_road_noise(noise, rng);
     }
     again
 }

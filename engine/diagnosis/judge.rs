@@ -11,7 +11,7 @@ use super::fit::Fitter;
 use super::name::COARSE;
 use super::replicate::{exceeds, is_noisy};
 use super::scene::Scene;
-use super::spectrum::{Inputs, resonance};
+use super::spectrum::{Inputs, deviation, resonance};
 
 /// Gain in log likelihood by forces in the residual's spectrum from which a force counts as left.
 const RESONANT: f64 = 30.0;
@@ -77,7 +77,7 @@ pub fn judge(
     let floor = if remains {
         (extended * (1.0 - resonance.share).max(0.0).sqrt())
             .min(found.held_after)
-            .max((0.5 * track.sensor_floor / scene.step).sqrt())
+            .max(deviation(track.sensor_floor, scene.step))
             .min(extended)
     } else {
         extended

@@ -13,7 +13,7 @@ use super::name::COARSE;
 use super::null::normal;
 use super::scene::{Scene, Track};
 use super::signature::tangent_for;
-use super::spectrum::Spectrum;
+use super::spectrum::{Spectrum, deviation};
 
 /// Replicates of the ride.
 const REPLICATES: usize = 12;
@@ -124,15 +124,12 @@ fn denoised(record: &[f64], step: f64, floor: f64) -> Vec<f64> {
 fn noisy(quiet: &Scene, rng: &mut ChaCha8Rng) -> Scene {
     let mut again = quiet.clone();
     for track in &mut again.tracks {
-        let deviation = |density: f64| (0.5 * density / quiet.step).sqrt();
-        let (road, sensor) = (deviation(track.road_floor), deviation(track.sensor_floor));
+        let sensor = deviation(track.sensor_floor, quiet.step);
         for z in &mut track.measured {
             *z += sensor * normal(rng);
         }
         if track.has_road {
-            let record = track.input.road.iter().map(|u| u + road * normal(rng));
-            let record: Vec<f64> = record.collect();
-            track.set_road(&record);
+            track.add_road_noise(deviation(track.road_floor, quiet.step), rng);
         }
     }
     again

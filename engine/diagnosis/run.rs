@@ -11,6 +11,7 @@ use crate::{EngineError, identify};
 use super::adequacy::{Motion, motions};
 use super::evidence::{Evidence, Excerpt, ResidualSpectrum, Surface};
 use super::extend::{Model, candidates};
+use super::finer::finer;
 use super::fit::{Effort, Fitter, ORDER};
 use super::foil::is_curve;
 use super::free_form::free_form;
@@ -19,7 +20,6 @@ use super::judge::{Judged, judge};
 use super::model::{Point, Unit};
 use super::name::{FINE, Named, Search};
 use super::physical::is_physical;
-use super::polish::polished;
 use super::scene::Scene;
 use super::{Diagnosis, Location, Verdict, locate, next_ride, show, words};
 
@@ -96,7 +96,7 @@ pub fn diagnose(
         .filter(|r| r.terms != model.terms && ties(&search, &model, r, TIE))
         .take(2)
         .collect();
-    let model = polished(&fitter, &model);
+    let model = finer(&fitter, &model);
     let plain_motions = motions(&scene, &plain);
     let model_motions = motions(&scene, &model);
     let judged: Vec<Judged> = (0..scene.tracks.len())

@@ -1,6 +1,8 @@
 //! What the extended model needs to know of a ride: the inputs of every axle with their slopes, and
 //! the sizes from which effects take their starts and limits.
 
+use rand_chacha::ChaCha8Rng;
+
 use crate::bicycle::{Axle, Bike, PerAxle};
 use crate::output_error::AxleFit;
 use crate::ride::{AxleRecord, Ride};
@@ -8,6 +10,7 @@ use crate::simulate::linear::Input;
 use crate::simulate::spline::{cubic, slopes};
 
 use super::effects::Need;
+use super::null::normal;
 use super::spectrum::{Spectrum, road_answer};
 use super::speed;
 
@@ -105,6 +108,13 @@ impl Track {
         let force = self.input.force.as_ref().map(|(f, _)| f.clone());
         self.input = Input::new(road, force.as_deref(), self.input.step);
         self.road_integral = spline_integral(&self.input);
+    }
+
+    /// Adds white noise (m, RMS) to the recorded road.
+    pub fn add_road_noise(&mut self, noise: f64, rng: &mut ChaCha8Rng) {
+        let road = self.input.road.iter().map(|u| u + noise * normal(rng));
+        let road: Vec<f64> = road.collect();
+        self.set_road(&road);
     }
 
     /// Variance (m^2) that noise of the displacement sensor and of the road channel has at the

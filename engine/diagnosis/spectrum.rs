@@ -84,6 +84,11 @@ pub struct Resonance {
 /// Correlations of first-order sensor noise, and corner frequencies (Hz) of forces, in the mixtures.
 const NOISES: [f64; 11] = [0.0, 0.3, 0.5, 0.7, 0.8, 0.88, 0.93, 0.96, 0.98, 0.99, 0.995];
 const FORCES_HZ: [f64; 7] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 1e3];
+/// Standard deviation (m) of white noise with a one-sided density (m^2/Hz), sampled every `step` (s).
+pub fn deviation(density: f64, step: f64) -> f64 {
+    (0.5 * density / step).sqrt()
+}
+
 /// Factor by which a measured noise floor may be too low.
 const UNSURE: f64 = 1.3;
 /// Steps of the multiplicative fit of a mixture.

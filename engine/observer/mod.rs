@@ -29,6 +29,8 @@ mod jerk;
 pub use accuracy::accuracy;
 pub use jerk::bound as jerk_bound;
 
+use rayon::prelude::*;
+
 use crate::simulate::spline::slopes;
 
 /// Implicit steps per sample interval. The second takes the velocity error of a noisy 100 Hz ride
@@ -95,7 +97,7 @@ fn follow_avx2<const N: usize>(
 #[inline(always)]
 fn follow<const N: usize>(signals: [&[f64]; N], jerk_bounds: [f64; N], step: f64) -> [States; N] {
     let n = signals.first().map_or(0, |s| s.len());
-    let spline = signals.map(|s| slopes(s, step));
+    let spline: Vec<_> = signals.par_iter().map(|s| slopes(s, step)).collect();
     let mut lanes = Lanes::new(signals.map(|s| s[0]), jerk_bounds, step / SUB_STEPS as f64);
     let mut states = signals.map(|_| States {
         position: vec![0.0; n],

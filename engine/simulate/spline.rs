@@ -9,21 +9,34 @@ pub fn slopes(values: &[f64], step: f64) -> Vec<f64> {
         return differences(values, step);
     }
     let y = values;
-    let mut upper = vec![0.0; n];
+    let per_step = 3.0 / step;
     let mut m = vec![0.0; n];
-    upper[0] = 2.0;
     m[0] = (-5.0 * y[0] + 4.0 * y[1] + y[2]) / (2.0 * step);
     for i in 1..n - 1 {
-        let pivot = 4.0 - upper[i - 1];
-        upper[i] = 1.0 / pivot;
-        m[i] = (3.0 * (y[i + 1] - y[i - 1]) / step - m[i - 1]) / pivot;
+        m[i] = (per_step * (y[i + 1] - y[i - 1]) - m[i - 1]) * upper(i);
     }
     let last = (5.0 * y[n - 1] - 4.0 * y[n - 2] - y[n - 3]) / (2.0 * step);
-    m[n - 1] = (last - 2.0 * m[n - 2]) / (1.0 - 2.0 * upper[n - 2]);
+    m[n - 1] = (last - 2.0 * m[n - 2]) / (1.0 - 2.0 * upper(n - 2));
     for i in (0..n - 1).rev() {
-        m[i] -= upper[i] * m[i + 1];
+        m[i] -= upper(i) * m[i + 1];
     }
     m
+}
+
+/// Elements above the diagonal after elimination; the last one repeats for ever.
+const UPPER: [f64; 32] = {
+    let mut upper = [2.0; 32];
+    let mut i = 1;
+    while i < upper.len() {
+        upper[i] = 1.0 / (4.0 - upper[i - 1]);
+        i += 1;
+    }
+    upper
+};
+
+#[inline(always)]
+fn upper(i: usize) -> f64 {
+    UPPER[i.min(UPPER.len() - 1)]
 }
 
 fn differences(y: &[f64], step: f64) -> Vec<f64> {
@@ -67,6 +80,13 @@ mod tests {
         let c = cubic(y[7], y[8], m[7], m[8], step);
         let mid = c[0] + 0.5 * (c[1] + 0.5 * (c[2] + 0.5 * c[3]));
         assert!((mid - f(7.5 * step)).abs() < 1e-13);
+    }
+
+    #[test]
+    fn elimination_has_come_to_rest() {
+        let [.., before, last] = UPPER;
+        assert_eq!(before, last);
+        assert_eq!(last, 1.0 / (4.0 - last));
     }
 
     #[test]

@@ -75,10 +75,16 @@ pub fn document() -> Document {
 pub fn router(server: Arc<Server>) -> Router {
     let (router, mut document) = routes().split_for_parts();
     secured(&mut document);
+    // Shared: what a handler holds is cloned for every connection.
+    let document = Arc::new(document);
+    let openapi = move || {
+        let document = Arc::clone(&document);
+        async move { axum::Json(&*document).into_response() }
+    };
     let swagger = SwaggerUi::new("/docs").config(Config::from("/openapi.json"));
     router
         .merge(pages::routes())
-        .route("/openapi.json", get(|| async { axum::Json(document) }))
+        .route("/openapi.json", get(openapi))
         .with_state(Arc::clone(&server))
         .merge(swagger)
         .fallback(not_found)

@@ -19,6 +19,10 @@ use crate::crash;
 /// Threads for the quick stages; they take turns with the heavy ones by the system's scheduler.
 pub const QUICK_THREADS: usize = 4;
 
+/// What the threads of heavy stages concede (`nice`), so that answers and quick stages need not wait for
+/// them however many cores compute.
+const HEAVY_NICE: i32 = 10;
+
 /// The pools of one process.
 pub struct Compute {
     pub quick: Lane,
@@ -28,8 +32,8 @@ pub struct Compute {
 impl Compute {
     pub fn new(heavy_threads: usize) -> Result<Self, ThreadPoolBuildError> {
         Ok(Self {
-            quick: Lane::new("quick", QUICK_THREADS)?,
-            heavy: Lane::new("heavy", heavy_threads)?,
+            quick: Lane::new("quick", QUICK_THREADS, 0)?,
+            heavy: Lane::new("heavy", heavy_threads, HEAVY_NICE)?,
         })
     }
 }
@@ -43,15 +47,17 @@ pub struct Lane {
     pool: Mutex<ThreadPool>,
     permits: Arc<Semaphore>,
     pub threads: usize,
+    nice: i32,
 }
 
 impl Lane {
-    fn new(name: &'static str, threads: usize) -> Result<Self, ThreadPoolBuildError> {
+    fn new(name: &'static str, threads: usize, nice: i32) -> Result<Self, ThreadPoolBuildError> {
         Ok(Self {
             name,
-            pool: Mutex::new(pool(name, threads)?),
+            pool: Mutex::new(pool(name, threads, nice)?),
             permits: Arc::new(Semaphore::new(threads)),
             threads,
+            nice,
         })
     }
 
@@ -84,7 +90,7 @@ impl Lane {
             received = receive => received,
             () = reached.unheard() => {
                 tracing::error!(job = %reached.job, lane = self.name, "a computation does not end; it gets no more of this process");
-                match pool(self.name, self.threads) {
+                match pool(self.name, self.threads, self.nice) {
                     Ok(new) => {
                         *lock(&self.pool) = new;
                         lock(&permit).take();
@@ -103,10 +109,17 @@ impl Lane {
     }
 }
 
-fn pool(name: &'static str, threads: usize) -> Result<ThreadPool, ThreadPoolBuildError> {
+fn pool(name: &'static str, threads: usize, nice: i32) -> Result<ThreadPool, ThreadPoolBuildError> {
+    // On Linux niceness is a thread's own.
+    let concede = move |index| {
+        if let Err(error) = rustix::process::nice(nice) {
+            tracing::warn!(%error, thread = format!("{name}-{index}"), "runs with the priority of all");
+        }
+    };
     ThreadPoolBuilder::new()
         .num_threads(threads)
         .thread_name(move |index| format!("{name}-{index}"))
+        .start_handler(concede)
         .build()
 }
 

@@ -6,7 +6,7 @@ use super::queue::Observe;
 use super::run::Stages;
 use super::stage::{Fault, backoff, complete, queue};
 use crate::crash;
-use crate::store::{job, result, trial};
+use crate::store::{job, result, river, trial};
 
 /// First stage: observer and least squares. Queues the trials.
 impl Worker<Observe> for Stages {
@@ -62,6 +62,7 @@ impl Stages {
                     let seed = settings.seed.wrapping_add(index as u64);
                     trial::insert(&mut tx, id, index as i64, seed, row).await?;
                 }
+                river::line_up(&mut tx, id).await?;
             }
             Ok(tx.commit().await?)
         })

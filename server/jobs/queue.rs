@@ -61,7 +61,7 @@ impl Queue {
         self.insert(tx, Observe { job }, opts(QUICK, NORMAL)).await
     }
 
-    /// Trials of rides wait in the order in which the rides came.
+    /// Trials wait for the turn of their job (`store/turn.rs`).
     pub async fn trials(
         &self,
         tx: &mut Tx,

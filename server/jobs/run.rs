@@ -198,6 +198,7 @@ async fn in_time<T>(work: impl Future<Output = Result<T, Fault>>) -> Result<T, F
 async fn beat(db: &Db, id: &str, slots: i64, judges: bool) -> Result<i64, Fault> {
     let mut tx = db.begin().await?;
     let now_ms = worker::beat(&mut tx, id, slots).await?;
+    river::begun_first(&mut tx).await?;
     if judges {
         worker::expire(&mut tx, LEASE.as_millis() as i64).await?;
     }

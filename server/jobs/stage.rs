@@ -150,7 +150,7 @@ impl Work {
             None if row.attempt < row.max_attempts => return Err(fault.into()),
             None => Failure::new(
                 "internal",
-                format!("gave up after {} attempts", row.attempt),
+                format!("gave up after {} attempts: {fault}", row.attempt),
             ),
         };
         tracing::warn!(%job, kind = row.kind, %fault, "job fails");

@@ -105,5 +105,6 @@ async fn take_over(
         };
         job::enter(tx, id, stage, row).await?;
     }
+    river::line_up(tx, id).await?;
     Ok(orphaned.len())
 }

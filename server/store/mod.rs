@@ -33,6 +33,7 @@ pub mod river;
 pub mod season;
 pub mod snapshot;
 pub mod trial;
+pub mod turn;
 pub mod worker;
 
 use std::time::Duration;

@@ -91,6 +91,44 @@ pub async fn hasten(tx: &mut Tx) -> sqlx::Result<()> {
     }
 }
 
+/// Gives the rows of a job that wait the place that its turn gives them.
+pub async fn line_up(tx: &mut Tx, job: Uuid) -> sqlx::Result<()> {
+    macro_rules! sql {
+        ($time:literal) => {
+            concat!(
+                "UPDATE river_job SET scheduled_at = (SELECT ",
+                $time,
+                " FROM job WHERE id = $1) WHERE state = 'available' AND id IN ( \
+                    SELECT river_id FROM job WHERE id = $1 \
+                    UNION SELECT river_id FROM trial WHERE job_id = $1 AND result IS NULL)"
+            )
+        };
+    }
+    const SQLITE: &str = sql!("strftime('%Y-%m-%d %H:%M:%f', turn / 1000.0, 'unixepoch')");
+    const POSTGRES: &str = sql!("to_timestamp(turn / 1000.0)");
+    match tx {
+        Tx::Sqlite(t) => sqlx::query(SQLITE)
+            .bind(job)
+            .execute(&mut **t)
+            .await
+            .map(drop),
+        Tx::Postgres(t) => sqlx::query(POSTGRES)
+            .bind(job)
+            .execute(&mut **t)
+            .await
+            .map(drop),
+    }
+}
+
+/// Puts rows that were begun before and wait again, with the time of their return for a turn, before
+/// those that were not begun.
+pub async fn begun_first(tx: &mut Tx) -> sqlx::Result<()> {
+    const SQL: &str = "\
+        UPDATE river_job SET priority = 1 \
+        WHERE state = 'available' AND priority > 1 AND attempted_at IS NOT NULL";
+    on!(tx, t => sqlx::query(SQL).execute(&mut **t).await.map(drop))
+}
+
 macro_rules! stray {
     () => {
         "state IN ('queued', 'running') AND NOT EXISTS ( \

@@ -106,6 +106,7 @@ fn stream(
                 Ok(HubEvent::Iteration { id, iteration }) => {
                     event_id = id;
                     yield Ok(event(&server, event_id, "iteration", &iteration));
+                    continue;
                 }
                 Ok(HubEvent::Changed) => {}
                 // Too slow a listener, or the end: a listener that comes back gets a snapshot.

@@ -10,7 +10,7 @@ use crate::api::access::Caller;
 use crate::api::extract::Path;
 use crate::api::problem::{Kind, Problem};
 use crate::crash;
-use crate::store::{job, result, trial};
+use crate::store::{job, result, trial, turn};
 
 /// Begins a failed or cancelled job anew.
 #[utoipa::path(post, path = "/v1/jobs/{id}/retry", operation_id = "retry_job", tag = "jobs", params(("id" = Uuid, Path)),
@@ -41,6 +41,7 @@ pub async fn retry(
     result::clear(&mut tx, id).await?;
     let row = server.queue.observe(&mut tx, id).await?;
     job::enter(&mut tx, id, job::Stage::Observe, row).await?;
+    turn::take(&mut tx, id).await?;
     tx.commit().await?;
     server.queue.wake();
     let view: JobView = find(&server.db, &caller.group, id).await?;

@@ -15,7 +15,7 @@ use crate::files::hex;
 use crate::jobs;
 use crate::options::Options;
 use crate::store::job::{self, NewJob, Request};
-use crate::store::{bike, idempotency_key, ride};
+use crate::store::{bike, idempotency_key, ride, turn};
 
 /// Name in the fleet of bikes whose file does not name them.
 const UNNAMED: &str = "unnamed";
@@ -82,6 +82,7 @@ pub async fn submit(
             job::insert(&mut tx, &new).await?;
             let row = server.queue.observe(&mut tx, new.id).await?;
             job::enter(&mut tx, new.id, job::Stage::Observe, row).await?;
+            turn::take(&mut tx, new.id).await?;
             new.id
         }
     };

@@ -14,7 +14,7 @@ const FINER: usize = 3;
 const ZOOMS: [u32; 2] = [3, 4];
 
 /// The model at its best under its own noise, with finer steps.
-pub fn polished(fitter: &Fitter, model: &Model) -> Model {
+pub fn finer(fitter: &Fitter, model: &Model) -> Model {
     let substeps = FINER * model.substeps(fitter.scene, FINE);
     let fits = model
         .fits
