@@ -63,7 +63,7 @@ async fn a_cancelled_swarm_frees_its_core() {
 async fn one_who_sends_many_rides_holds_up_nobody_who_sends_one() {
     let (mut server, [many, one]) = Server::with_keys([&[], &[]], &["--workers", "1"]);
     server.as_seen_by(&many);
-    for seed in 0..12 {
+    for seed in 0..20 {
         let seed = seed.to_string();
         server
             .submit(&[("seed", &seed), ("iterations", "3000")])
@@ -73,9 +73,10 @@ async fn one_who_sends_many_rides_holds_up_nobody_who_sends_one() {
     let job = server.submit(&[]).await;
     let ended = "SELECT count(*) FROM job WHERE finished_at IS NOT NULL";
     let before = server.count(ended).await;
-    assert!(before < 6, "there is a queue");
+    assert!(before < 10, "there is a queue");
     server.succeeded(&job).await;
-    assert!(server.count(ended).await <= before + 3);
+    // Three were claimed ahead, one was at work.
+    assert!(server.count(ended).await <= before + 6);
 }
 
 #[tokio::test]

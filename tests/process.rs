@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use crate::harness::Server;
-use crate::ride::LONG;
+use crate::ride::{self, LONG};
 
 #[tokio::test]
 async fn a_stopped_server_hands_its_work_back_and_takes_it_up_again() {
@@ -15,7 +15,10 @@ async fn a_stopped_server_hands_its_work_back_and_takes_it_up_again() {
         ("particles", "200"),
         ("objective", "gradient"),
     ];
-    let job = server.submit(&endless).await;
+    let long = ride::table(60_000, 200.0).into_bytes();
+    let parts = [&ride::QUICK[..], &endless].concat();
+    let response = server.upload(long, ride::BIKE, &parts).await;
+    let job = response.headers()["location"].to_str().unwrap().to_owned();
     while server.json(&job).await["stage"] != "trial" {}
     let asked = Instant::now();
     server.ask_to_stop();

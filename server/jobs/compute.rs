@@ -69,10 +69,10 @@ impl Lane {
         T: Send + 'static,
         F: FnOnce(&dyn Progress) -> Result<T, EngineError> + Send + 'static,
     {
-        let permit = Arc::clone(&self.permits)
-            .acquire_owned()
-            .await
-            .map_err(|_| Fault::Stopped)?;
+        let permit = Arc::clone(&self.permits).acquire_owned();
+        let permit = (control.token.run_until_cancelled(permit).await)
+            .and_then(Result::ok)
+            .ok_or(Fault::Stopped)?;
         let (send, receive) = oneshot::channel();
         let control = control.started();
         let reached = control.clone();

@@ -4,7 +4,7 @@ use uuid::Uuid;
 use veloid_engine::Observed;
 
 use super::finish::finish;
-use super::queue::Conclude;
+use super::queue::{Conclude, DIAGNOSIS};
 use super::run::Stages;
 use super::stage::{Fault, backoff, complete, queue};
 use crate::store::job::{self, Stage};
@@ -87,8 +87,8 @@ impl Stages {
             Ok(tx.commit().await?)
         })
         .await?;
-        queue.wake();
         if diagnosed {
+            queue.wake(DIAGNOSIS);
             work.hub.changed(id);
         } else {
             work.hub.close(id);

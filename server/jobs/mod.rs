@@ -17,7 +17,7 @@ mod trial;
 pub use cache::{RideCache, read};
 pub use compute::Compute;
 pub use hub::{Hub, HubEvent};
-pub use queue::Queue;
+pub use queue::{QUICK, Queue};
 pub use run::{Work, start};
 pub use stage::{Fault, give_up};
 #[cfg(test)]

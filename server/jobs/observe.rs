@@ -2,7 +2,7 @@ use riverqueue::jiff::Timestamp;
 use riverqueue::{BoxError, Job, WorkContext, WorkError, WorkOutcome, Worker};
 use uuid::Uuid;
 
-use super::queue::Observe;
+use super::queue::{HEAVY, Observe};
 use super::run::Stages;
 use super::stage::{Fault, backoff, complete, queue};
 use crate::crash;
@@ -67,7 +67,7 @@ impl Stages {
             Ok(tx.commit().await?)
         })
         .await?;
-        queue.wake();
+        queue.wake(HEAVY);
         work.hub.changed(id);
         Ok(())
     }

@@ -10,8 +10,10 @@ use crate::store::{Tx, on};
 
 /// Stages that take a moment: least squares must not wait behind other rides' swarms.
 pub const QUICK: &str = "quick";
-/// Stages that keep a core busy.
+/// Swarms, which keep a core busy for a moment each.
 pub const HEAVY: &str = "heavy";
+/// Diagnoses, which keep one busy for seconds: apart, since none is begun before its time.
+pub const DIAGNOSIS: &str = "diagnosis";
 
 /// River polls this often when nobody wakes it.
 pub const POLL: Duration = Duration::from_millis(250);
@@ -82,9 +84,9 @@ impl Queue {
         self.insert(tx, Conclude { job }, opts(QUICK, FIRST)).await
     }
 
-    /// A ride that is nearly done goes before those that are not begun.
     pub async fn diagnose(&self, tx: &mut Tx, job: Uuid) -> Result<i64, riverqueue::Error> {
-        self.insert(tx, Diagnose { job }, opts(HEAVY, FIRST)).await
+        self.insert(tx, Diagnose { job }, opts(DIAGNOSIS, NORMAL))
+            .await
     }
 
     async fn insert<A: JobArgs>(
@@ -109,11 +111,15 @@ impl Queue {
         Ok(())
     }
 
-    /// Makes this process look for work now, after a commit: an insert in a transaction does not
-    /// wake SQLite's producers. A changed configuration does, so the poll interval alternates.
-    pub fn wake(&self) {
+    /// Makes this process look for work in a queue now, after a commit: an insert in a transaction does
+    /// not wake SQLite's producers. A changed configuration does, so the poll interval alternates.
+    pub fn wake(&self, queue: &str) {
         let queues = self.0.local_queues();
-        for (name, config) in queues.configs() {
+        for (name, config) in queues
+            .configs()
+            .into_iter()
+            .filter(|(name, _)| name == queue)
+        {
             let poll = if config.fetch_poll_interval() == POLL {
                 POLL + Duration::from_millis(1)
             } else {

@@ -12,7 +12,7 @@ use veloid_engine::swarm::Swarm;
 use super::cache::RideCache;
 use super::compute::{Compute, QUICK_THREADS};
 use super::hub::Hub;
-use super::queue::{Conclude, Diagnose, HEAVY, Observe, POLL, QUICK, Queue, Trial};
+use super::queue::{Conclude, DIAGNOSIS, Diagnose, HEAVY, Observe, POLL, QUICK, Queue, Trial};
 use super::stage::Fault;
 use super::takeover::sweep;
 use crate::crash;
@@ -28,6 +28,13 @@ const PATIENCE: Duration = Duration::from_secs(4);
 const SOFT_STOP: Duration = Duration::from_secs(8);
 /// River steps in so much later than our own deadline, which ends the loop from inside.
 const GRACE: Duration = Duration::from_secs(60);
+
+/// Swarms that the only process claims before it has a thread for them, several at once, because SQLite
+/// has one writer and claiming one takes it as long as a short swarm. Where others work too, they may
+/// have a thread now.
+const AHEAD: usize = 8;
+/// Wait between two claims of swarms, so that what has ended meanwhile is replaced at once.
+const GATHER: Duration = Duration::from_millis(10);
 
 /// What the stages work with.
 pub struct Work {
@@ -102,9 +109,10 @@ impl Running {
 }
 
 fn client(id: &str, work: Arc<Work>) -> Result<riverqueue::Client, Fault> {
-    let timeout = work.limit + GRACE;
+    // Others may have to end before an attempt begins.
+    let timeout = work.limit * 2 + GRACE;
     let heavy = work.compute.heavy.threads;
-    let builder = work.db.river();
+    let (builder, only_process) = (work.db.river(), work.db.is_sqlite());
     let stages = Stages(work);
     let mut workers = Workers::new();
     workers.add::<Observe, _>(stages.clone())?;
@@ -112,6 +120,10 @@ fn client(id: &str, work: Arc<Work>) -> Result<riverqueue::Client, Fault> {
     workers.add::<Conclude, _>(stages.clone())?;
     workers.add::<Diagnose, _>(stages)?;
     let slots = |count| QueueConfig::new(count).with_fetch_poll_interval(POLL);
+    let swarms = match only_process {
+        true => slots(heavy + AHEAD).with_fetch_cooldown(GATHER),
+        false => slots(heavy),
+    };
     let maintenance = MaintenanceConfig::default()
         .with_elect_interval(Duration::from_secs(1))
         .with_scheduler_interval(Duration::from_secs(1))
@@ -121,7 +133,8 @@ fn client(id: &str, work: Arc<Work>) -> Result<riverqueue::Client, Fault> {
         .id(id)
         .workers(workers)
         .queue(QUICK, slots(QUICK_THREADS))
-        .queue(HEAVY, slots(heavy))
+        .queue(HEAVY, swarms)
+        .queue(DIAGNOSIS, slots(heavy))
         .fetch_cooldown(Duration::from_millis(1))
         .job_timeout(timeout)
         .soft_stop_timeout(SOFT_STOP)

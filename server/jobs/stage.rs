@@ -98,13 +98,13 @@ impl Work {
     /// Runs the transaction that publishes a result, anew while the database cannot be reached: what
     /// was computed is not lost with it. Should a commit have gone through unheard, the next turn is
     /// refused as any late result is.
-    pub(super) async fn publish<F>(
+    pub(super) async fn publish<T, F>(
         &self,
         context: &WorkContext,
         transaction: impl Fn() -> F,
-    ) -> Result<(), Fault>
+    ) -> Result<T, Fault>
     where
-        F: Future<Output = Result<(), Fault>>,
+        F: Future<Output = Result<T, Fault>>,
     {
         crash::point("before_result");
         loop {

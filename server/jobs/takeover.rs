@@ -8,7 +8,7 @@ use serde::Deserialize;
 use uuid::Uuid;
 
 use super::hub::Hub;
-use super::queue::{Queue, Trial};
+use super::queue::{DIAGNOSIS, HEAVY, QUICK, Queue, Trial};
 use super::stage::{Fault, give_up};
 use crate::crash;
 use crate::store::job::{self, Failure, Stage};
@@ -44,7 +44,9 @@ pub async fn sweep(db: &Db, queue: &Queue, hub: &Hub) -> Result<(), Fault> {
         if taken > 0 {
             tracing::warn!(job = %id, rows = taken, "took over the work of a process that is gone");
             metrics::counter!("veloid_job_rescues_total").increment(taken as u64);
-            queue.wake();
+            for name in [QUICK, HEAVY, DIAGNOSIS] {
+                queue.wake(name);
+            }
             hub.changed(id);
         }
     }

@@ -4,7 +4,7 @@ use uuid::Uuid;
 use veloid_engine::swarm::Swarm;
 use veloid_engine::{Observed, Progress};
 
-use super::queue::Trial;
+use super::queue::{QUICK, Trial};
 use super::run::Stages;
 use super::stage::{Fault, backoff, complete, queue};
 use crate::store::job::{self, Stage};
@@ -57,19 +57,21 @@ impl Stages {
             .await?;
 
         let queue = queue(context)?;
-        work.publish(context, || async {
+        let publish = work.publish(context, || async {
             let mut tx = work.db.begin().await?;
             complete(context, &mut tx, id).await?;
-            if trial::finish(&mut tx, id, index as i64, &found).await?
-                && job::count_trial(&mut tx, id).await?
-            {
+            let last = trial::finish(&mut tx, id, index as i64, &found).await?
+                && job::count_trial(&mut tx, id).await?;
+            if last {
                 let row = queue.conclude(&mut tx, id).await?;
                 job::enter(&mut tx, id, Stage::Conclude, row).await?;
             }
-            Ok(tx.commit().await?)
-        })
-        .await?;
-        queue.wake();
+            tx.commit().await?;
+            Ok(last)
+        });
+        if publish.await? {
+            queue.wake(QUICK);
+        }
         work.hub.changed(id);
         Ok(())
     }

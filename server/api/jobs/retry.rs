@@ -10,6 +10,7 @@ use crate::api::access::Caller;
 use crate::api::extract::Path;
 use crate::api::problem::{Kind, Problem};
 use crate::crash;
+use crate::jobs::QUICK;
 use crate::store::{job, result, trial, turn};
 
 /// Begins a failed or cancelled job anew.
@@ -43,7 +44,7 @@ pub async fn retry(
     job::enter(&mut tx, id, job::Stage::Observe, row).await?;
     turn::take(&mut tx, id).await?;
     tx.commit().await?;
-    server.queue.wake();
+    server.queue.wake(QUICK);
     let view: JobView = find(&server.db, &caller.group, id).await?;
     let location = [(header::LOCATION, view.links.job.clone())];
     Ok((StatusCode::ACCEPTED, location, Json(view)))

@@ -93,7 +93,7 @@ pub async fn submit(
     tx.commit().await?;
     crash::point("after_commit");
     server.rides.put(&kept.sha256, &request, Arc::new(parsed));
-    server.queue.wake();
+    server.queue.wake(jobs::QUICK);
     Ok(id)
 }
 
