@@ -125,6 +125,16 @@ fn regression(hour: &Ride, runs: usize) -> Result<Vec<Figure>, CliError> {
     ])
 }
 
+/// Rides from files to reports on all cores, without a server: what a server can at most do.
+pub fn alone(files: &[Vec<u8>], settings: &Settings) -> Result<(), CliError> {
+    files.par_iter().try_for_each(|file| {
+        let ride = read(file, "bench.csv", &bike(), &ReadOptions::default())?;
+        let report = veloid_engine::identify(&ride, &bike(), settings, &Silent)?;
+        serde_json::to_vec(&report)?;
+        Ok(())
+    })
+}
+
 fn trials(swarm: &Swarm, settings: &Settings) -> Result<Vec<Trial>, EngineError> {
     (0..settings.trials)
         .into_par_iter()

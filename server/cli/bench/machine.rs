@@ -48,6 +48,17 @@ impl Machine {
     }
 }
 
+/// Time (s) that a process has spent on all cores, where `/proc` tells.
+pub fn processor_time(process: u32) -> Option<f64> {
+    let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
+    // The name, in brackets, may hold anything.
+    let fields = stat.rsplit_once(')')?.1.split_whitespace();
+    let ticks = fields.skip(11).take(2).map(str::parse::<u64>);
+    let ticks = ticks.collect::<Result<Vec<_>, _>>().ok()?;
+    let per_second = rustix::param::clock_ticks_per_second();
+    Some(ticks.iter().sum::<u64>() as f64 / per_second as f64)
+}
+
 fn vectors() -> &'static str {
     #[cfg(target_arch = "x86_64")]
     {

@@ -8,16 +8,18 @@ use reqwest::header::{ETAG, IF_NONE_MATCH};
 use reqwest::multipart::{Form, Part};
 use reqwest::{Client, StatusCode};
 use serde_json::Value;
+use veloid_engine::Settings;
 
-use super::engine::{bike, ride};
+use super::engine::{self, bike, ride};
 use super::figure::Figure;
+use super::machine::processor_time;
 use crate::cli::{CliError, ride_csv, runtime};
 
 /// Requests in flight when the rate of reading is measured, and for how long.
 const READERS: usize = 8;
 const READING: Duration = Duration::from_secs(2);
-/// Rides in flight when the rate of rides is measured.
-const RIDES: usize = 16;
+/// Rides in flight when the rate of rides is measured, without and with a diagnosis.
+const RIDES: [(usize, bool); 2] = [(64, false), (16, true)];
 
 /// Times the server at `address`, or one of its own.
 pub fn figures(address: Option<String>, runs: usize) -> Result<Vec<Figure>, CliError> {
@@ -34,7 +36,8 @@ pub fn figures(address: Option<String>, runs: usize) -> Result<Vec<Figure>, CliE
         client: Client::new(),
         url,
     };
-    runtime()?.block_on(visitor.measure(runs))
+    let process = own.as_ref().map(|own| own.child.id());
+    runtime()?.block_on(visitor.measure(runs, process))
 }
 
 /// A server of its own, gone with its data when dropped.
@@ -100,11 +103,12 @@ struct Seen {
 }
 
 impl Visitor {
-    async fn measure(&self, runs: usize) -> Result<Vec<Figure>, CliError> {
+    /// `process`: the server's, if it is here.
+    async fn measure(&self, runs: usize, process: Option<u32>) -> Result<Vec<Figure>, CliError> {
         let mut seen = Vec::new();
         // The first one warms up.
         for run in 0..=runs as u64 {
-            seen.push(self.follow(minute(run)).await?);
+            seen.push(self.follow(minute(run, 0)).await?);
         }
         let job = seen.swap_remove(0).job;
         let times = |of: fn(&Seen) -> Duration| seen.iter().map(of).collect::<Vec<_>>();
@@ -116,7 +120,23 @@ impl Visitor {
             ),
             Figure::time("upload to swarm finished, 60 s", &times(|s| s.swarm)),
         ];
-        figures.push(self.rides_a_second().await?);
+        for (part, (rides, diagnosis)) in (1..).zip(RIDES) {
+            let files: Vec<_> = (0..rides as u64).map(|i| minute(i, part)).collect();
+            let settings = Settings {
+                diagnosis,
+                ..Settings::default()
+            };
+            let name = format!(
+                "rides of 60 s, {} diagnosis",
+                if diagnosis { "with" } else { "no" }
+            );
+            let meter = Meter::start(Some(std::process::id()));
+            tokio::task::block_in_place(|| engine::alone(&files, &settings))?;
+            figures.extend(meter.figures(&format!("{name}, engine alone"), rides));
+            let meter = Meter::start(process);
+            self.all_at_once(files, diagnosis).await?;
+            figures.extend(meter.figures(&format!("{name}, all at once"), rides));
+        }
         figures.extend(self.reading(&job).await?);
         Ok(figures)
     }
@@ -124,7 +144,7 @@ impl Visitor {
     /// Uploads a ride and waits, by long polls, for what comes of it.
     async fn follow(&self, file: Vec<u8>) -> Result<Seen, CliError> {
         let begin = Instant::now();
-        let job = self.submit(file).await?;
+        let job = self.submit(file, false).await?;
         let accepted = begin.elapsed();
         let (mut least_squares, mut etag) = (None, None::<reqwest::header::HeaderValue>);
         loop {
@@ -159,11 +179,11 @@ impl Visitor {
     }
 
     /// Uploads a ride; the address of its job.
-    async fn submit(&self, file: Vec<u8>) -> Result<String, CliError> {
+    async fn submit(&self, file: Vec<u8>, diagnosis: bool) -> Result<String, CliError> {
         let form = Form::new()
             .part("file", Part::bytes(file).file_name("bench.csv"))
             .text("bike", serde_json::to_string(&bike())?)
-            .text("diagnosis", "false");
+            .text("diagnosis", diagnosis.to_string());
         let request = self.client.post(format!("{}/v1/rides", self.url));
         let response = request.multipart(form).send().await?;
         let status = response.status();
@@ -174,18 +194,15 @@ impl Visitor {
         }
     }
 
-    /// Many rides at once, from the first upload to the last result.
-    async fn rides_a_second(&self) -> Result<Figure, CliError> {
-        let files: Vec<_> = (0..RIDES as u64).map(|i| minute(1000 + i)).collect();
-        let begin = Instant::now();
+    /// From the first upload to the last result.
+    async fn all_at_once(&self, files: Vec<Vec<u8>>, diagnosis: bool) -> Result<(), CliError> {
         let running: Vec<_> = files
             .into_iter()
             .map(|file| {
                 let visitor = self.clone();
                 tokio::spawn(async move {
-                    let job = visitor.submit(file).await?;
-                    let end = format!("{}{job}?wait=60", visitor.url);
-                    visitor.client.get(end).send().await?.bytes().await?;
+                    let job = visitor.submit(file, diagnosis).await?;
+                    visitor.ended(&job).await?;
                     Ok::<_, CliError>(())
                 })
             })
@@ -193,9 +210,17 @@ impl Visitor {
         for ride in running {
             ride.await.map_err(std::io::Error::other)??;
         }
-        let time = [begin.elapsed()];
-        let name = format!("rides of 60 s, {RIDES} at once, no diagnosis");
-        Ok(Figure::rate(name, "rides/s", RIDES as f64, &time))
+        Ok(())
+    }
+
+    async fn ended(&self, job: &str) -> Result<(), CliError> {
+        loop {
+            let look = self.client.get(format!("{}{job}?wait=60", self.url));
+            let view: Value = look.send().await?.json().await?;
+            if view["state"] != "queued" && view["state"] != "running" {
+                return Ok(());
+            }
+        }
     }
 
     /// Reads a finished job over and over, with the server idle and with it at work.
@@ -208,10 +233,10 @@ impl Visitor {
             count as f64,
             &[READING],
         ));
-        let busy: Vec<_> = (0..RIDES as u64)
+        let busy: Vec<_> = (0..64)
             .map(|i| {
                 let visitor = self.clone();
-                tokio::spawn(async move { visitor.submit(minute(2000 + i)).await })
+                tokio::spawn(async move { visitor.submit(minute(i, 3), false).await })
             })
             .collect();
         let (_, mut times) = self.read_for_a_while(job).await?;
@@ -249,8 +274,33 @@ impl Visitor {
     }
 }
 
+/// Wall time and processor time of many rides.
+struct Meter {
+    begin: Instant,
+    process: Option<(u32, f64)>,
+}
+
+impl Meter {
+    fn start(process: Option<u32>) -> Self {
+        Self {
+            process: process.and_then(|id| Some((id, processor_time(id)?))),
+            begin: Instant::now(),
+        }
+    }
+
+    fn figures(&self, name: &str, rides: usize) -> Vec<Figure> {
+        let wall = Figure::rate(name, "rides/s", rides as f64, &[self.begin.elapsed()]);
+        let spent = self.process.and_then(|(id, before)| {
+            let each = (processor_time(id)? - before) / rides as f64;
+            let name = format!("{name}, processor time of one");
+            Some(Figure::time(name, &[Duration::from_secs_f64(each)]))
+        });
+        std::iter::once(wall).chain(spent).collect()
+    }
+}
+
 /// A ride of a minute that the server has not met.
-fn minute(seed: u64) -> Vec<u8> {
+fn minute(index: u64, part: u64) -> Vec<u8> {
     let fresh = u64::from(std::process::id()) << 20;
-    ride_csv::text(&ride(60.0, fresh + seed)).into_bytes()
+    ride_csv::text(&ride(60.0, fresh + 1000 * part + index)).into_bytes()
 }
