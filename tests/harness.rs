@@ -71,6 +71,8 @@ pub struct Server {
     pub folder: Folder,
     args: Vec<String>,
     env: Vec<(String, String)>,
+    /// The program.
+    build: String,
 }
 
 impl Server {
@@ -124,22 +126,38 @@ impl Server {
             .collect();
         let database = postgres.then(|| fresh_database(&folder)).flatten();
         env.extend(database.clone().map(|url| ("DATABASE_URL".to_owned(), url)));
-        Self::of(folder, database, args, env)
+        Self::of(&VELOID, folder, database, args, env)
+    }
+
+    /// Starts another build of the program.
+    pub fn of_build(build: &str, args: &[&str]) -> Self {
+        let folder = Folder::new();
+        let database = fresh_database(&folder);
+        let env = database.clone().map(|url| ("DATABASE_URL".to_owned(), url));
+        Self::of(build, folder, database, args, env.into_iter().collect())
+    }
+
+    /// Asks the process to stop, and starts the program under test in its place.
+    pub fn becomes_new(&mut self) {
+        assert_eq!(self.terminate(), Some(0));
+        self.build.clone_from(&VELOID);
+        self.restart();
     }
 
     /// Starts on SQLite, on what lies in a folder.
     pub fn in_folder(folder: Folder, args: &[&str]) -> Self {
-        Self::of(folder, None, args, Vec::new())
+        Self::of(&VELOID, folder, None, args, Vec::new())
     }
 
     fn of(
+        build: &str,
         folder: Folder,
         database: Option<String>,
         args: &[&str],
         env: Vec<(String, String)>,
     ) -> Self {
         let args: Vec<String> = args.iter().map(|arg| (*arg).to_owned()).collect();
-        let (child, url) = launch(&folder.0, &env, &args);
+        let (child, url) = launch(build, &folder.0, &env, &args);
         let client = http().timeout(Duration::from_secs(120)).build().unwrap();
         Self {
             child,
@@ -149,6 +167,7 @@ impl Server {
             folder,
             args,
             env,
+            build: build.to_owned(),
         }
     }
 
@@ -208,7 +227,7 @@ impl Server {
     }
 
     pub fn restart(&mut self) {
-        (self.child, self.url) = launch(&self.folder.0, &self.env, &self.args);
+        (self.child, self.url) = launch(&self.build, &self.folder.0, &self.env, &self.args);
     }
 
     /// The server as seen by whoever has this key.
@@ -221,7 +240,7 @@ impl Server {
 
     /// A process beside the server on the same data.
     pub fn beside(&self, args: &[&str]) -> Command {
-        let mut command = Command::new(&*VELOID);
+        let mut command = Command::new(&self.build);
         command
             .args(args)
             .arg("--data")
@@ -263,7 +282,7 @@ impl Server {
         let veloid = self.beside(&["worker", "--workers", "1"]);
         worker
             .args(["-c", core])
-            .arg(&*VELOID)
+            .arg(&self.build)
             .args(veloid.get_args());
         worker.envs(self.env.iter().cloned());
         Worker(worker.stderr(Stdio::null()).spawn().unwrap())
@@ -374,13 +393,13 @@ pub fn key_of(output: &Output) -> String {
     key.trim().to_owned()
 }
 
-fn launch(data: &Path, env: &[(String, String)], args: &[String]) -> (Child, String) {
+fn launch(build: &str, data: &Path, env: &[(String, String)], args: &[String]) -> (Child, String) {
     let log = File::options()
         .create(true)
         .append(true)
         .open(data.join("log"))
         .unwrap();
-    let mut child = Command::new(&*VELOID)
+    let mut child = Command::new(build)
         .args(["serve", "--listen", "127.0.0.1:0", "--data"])
         .arg(data)
         .args(args)

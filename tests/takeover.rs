@@ -50,6 +50,47 @@ fn answering(server: &Server) -> (Worker, String) {
     )
 }
 
+/// `VELOID_TEST_OLD` names an older build: its server and then its workers are replaced while rides are
+/// computed.
+#[tokio::test]
+async fn rides_outlive_a_change_of_version() {
+    let Ok(old) = std::env::var("VELOID_TEST_OLD") else {
+        eprintln!("skipped: VELOID_TEST_OLD names no older build");
+        return;
+    };
+    // On SQLite one process works, so that the server's own threads have to.
+    let threads = if std::env::var_os("VELOID_TEST_POSTGRES").is_some() {
+        "0"
+    } else {
+        "2"
+    };
+    let mut server = Server::of_build(&old, &["--workers", threads]);
+    let worker = |server: &Server| server.database().map(|_| server.worker(&[]));
+    let workers = [worker(&server), worker(&server)];
+    let mut jobs = Vec::new();
+    for key in 0..6 {
+        let seed = key.to_string();
+        let parts = [&SECONDS[..], &[("seed", &seed)]].concat();
+        jobs.push(Upload::new(key, &parts).send(&server).await.unwrap());
+    }
+    let begun = "SELECT COUNT(*) FROM trial WHERE result IS NOT NULL";
+    becomes(&server, begun, 3).await;
+    server.becomes_new();
+    let mut new = Vec::new();
+    for old in workers.into_iter().flatten() {
+        new.push(worker(&server));
+        becomes(&server, "SELECT COUNT(*) FROM worker", 2).await;
+        old.send("-TERM");
+        becomes(&server, begun, server.count(begun).await + 3).await;
+    }
+    for job in &jobs {
+        server.succeeded(job).await;
+    }
+    jobs_are(&server, 6).await;
+    nothing_ran_twice(&server).await;
+    assert_eq!(server.count(TAKEOVERS).await, 0, "all left in order");
+}
+
 #[tokio::test]
 async fn a_worker_that_stands_still_or_dies_loses_its_work_to_another() {
     let server = Server::with(&["--workers", "0"]);

@@ -12,6 +12,7 @@ use super::fit::Fitted;
 use super::model::{Slot, Term};
 use super::scene::{Scale, Scene};
 use super::signature::Signatures;
+use super::words;
 use super::{Consequences, Detectable, EffectName, EffectReport, ParameterReport};
 
 pub fn name(term: &Term) -> EffectName {
@@ -39,9 +40,13 @@ pub fn effect(
     let inside = reported.iter().all(|r| r.physical);
     let told = reported
         .iter()
-        .map(|r| match r.name {
+        .zip(&errors)
+        .map(|(r, error)| match r.name {
             "side" => format!("side {}", r.unit),
-            name => format!("{} {:.4} {}", name.replace('_', " "), r.value, r.unit),
+            name => {
+                let value = words::with_margin(r.value, *error);
+                format!("{} {value} {}", name.replace('_', " "), r.unit)
+            }
         })
         .map(|told| told.trim_end_matches(" -").to_owned())
         .collect::<Vec<_>>()

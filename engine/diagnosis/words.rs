@@ -12,6 +12,16 @@ fn at(place: Place) -> &'static str {
     }
 }
 
+/// A value with its 95 % interval, to two digits of that.
+pub fn with_margin(value: f64, std_error: f64) -> String {
+    let margin = 1.96 * std_error;
+    if !(margin.is_finite() && margin > 0.0) {
+        return format!("{value:.4}");
+    }
+    let decimals = (1.0 - margin.log10().floor()).clamp(0.0, 9.0) as usize;
+    format!("{value:.decimals$} ± {margin:.decimals$}")
+}
+
 fn set(names: &[EffectName]) -> String {
     names
         .iter()
@@ -83,4 +93,17 @@ fn gains(d: &Diagnosis) -> String {
         })
         .collect::<Vec<_>>()
         .join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::with_margin;
+
+    #[test]
+    fn no_digit_is_told_that_the_interval_does_not_hold() {
+        assert_eq!(with_margin(19.8696, 0.107), "19.87 ± 0.21");
+        assert_eq!(with_margin(0.012_341, 1.3e-4), "0.01234 ± 0.00025");
+        assert_eq!(with_margin(61_234.6, 640.0), "61235 ± 1254");
+        assert_eq!(with_margin(1.5, f64::NAN), "1.5000");
+    }
 }

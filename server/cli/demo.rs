@@ -59,6 +59,14 @@ async fn upload_and_follow(server: &str) -> Result<(), reqwest::Error> {
         let url = format!("{}?wait=30", link(&job, "job"));
         job = client.get(url).send().await?.json().await?;
     }
-    println!("demo: {} {}", job["state"], job["failure"]["detail"]);
+    let text = |value: &Value| value.as_str().unwrap_or("none").to_owned();
+    match job["failure"]["detail"].as_str() {
+        Some(detail) => println!("demo: {}: {detail}", text(&job["state"])),
+        None => println!(
+            "demo: {}, verdict {}",
+            text(&job["state"]),
+            text(&job["verdict"])
+        ),
+    }
     Ok(())
 }

@@ -1,5 +1,4 @@
-//! Runs one kernel once, for counting its instructions: `kernels NAME`. `.ci/instructions` does that under
-//! callgrind, which counts what happens inside `measured`.
+//! The kernels, each with its input made ready.
 
 use std::hint::black_box;
 
@@ -11,28 +10,35 @@ use veloid_engine::simulate::outing::Outing;
 use veloid_engine::swarm::Swarm;
 use veloid_engine::{Objective, Settings, Silent, observe};
 
-#[inline(never)]
-fn measured<T>(work: impl FnOnce() -> T) {
-    black_box(work());
-}
+pub const NAMES: [&str; 7] = [
+    "parse",
+    "observer",
+    "observe",
+    "swarm_gradient",
+    "swarm_consistent",
+    "swarm_consistent_600_s",
+    "output_error",
+];
 
-fn main() {
-    let name = std::env::args().nth(1).unwrap_or_default();
-    match name.as_str() {
+/// What runs the kernel of this name once.
+pub fn ready(name: &str) -> Box<dyn Fn()> {
+    match name {
         "parse" => {
             let (file, options) = (text(&ride(60.0)), ReadOptions::default());
-            measured(|| parse_only(&file, &options).is_ok());
+            once(move || parse_only(&file, &options).is_ok())
         }
         "observer" => {
             let ride = ride(60.0);
-            let signals: Vec<(&[f64], f64)> = (ride.axles.iter())
-                .flat_map(|(_, r)| [(&r.displacement[..], 2000.0), (&r.road, 2000.0)])
-                .collect();
-            measured(|| differentiate_all(&signals, ride.step_s));
+            once(move || {
+                let signals: Vec<(&[f64], f64)> = (ride.axles.iter())
+                    .flat_map(|(_, r)| [(&r.displacement[..], 2000.0), (&r.road, 2000.0)])
+                    .collect();
+                differentiate_all(&signals, ride.step_s)
+            })
         }
         "observe" => {
             let ride = ride(60.0);
-            measured(|| observe(&ride, &bike(), &Settings::default()).is_ok());
+            once(move || observe(&ride, &bike(), &Settings::default()).is_ok())
         }
         "swarm_gradient" => swarm(60.0, Objective::Gradient),
         "swarm_consistent" => swarm(60.0, Objective::Consistent),
@@ -44,14 +50,23 @@ fn main() {
                 beta: 40.0,
                 per_mass: 0.03,
             });
-            measured(|| output_error::fit(&ride, &bike(), &Settings::default(), &[start]).is_ok());
+            let settings = Settings::default();
+            once(move || {
+                output_error::fit(&ride, &bike(), &settings, std::slice::from_ref(&start)).is_ok()
+            })
         }
         _ => panic!("no kernel '{name}'"),
     }
 }
 
+fn once<T>(work: impl Fn() -> T + 'static) -> Box<dyn Fn()> {
+    Box::new(move || {
+        black_box(work());
+    })
+}
+
 /// One trial, the ride made ready.
-fn swarm(duration_s: f64, objective: Objective) {
+fn swarm(duration_s: f64, objective: Objective) -> Box<dyn Fn()> {
     let ride = ride(duration_s);
     let settings = Settings {
         objective,
@@ -62,7 +77,7 @@ fn swarm(duration_s: f64, objective: Objective) {
     let Ok(ready) = ready else {
         panic!("the ride cannot be searched")
     };
-    measured(|| ready.trial(0, &Silent).is_ok());
+    once(move || ready.trial(0, &Silent).is_ok())
 }
 
 fn ride(duration_s: f64) -> Ride {
