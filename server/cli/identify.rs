@@ -97,6 +97,7 @@ impl Identify {
         })?;
         let name = self.ride.display().to_string();
         let ride = ride::read(&bytes, &name, &bike, &options.reading)?;
+        drop(bytes);
         let progress = Told::new(&options.settings);
         let report = veloid_engine::identify(&ride, &bike, &options.settings, &progress)?;
         match &self.json {
