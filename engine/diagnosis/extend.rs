@@ -23,6 +23,12 @@ pub struct Model {
     pub likelihood: f64,
 }
 
+/// Steps of the integrator for each sample that a damping of B/m = `beta` (1/s) bears: it would blow up at 2.78
+/// time constants in one.
+pub fn stable_substeps(scene: &Scene, beta: f64) -> usize {
+    (beta.abs() * scene.step / 1.5).ceil() as usize
+}
+
 impl Model {
     pub fn new(mut terms: Vec<Term>, fits: Vec<Fitted>) -> Self {
         terms.sort();
@@ -46,7 +52,13 @@ impl Model {
         } else {
             angle
         };
-        ((fastest * scene.step / angle).ceil() as usize).clamp(1, 20)
+        let damped = (self.fits.iter())
+            .flat_map(|f| &f.point.base)
+            .map(|base| stable_substeps(scene, base[1]))
+            .max();
+        ((fastest * scene.step / angle).ceil() as usize)
+            .max(damped.unwrap_or(1))
+            .clamp(1, 20)
     }
 
     /// Noise of one track's residual.
@@ -69,7 +81,8 @@ impl Model {
             .unwrap_or((&self.fits[0], 0))
     }
 
-    /// Where a fit of `unit` starts when this model is what is known: new terms at zero.
+    /// Where a fit of `unit` starts when this model is what is known: new terms at zero, and without those
+    /// that it leaves out.
     pub fn carried(&self, unit: &Unit) -> (Point, Vec<Colour>) {
         let mut point = Point {
             base: Vec::new(),
@@ -79,7 +92,13 @@ impl Model {
         let mut colours = Vec::new();
         for t in &unit.tracks {
             let (fit, a) = self.of_track(*t);
-            point.base.push(fit.point.base[a]);
+            let mut base = fit.point.base[a];
+            for (term, values) in fit.unit.terms.iter().zip(&fit.point.values) {
+                if !unit.terms.contains(term) {
+                    [base[0], base[1]] = (term.kind.spec().alone)([base[0], base[1]], values);
+                }
+            }
+            point.base.push(base);
             colours.push(fit.colours[a].clone());
         }
         for term in &unit.terms {
@@ -205,7 +224,9 @@ pub fn extend(
         .collect();
     let mut order: Vec<&Promise> = signatures.starts.iter().collect();
     order.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    let near = if unit.terms[at].kind.spec().amplitudes.is_empty() {
+    let spec = unit.terms[at].kind.spec();
+    // A linear promise tells little of an effect with states of its own.
+    let near = if spec.amplitudes.is_empty() || spec.states > 1 {
         3
     } else {
         1

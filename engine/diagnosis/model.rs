@@ -3,6 +3,8 @@
 use crate::bicycle::Axle;
 use crate::simulate::lanes::{LANES, Lanes};
 
+use crate::output_error;
+
 use super::Place;
 use super::effects::{Kind, Values};
 use super::integrate::{AxleLanes, EffectLanes, run, sensed};
@@ -111,9 +113,10 @@ impl Unit {
             Slot::Base(a, q) => {
                 let s = &scene.tracks[self.tracks[a]].scale;
                 let slack = 25.0 / (s.train_s * s.train_s);
+                let [most_kappa, most_beta] = output_error::most(scene.step);
                 match q {
-                    0 => (0.1 * s.k_size() / s.mass, [-slack, f64::INFINITY]),
-                    1 => (0.1 * s.b_size() / s.mass, free),
+                    0 => (0.1 * s.k_size() / s.mass, [-slack, most_kappa]),
+                    1 => (0.1 * s.b_size() / s.mass, [-most_beta, most_beta]),
                     2 => (0.1 / s.mass, [1e-9, f64::INFINITY]),
                     3 => (0.05 * s.a_rms, free),
                     4 => (0.1 * s.z_rms, free),

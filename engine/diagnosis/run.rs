@@ -10,7 +10,7 @@ use crate::{EngineError, identify};
 
 use super::adequacy::{Motion, motions};
 use super::evidence::{Evidence, Excerpt, ResidualSpectrum, Surface};
-use super::extend::{Model, candidates};
+use super::extend::{Model, candidates, stable_substeps};
 use super::finer::finer;
 use super::fit::{Effort, Fitter, ORDER};
 use super::foil::is_curve;
@@ -241,9 +241,10 @@ fn plain_model(
             .collect();
         let colours = [Colour::of_order(&masked, ORDER)];
         let first = Model::new(Vec::new(), Vec::new());
-        let substeps = first
-            .substeps(scene, FINE)
-            .max(plain_substeps(scene, unit.tracks[0]));
+        let substeps =
+            first
+                .substeps(scene, FINE)
+                .max(plain_substeps(scene, unit.tracks[0], p.beta));
         let effort = Effort {
             iterations: 20,
             gain: 1e-3,
@@ -258,9 +259,12 @@ fn plain_model(
     Ok(Model::new(Vec::new(), found))
 }
 
-fn plain_substeps(scene: &Scene, track: usize) -> usize {
+fn plain_substeps(scene: &Scene, track: usize, beta: f64) -> usize {
     let s = &scene.tracks[track].scale;
-    (((s.k.abs() / s.mass).sqrt() * scene.step / FINE).ceil() as usize).clamp(1, 20)
+    let turns = (s.k.abs() / s.mass).sqrt() * scene.step / FINE;
+    (turns.ceil() as usize)
+        .max(stable_substeps(scene, beta))
+        .clamp(1, 20)
 }
 
 /// Whether a rival explains the ride as well with no more effects, by fitted and held-out part together

@@ -348,6 +348,7 @@ fn descend(
         (cost, g, h)
     };
     let floor = least_kappa(problems, split);
+    let [most_kappa, most_beta] = most(problems.first().map_or(1.0, |p| p.input.step));
     let (mut cost, mut g, mut h) = normal(&plains);
     let mut damping = 1e-3;
     for _ in 0..MAX_ITERATIONS {
@@ -361,7 +362,8 @@ fn descend(
             .zip(&layout.to_local)
             .map(|(p, t)| moved(p, &(t * &step)))
             .collect();
-        let physical = tried.iter().all(|p| p.kappa > floor && p.per_mass > 0.0);
+        let shown = |p: &Plain| p.kappa > floor && p.kappa < most_kappa && p.beta.abs() < most_beta;
+        let physical = tried.iter().all(|p| shown(p) && p.per_mass > 0.0);
         let (new_cost, new_g, new_h) = normal(&tried);
         if physical && new_cost.is_finite() && new_cost <= cost {
             let gained = cost - new_cost;
@@ -393,6 +395,13 @@ fn least_kappa(problems: &[&Problem], split: &Split) -> f64 {
     let step = problems.first().map_or(1.0, |p| p.input.step);
     let fitted_s = split.train.len().max(1) as f64 * step;
     -(100.0_f64.ln() / fitted_s).powi(2)
+}
+
+/// Largest k/m (1/s^2) and B/m (1/s, either sign) that samples so far apart (s) could tell from an axle that is
+/// rigid: a swing in each interval, and a decay in a sixth of one.
+pub fn most(step: f64) -> [f64; 2] {
+    let fastest = std::f64::consts::TAU / step;
+    [fastest * fastest, fastest]
 }
 
 fn moved(p: &Plain, step: &DVector<f64>) -> Plain {

@@ -77,6 +77,8 @@ pub struct Spec {
     pub report: fn(&Values, &Scale) -> Vec<Reported>,
     /// Stiffness (N/m) that the effect adds at most, which the integrator must resolve.
     pub stiffens: fn(&Values, &Scale) -> f64,
+    /// k/m and B/m of an axle that moves slowly as it does with the effect, for a fit without it to start from.
+    pub alone: fn([f64; 2], &Values) -> [f64; 2],
     pub states: usize,
     pub on_road: bool,
     pub on_sensor: bool,
@@ -109,6 +111,7 @@ impl Spec {
         nearer: |_, _, _| Vec::new(),
         report: |_, _| Vec::new(),
         stiffens: |_, _| 0.0,
+        alone: |base, _| base,
         states: 0,
         on_road: false,
         on_sensor: false,
@@ -261,7 +264,8 @@ macro_rules! library {
     };
 }
 
-// In the order in which they act: the tyre's laws, what bounds the tyre's force, then the rest.
+// In the order in which they act: the tyre's laws, what bounds the tyre's force, then the rest; the suspension
+// carries the sprung mass too.
 library! {
     cubic_stiffness::CubicStiffness,
     progressive_stiffness::ProgressiveStiffness,
@@ -280,8 +284,8 @@ library! {
     guide_friction::GuideFriction,
     pedalling_force::PedallingForce,
     load_transfer::LoadTransfer,
-    sprung_mass::SprungMass,
     unsprung_mass::UnsprungMass,
+    sprung_mass::SprungMass,
     pitch_coupling::PitchCoupling,
     mass_step::MassStep,
     tyre_enveloping::TyreEnveloping,

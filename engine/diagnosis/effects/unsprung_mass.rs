@@ -59,6 +59,16 @@ impl Effect for UnsprungMass {
             ]
         },
         stiffens: |p, s| s.k_size() / p[0].max(0.01),
+        alone: |[tyre, tyre_damping], p| {
+            let w = p[1] * std::f64::consts::TAU;
+            let [spring, damping] = [(1.0 - p[0]) * w * w, (1.0 - p[0]) * 2.0 * p[2] * w];
+            // Two springs in series; each damper sees its own share of the deflection.
+            let share = spring / (tyre + spring);
+            [
+                tyre * share,
+                tyre_damping * share * share + damping * (1.0 - share) * (1.0 - share),
+            ]
+        },
         states: 2,
         expected: &[(0, 0.2, 0.25)],
         words: "the wheel is a mass of its own on the tyre, below a fork or suspension stage",
