@@ -18,6 +18,11 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
+/// glibc's allocator keeps what many threads have freed: an hour of rides took a server from 183 to 260 MB,
+/// of which trimming gave 106 back.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 fn main() -> ExitCode {
     // TLS towards object storage. It fails only where a provider is installed already.
     let _ = rustls::crypto::ring::default_provider().install_default();
