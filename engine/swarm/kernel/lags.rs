@@ -31,8 +31,8 @@ const LONG_RUN: usize = 20_000;
 const MOST_SHARE: usize = 16;
 /// Least (k/m) h^2: below it the errors are small differences of large ones.
 const LEAST_STIFFNESS: f64 = 1e-3;
-/// Time constants after which a motion is less than the rounding of the sums over a long ride.
-const FORGOTTEN: f64 = 30.0;
+/// Time constants after which what is left of a motion is far below the 1e-10 to which both ways agree.
+const FORGOTTEN: f64 = 27.0;
 /// Lags about zero that are taken singly. Away from them eta obeys the recursion of A.
 const NEAR: usize = 8;
 /// Samples before the present one that a coefficient reaches.
@@ -106,7 +106,7 @@ impl Lags {
         })
     }
 
-    /// Samples after which a particle's model has forgotten all but e^-30 = 1e-13 of its motion, where this way is exact and cheaper.
+    /// Samples after which a particle's model has forgotten all but e^-27 = 2e-12 of its motion, where this way is exact and cheaper.
     pub fn memory(&self, form: &Differences, [kappa, beta, _]: [f64; 3]) -> Option<usize> {
         let half = 0.5 * beta;
         let slowest = half - (half * half - kappa).max(0.0).sqrt();
