@@ -14,6 +14,8 @@ const NOTHING: [(&str, &str); 4] = [
     ("again", "true"),
 ];
 const RIDES: usize = 60;
+/// Connections to PostgreSQL that a process takes at most.
+const CONNECTIONS: usize = 13;
 
 /// What one trial does to the database, without River and without us: claimed, then completed while
 /// its job is locked.
@@ -127,6 +129,11 @@ async fn working(server: &Server, count: usize) -> Vec<Worker> {
 async fn jobs_per_second_beside_the_floor_of_the_database() {
     for count in [1, 2, 4, 8] {
         let Some(server) = server() else { return };
+        let room: usize = sql(&server, "SHOW max_connections").parse().unwrap();
+        if room < CONNECTIONS * (count + 1) {
+            eprintln!("{count} workers: not with max_connections = {room}");
+            continue;
+        }
         submit_many(&server, RIDES, &NOTHING).await;
         let workers = working(&server, count).await;
         let rate = trials_per_second(&server).await;
