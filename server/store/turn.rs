@@ -15,11 +15,11 @@ const PAST_MS: i64 = 3_600_000;
 /// Gives a job that is queued a turn, and its waiting rows their places.
 pub async fn take(tx: &mut Tx, job: Uuid) -> sqlx::Result<()> {
     const OTHERS: &str = "\
-        SELECT MIN(other.turn), \
-               MAX(CASE WHEN other.group_name = job.group_name \
-                         AND other.key_id IS NOT DISTINCT FROM job.key_id THEN other.turn END) \
-        FROM job JOIN job AS other ON other.state IN ('queued', 'running') AND other.id <> job.id \
-        WHERE job.id = $1";
+        SELECT (SELECT turn FROM job WHERE finished_at IS NULL AND id <> $1 ORDER BY turn LIMIT 1), \
+               (SELECT other.turn FROM job JOIN job AS other \
+                    ON other.group_name = job.group_name AND other.key_id IS NOT DISTINCT FROM job.key_id \
+                WHERE job.id = $1 AND other.finished_at IS NULL AND other.id <> $1 \
+                ORDER BY other.turn DESC LIMIT 1)";
     const TURN: &str = "UPDATE job SET turn = $2 WHERE id = $1";
     let (least, own): (Option<i64>, Option<i64>) =
         on!(tx, t => sqlx::query_as(OTHERS).bind(job).fetch_one(&mut **t).await)?;
