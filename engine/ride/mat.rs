@@ -165,10 +165,7 @@ impl File<'_> {
         while let Some((kind, data)) = elements.next()? {
             match kind {
                 COMPRESSED => {
-                    let mut inside = Vec::new();
-                    flate2::read::ZlibDecoder::new(data)
-                        .take(most - unpacked + 1)
-                        .read_to_end(&mut inside)
+                    let inside = unpack(data, most - unpacked, self.big_endian)
                         .map_err(|e| corrupt(&e.to_string()))?;
                     unpacked += inside.len() as u64;
                     if unpacked > most {
@@ -193,6 +190,24 @@ impl File<'_> {
         }
         Ok(())
     }
+}
+
+/// A packed element, as long as its tag says, up to `most` bytes and one.
+fn unpack(packed: &[u8], most: u64, big_endian: bool) -> std::io::Result<Vec<u8>> {
+    let mut decoder = flate2::read::ZlibDecoder::new(packed).take(most + 1);
+    let mut inside = Vec::new();
+    decoder.by_ref().take(8).read_to_end(&mut inside)?;
+    let tag = Elements {
+        rest: &[],
+        big_endian,
+    };
+    let said = (inside.get(4..8))
+        .and_then(|size| tag.u32(size))
+        .unwrap_or(0);
+    // Once and whole: a buffer that doubles is there twice while it grows.
+    inside.reserve_exact(u64::from(said).min(most + 1) as usize);
+    decoder.take(said.into()).read_to_end(&mut inside)?;
+    Ok(inside)
 }
 
 /// One array: a numeric one is visited, a structure is entered, others are only named.
@@ -478,6 +493,8 @@ mod tests {
     fn a_packed_bomb_is_refused() {
         use std::io::Write;
         let mut e = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
+        // A matrix of 40 MB.
+        e.write_all(&[14, 0, 0, 0, 0, 0, 0x80, 2]).unwrap();
         e.write_all(&vec![0; 40 << 20]).unwrap();
         let data = e.finish().unwrap();
         let mut bytes = file("0f000000");
