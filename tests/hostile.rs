@@ -232,20 +232,19 @@ fn no_file_of_ten_megabytes_takes_two_hundred() {
     let good = folder.write("bike.json", ride::BIKE);
     let hostile = rides().into_iter().map(|(what, file)| (what, "ride", file));
     let hostile = hostile.chain(bikes().into_iter().map(|(what, file)| (what, "bike", file)));
-    let mut most = 0;
     for (what, part, file) in hostile {
         let size = file.len() as f64 / 1e6;
         let path = folder.write(part, file);
         let bike = if part == "bike" { &path } else { &good };
-        let (message, memory, time) = refused(what, &path, bike);
+        // Who is refused at once may be gone before he is looked at, but not every time.
+        let mut tries = (0..50).map(|_| refused(what, &path, bike));
+        let seen = tries.find(|(_, memory, _)| *memory > 0);
+        let (message, memory, time) = seen.unwrap_or_else(|| panic!("{what}: never seen"));
         eprintln!(
             "{what}: {size:.1} MB, {} MB, {time:?}: {}",
             memory >> 10,
             message.trim()
         );
-        assert!(memory <= MOST, "{what}: {memory} kB");
-        most = most.max(memory);
+        assert!(memory > 0 && memory <= MOST, "{what}: {memory} kB");
     }
-    // Who is refused at once is gone before he is looked at; not so all.
-    assert!(most > 0, "no memory was seen");
 }

@@ -23,12 +23,6 @@ pub struct Model {
     pub likelihood: f64,
 }
 
-/// Steps of the integrator for each sample that a damping of B/m = `beta` (1/s) bears: it would blow up at 2.78
-/// time constants in one.
-pub fn stable_substeps(scene: &Scene, beta: f64) -> usize {
-    (beta.abs() * scene.step / 1.5).ceil() as usize
-}
-
 impl Model {
     pub fn new(mut terms: Vec<Term>, fits: Vec<Fitted>) -> Self {
         terms.sort();
@@ -52,12 +46,11 @@ impl Model {
         } else {
             angle
         };
-        let damped = (self.fits.iter())
+        let turns = (fastest * scene.step / angle).ceil() as usize;
+        (self.fits.iter())
             .flat_map(|f| &f.point.base)
             .map(|base| stable_substeps(scene, base[1]))
-            .max();
-        ((fastest * scene.step / angle).ceil() as usize)
-            .max(damped.unwrap_or(1))
+            .fold(turns, usize::max)
             .clamp(1, 20)
     }
 
@@ -115,6 +108,12 @@ impl Model {
         }
         (point, colours)
     }
+}
+
+/// Steps of the integrator for each sample that a damping of B/m = `beta` (1/s) bears: it would blow up at 2.78
+/// time constants in one.
+pub fn stable_substeps(scene: &Scene, beta: f64) -> usize {
+    (beta.abs() * scene.step / 1.5).ceil() as usize
 }
 
 /// Everything that may be named on this ride, and what may not, with the reason.

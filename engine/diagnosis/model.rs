@@ -1,9 +1,8 @@
 //! Extended models: which effects act where, and the numbers that a fit may move.
 
 use crate::bicycle::Axle;
-use crate::simulate::lanes::{LANES, Lanes};
-
 use crate::output_error;
+use crate::simulate::lanes::{LANES, Lanes};
 
 use super::Place;
 use super::effects::{Kind, Values};

@@ -240,15 +240,10 @@ fn plain_model(
             .map(|i| if track.valid[i] { fit.residual[i] } else { 0.0 })
             .collect();
         let colours = [Colour::of_order(&masked, ORDER)];
-        let first = Model::new(Vec::new(), Vec::new());
-        let substeps =
-            first
-                .substeps(scene, FINE)
-                .max(plain_substeps(scene, unit.tracks[0], p.beta));
         let effort = Effort {
             iterations: 20,
             gain: 1e-3,
-            substeps,
+            substeps: plain_substeps(scene, unit.tracks[0], p.beta),
         };
         found.push(
             fitter

@@ -40,8 +40,7 @@ fn ridden(mut ride: Ride, missing: impl Fn(f64, f64, f64) -> f64) -> Ride {
     const FINE: usize = 20;
     let mut noise = Normal::new(9);
     let step = ride.step_s;
-    for (axle, force) in [(Axle::Front, true), (Axle::Rear, false)] {
-        let record = ride.axles.get(axle).unwrap().clone();
+    ride.axles = ride.axles.map(|axle, record| {
         let slope = slopes(&record.road, step);
         let h = step / FINE as f64;
         let (mut z, mut v) = (record.road[0], 0.0);
@@ -51,9 +50,8 @@ fn ridden(mut ride: Ride, missing: impl Fn(f64, f64, f64) -> f64) -> Ride {
             let j = (i + 1).min(record.road.len() - 1);
             let u = cubic(record.road[i], record.road[j], slope[i], slope[j], step);
             let acceleration = |s: f64, z: f64, v: f64| {
-                let d = u[0] + s * (u[1] + s * (u[2] + s * u[3])) - z;
-                let w = (u[1] + s * (2.0 * u[2] + s * 3.0 * u[3])) / step - v;
-                let extra = if force {
+                let (d, w) = deflection(u, s, step, [z, v]);
+                let extra = if axle == Axle::Front {
                     missing((i as f64 + s) * step, d, w)
                 } else {
                     0.0
@@ -74,13 +72,20 @@ fn ridden(mut ride: Ride, missing: impl Fn(f64, f64, f64) -> f64) -> Ride {
                 v += h / 6.0 * (a0 + 2.0 * a1 + 2.0 * a2 + a3);
             }
         }
-        let record = AxleRecord {
+        AxleRecord {
             displacement,
-            ..record
-        };
-        ride.axles.set(axle, record);
-    }
+            ..record.clone()
+        }
+    });
     ride
+}
+
+/// u - z and u' - z' at s of [0, 1] between two samples, where u is a cubic.
+fn deflection(u: [f64; 4], s: f64, step: f64, [z, v]: [f64; 2]) -> (f64, f64) {
+    (
+        u[0] + s * (u[1] + s * (u[2] + s * u[3])) - z,
+        (u[1] + s * (2.0 * u[2] + s * 3.0 * u[3])) / step - v,
+    )
 }
 
 fn diagnosed(ride: &Ride) -> Diagnosis {
@@ -217,13 +222,14 @@ fn val_the_edge_of_a_mass_step_is_found_to_a_sample() {
 fn an_axle_that_is_all_but_rigid_has_a_diagnosis() {
     let mut ride = Outing::default().ride();
     let mut noise = Normal::new(6);
-    for axle in [Axle::Front, Axle::Rear] {
-        let mut record = ride.axles.get(axle).unwrap().clone();
-        for i in 0..record.road.len() {
-            record.displacement[i] = record.road[i.saturating_sub(2)] + 50e-6 * noise.draw();
+    ride.axles = ride.axles.map(|_, record| {
+        let late = |i: usize| record.road[i.saturating_sub(2)];
+        let logged = (0..record.road.len()).map(|i| late(i) + 50e-6 * noise.draw());
+        AxleRecord {
+            displacement: logged.collect(),
+            ..record.clone()
         }
-        ride.axles.set(axle, record);
-    }
+    });
     let d = diagnosed(&ride);
     let named = d.effects.iter().any(|e| e.id == "sensor_delay");
     assert!(named || d.verdict == Verdict::Unnamed, "{}", d.sentence);
@@ -235,18 +241,17 @@ fn val_most_of_the_mass_on_its_own_spring_is_found_alone() {
     let (share, omega, zeta) = (0.6, TAU * 4.0, 0.4);
     let mut ride = Outing::default().ride();
     let mut noise = Normal::new(8);
-    for (axle, sprung) in [(Axle::Front, true), (Axle::Rear, false)] {
-        let mut record = ride.axles.get(axle).unwrap().clone();
-        record.displacement = carried(&record.road, ride.step_s, |z, v, s| {
-            let pull = omega * omega * (z - s[0]) + 2.0 * zeta * omega * (v - s[1]);
-            (if sprung { share } else { 0.0 }, pull)
+    ride.axles = ride.axles.map(|axle, record| {
+        let share = if axle == Axle::Front { share } else { 0.0 };
+        let moved = carried(&record.road, ride.step_s, share, |z, v, s| {
+            omega * omega * (z - s[0]) + 2.0 * zeta * omega * (v - s[1])
         });
-        record
-            .displacement
-            .iter_mut()
-            .for_each(|z| *z += 50e-6 * noise.draw());
-        ride.axles.set(axle, record);
-    }
+        let logged = moved.iter().map(|z| z + 50e-6 * noise.draw());
+        AxleRecord {
+            displacement: logged.collect(),
+            ..record.clone()
+        }
+    });
     let d = diagnosed(&ride);
     assert_eq!(d.verdict, Verdict::Named, "{}", d.sentence);
     assert_eq!(
@@ -266,9 +271,14 @@ fn val_most_of_the_mass_on_its_own_spring_is_found_alone() {
     }
 }
 
-/// The plain axle over a road, carrying a share of its mass that is pulled with an acceleration: both by
-/// `upper` (z, v, its own position and velocity). Semi-implicit Euler at 200 times the rate.
-fn carried(road: &[f64], step: f64, upper: impl Fn(f64, f64, [f64; 2]) -> (f64, f64)) -> Vec<f64> {
+/// The plain axle over a road, carrying a share of its mass that `pull` (z, v, its own position and
+/// velocity) accelerates. Semi-implicit Euler at 200 times the rate.
+fn carried(
+    road: &[f64],
+    step: f64,
+    share: f64,
+    pull: impl Fn(f64, f64, [f64; 2]) -> f64,
+) -> Vec<f64> {
     const FINE: usize = 200;
     let slope = slopes(road, step);
     let h = step / FINE as f64;
@@ -280,9 +290,8 @@ fn carried(road: &[f64], step: f64, upper: impl Fn(f64, f64, [f64; 2]) -> (f64, 
         let u = cubic(road[i], road[j], slope[i], slope[j], step);
         for sub in 0..FINE {
             let x = (sub as f64 + 0.5) / FINE as f64;
-            let d = u[0] + x * (u[1] + x * (u[2] + x * u[3])) - z;
-            let w = (u[1] + x * (2.0 * u[2] + x * 3.0 * u[3])) / step - v;
-            let (share, pull) = upper(z, v, s);
+            let (d, w) = deflection(u, x, step, [z, v]);
+            let pull = pull(z, v, s);
             v += h * ((K * d + B * w) / MASS - share * pull) / (1.0 - share);
             z += h * v;
             s[1] += h * pull;
@@ -296,13 +305,12 @@ fn carried(road: &[f64], step: f64, upper: impl Fn(f64, f64, [f64; 2]) -> (f64, 
 fn val_noise_of_the_road_takes_nothing_off_the_estimates() {
     let mut ride = ride(|_, _, _| 0.0);
     let mut noise = Normal::new(4);
-    for axle in [Axle::Front, Axle::Rear] {
-        let mut record = ride.axles.get(axle).unwrap().clone();
-        for u in &mut record.road {
-            *u += 2e-4 * noise.draw();
-        }
-        ride.axles.set(axle, record);
-    }
+    ride.axles = ride.axles.map(|_, record| AxleRecord {
+        road: (record.road.iter())
+            .map(|u| u + 2e-4 * noise.draw())
+            .collect(),
+        ..record.clone()
+    });
     let d = diagnosed(&ride);
     assert_eq!(d.verdict, Verdict::NothingMissing, "{}", d.sentence);
     for axle in [Axle::Front, Axle::Rear] {
@@ -316,15 +324,17 @@ fn val_noise_of_the_road_takes_nothing_off_the_estimates() {
 fn val_roughness_is_not_taken_for_noise_of_the_road() {
     let mut rough = Outing::default().ride();
     let mut chance = Normal::new(5);
-    for axle in [Axle::Front, Axle::Rear] {
-        let mut record = rough.axles.get(axle).unwrap().clone();
+    rough.axles = rough.axles.map(|_, record| {
         let mut height = 0.0;
-        for u in &mut record.road {
+        let road = record.road.iter().map(|u| {
             height = 0.99 * height + 4e-4 * chance.draw();
-            *u += height;
+            u + height
+        });
+        AxleRecord {
+            road: road.collect(),
+            ..record.clone()
         }
-        rough.axles.set(axle, record);
-    }
+    });
     let d = diagnosed(&ridden(rough, |_, _, _| 0.0));
     for axle in [Axle::Front, Axle::Rear] {
         let e = d.extended.get(axle).unwrap();

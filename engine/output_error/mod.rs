@@ -347,8 +347,9 @@ fn descend(
         }
         (cost, g, h)
     };
-    let floor = least_kappa(problems, split);
-    let [most_kappa, most_beta] = most(problems.first().map_or(1.0, |p| p.input.step));
+    let step = problems.first().map_or(1.0, |p| p.input.step);
+    let floor = least_kappa(step, split);
+    let [most_kappa, most_beta] = most(step);
     let (mut cost, mut g, mut h) = normal(&plains);
     let mut damping = 1e-3;
     for _ in 0..MAX_ITERATIONS {
@@ -391,8 +392,7 @@ fn descend(
 
 /// Least k/m (1/s^2). A drive without a spring is fitted with a k around zero, on either side: below
 /// it the free motion grows, here at most a hundredfold over the fitted part.
-fn least_kappa(problems: &[&Problem], split: &Split) -> f64 {
-    let step = problems.first().map_or(1.0, |p| p.input.step);
+fn least_kappa(step: f64, split: &Split) -> f64 {
     let fitted_s = split.train.len().max(1) as f64 * step;
     -(100.0_f64.ln() / fitted_s).powi(2)
 }

@@ -115,19 +115,16 @@ impl Queue {
     /// not wake SQLite's producers. A changed configuration does, so the poll interval alternates.
     pub fn wake(&self, queue: &str) {
         let queues = self.0.local_queues();
-        for (name, config) in queues
-            .configs()
-            .into_iter()
-            .filter(|(name, _)| name == queue)
-        {
-            let poll = if config.fetch_poll_interval() == POLL {
-                POLL + Duration::from_millis(1)
-            } else {
-                POLL
-            };
-            if let Err(error) = queues.update(&name, config.with_fetch_poll_interval(poll)) {
-                tracing::warn!(queue = name, %error, "queue not woken; it polls");
-            }
+        let Some(config) = queues.configs().remove(queue) else {
+            return;
+        };
+        let poll = if config.fetch_poll_interval() == POLL {
+            POLL + Duration::from_millis(1)
+        } else {
+            POLL
+        };
+        if let Err(error) = queues.update(queue, config.with_fetch_poll_interval(poll)) {
+            tracing::warn!(queue, %error, "queue not woken; it polls");
         }
     }
 }

@@ -233,7 +233,7 @@ impl Visitor {
             count as f64,
             &[READING],
         ));
-        let busy: Vec<_> = (0..64)
+        let busy: Vec<_> = (0..RIDES[0].0 as u64)
             .map(|i| {
                 let visitor = self.clone();
                 tokio::spawn(async move { visitor.submit(minute(i, 3), false).await })
