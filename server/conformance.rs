@@ -12,7 +12,7 @@ use crate::jobs::{Hub, Queue, give_up, sweep};
 use crate::options::Options;
 use crate::store::job::{self, Failure, Filter, NewJob, Request, Stage, State};
 use crate::store::key::HOME;
-use crate::store::{Db, Tx, bike, idempotency_key, result, ride, trial, turn, worker};
+use crate::store::{Db, bike, idempotency_key, on, result, ride, trial, turn, worker};
 
 fn home() -> Filter<'static> {
     Filter {
@@ -115,11 +115,7 @@ async fn in_trials(db: &Db, queue: &Queue) -> (Uuid, Vec<i64>) {
             .unwrap()
     );
     let rows = queue.trials(&mut tx, id, TRIALS).await.unwrap();
-    for (index, row) in rows.iter().enumerate() {
-        trial::insert(&mut tx, id, index as i64, 1, *row)
-            .await
-            .unwrap();
-    }
+    trial::insert(&mut tx, id, 1, &rows).await.unwrap();
     tx.commit().await.unwrap();
     (id, rows)
 }
@@ -139,20 +135,8 @@ pub async fn begun_by(db: &Db, row: i64, worker: &str) {
     const POSTGRES: &str = "UPDATE river_job SET state = 'running', attempt = 1, \
         attempted_at = now(), attempted_by = ARRAY[$2] WHERE id = $1";
     let mut tx = db.begin().await.unwrap();
-    let done = match &mut tx {
-        Tx::Sqlite(t) => sqlx::query(SQLITE)
-            .bind(row)
-            .bind(worker)
-            .execute(&mut **t)
-            .await
-            .map(drop),
-        Tx::Postgres(t) => sqlx::query(POSTGRES)
-            .bind(row)
-            .bind(worker)
-            .execute(&mut **t)
-            .await
-            .map(drop),
-    };
+    let sql = tx.spelt(SQLITE, POSTGRES);
+    let done = on!(&mut tx, t => sqlx::query(sql).bind(row).bind(worker).execute(&mut **t).await.map(drop));
     done.unwrap();
     tx.commit().await.unwrap();
 }

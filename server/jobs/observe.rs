@@ -34,7 +34,7 @@ impl Stages {
         let Some(job) = work.active(id).await? else {
             return Ok(());
         };
-        let mut tx = work.db.begin().await?;
+        let mut tx = work.db.begin_lax().await?;
         job::start(&mut tx, id).await?;
         tx.commit().await?;
         crash::point("in_observe");
@@ -53,15 +53,12 @@ impl Stages {
 
         let queue = queue(context)?;
         work.publish(context, || async {
-            let mut tx = work.db.begin().await?;
+            let mut tx = work.db.begin_lax().await?;
             complete(context, &mut tx, id).await?;
             if job::observed(&mut tx, id, &observed.least_squares).await? {
                 result::put(&mut tx, id, result::OBSERVED, &observed).await?;
                 let rows = queue.trials(&mut tx, id, settings.trials).await?;
-                for (index, row) in rows.into_iter().enumerate() {
-                    let seed = settings.seed.wrapping_add(index as u64);
-                    trial::insert(&mut tx, id, index as i64, seed, row).await?;
-                }
+                trial::insert(&mut tx, id, settings.seed, &rows).await?;
                 river::line_up(&mut tx, id).await?;
             }
             Ok(tx.commit().await?)

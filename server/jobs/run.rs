@@ -195,7 +195,7 @@ impl Clock {
 }
 
 async fn hasten(db: &Db) -> Result<(), Fault> {
-    let mut tx = db.begin().await?;
+    let mut tx = db.begin_lax().await?;
     river::hasten(&mut tx).await?;
     Ok(tx.commit().await?)
 }
@@ -209,7 +209,7 @@ async fn in_time<T>(work: impl Future<Output = Result<T, Fault>>) -> Result<T, F
 /// The time of a heartbeat by the database's clock. On SQLite nobody else works, and a process that was
 /// stopped for a while is not gone.
 async fn beat(db: &Db, id: &str, slots: i64, judges: bool) -> Result<i64, Fault> {
-    let mut tx = db.begin().await?;
+    let mut tx = db.begin_lax().await?;
     let now_ms = worker::beat(&mut tx, id, slots).await?;
     river::begun_first(&mut tx).await?;
     if judges {

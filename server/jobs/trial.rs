@@ -33,10 +33,8 @@ impl Worker<Trial> for Stages {
 impl Stages {
     async fn trial(&self, context: &WorkContext, id: Uuid, index: usize) -> Result<(), Fault> {
         let work = &self.0;
-        let Some(job) = work.active(id).await? else {
-            return Ok(());
-        };
         let swarm = work.swarms.get(id.to_string(), async || {
+            let job = work.active(id).await?.ok_or(Fault::Stopped)?;
             let ride = work.ride(&job).await?;
             let observed: Observed = result::get(&work.db, id, result::OBSERVED).await?;
             let request = job.request.0.clone();
@@ -58,7 +56,7 @@ impl Stages {
 
         let queue = queue(context)?;
         let publish = work.publish(context, || async {
-            let mut tx = work.db.begin().await?;
+            let mut tx = work.db.begin_lax().await?;
             complete(context, &mut tx, id).await?;
             let last = trial::finish(&mut tx, id, index as i64, &found).await?
                 && job::count_trial(&mut tx, id).await?;

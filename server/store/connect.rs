@@ -1,14 +1,21 @@
 use std::str::FromStr;
 use std::time::Duration;
 
-use sqlx::Connection;
 use sqlx::postgres::{PgConnectOptions, PgPoolOptions};
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
+use sqlx::{Connection, Sqlite, SqlitePool, Transaction};
 
 use super::Db;
 
 const BUSY_TIMEOUT: Duration = Duration::from_secs(10);
 const ACQUIRE_TIMEOUT: Duration = Duration::from_secs(10);
+/// A connection that has rested for so long is asked whether its PostgreSQL is still there.
+const RESTED: Duration = Duration::from_secs(1);
+
+/// Transactions of SQLite that write take the lock at their beginning, since one that reads first cannot take
+/// it later; their commits wait for the disk, or do not.
+pub(super) const SYNCED: &str = "PRAGMA synchronous = FULL; BEGIN IMMEDIATE";
+pub(super) const LAX: &str = "PRAGMA synchronous = NORMAL; BEGIN IMMEDIATE";
 
 /// Connections of one process to PostgreSQL; one more listens for the queue.
 const WRITERS: u32 = 8;
@@ -41,6 +48,15 @@ impl Db {
                 PgPoolOptions::new()
                     .max_connections(most)
                     .acquire_timeout(ACQUIRE_TIMEOUT)
+                    .test_before_acquire(false)
+                    .before_acquire(|connection, rest| {
+                        Box::pin(async move {
+                            if rest.idle_for > RESTED {
+                                connection.ping().await?;
+                            }
+                            Ok(true)
+                        })
+                    })
                     .connect_with(options)
             };
             return Ok(Db::Postgres {
@@ -48,31 +64,78 @@ impl Db {
                 read: pool(READERS, options.options([READING])).await?,
             });
         }
-        // FULL: a 202 promises that the ride survives a power cut.
         let options = SqliteConnectOptions::from_str(url)?
             .create_if_missing(true)
             .journal_mode(SqliteJournalMode::Wal)
-            .synchronous(SqliteSynchronous::Full)
+            .synchronous(SqliteSynchronous::Normal)
             .busy_timeout(BUSY_TIMEOUT)
             .foreign_keys(true);
+        // A file need not be asked whether it is still there: each time would be a way to SQLite's thread
+        // and back.
+        let pool = |most| {
+            SqlitePoolOptions::new()
+                .max_connections(most)
+                .acquire_timeout(ACQUIRE_TIMEOUT)
+                .test_before_acquire(false)
+        };
         // On a full disk SQLite ends a transaction by itself. sqlx, whose rollback then fails, holds the
         // connection to be in it for ever: such a one is closed, and the pool opens another.
-        let write = SqlitePoolOptions::new()
-            .max_connections(1)
-            .acquire_timeout(ACQUIRE_TIMEOUT)
+        let write = pool(1)
             .after_release(|connection, _| {
                 Box::pin(async move {
-                    connection.ping().await?;
+                    if connection.is_in_transaction() {
+                        // Behind the rollback.
+                        connection.ping().await?;
+                    }
                     Ok(!connection.is_in_transaction())
                 })
             })
             .connect_with(options.clone())
             .await?;
-        let read = SqlitePoolOptions::new()
-            .max_connections(8)
-            .acquire_timeout(ACQUIRE_TIMEOUT)
-            .connect_with(options.read_only(true))
-            .await?;
+        let read = pool(8).connect_with(options.read_only(true)).await?;
         Ok(Db::Sqlite { write, read })
+    }
+}
+
+/// Begins a transaction on a task of its own, as River begins its own: who is cancelled midway leaves none
+/// open.
+pub(super) async fn begin_sqlite(
+    pool: &SqlitePool,
+    how: &'static str,
+) -> sqlx::Result<Transaction<'static, Sqlite>> {
+    let pool = pool.clone();
+    let begun = tokio::spawn(async move { pool.begin_with(how).await }).await;
+    begun.unwrap_or_else(|error| Err(sqlx::Error::Io(std::io::Error::other(error))))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::conformance::on_each_empty;
+    use crate::store::Tx;
+
+    /// What SQLite calls 1, NORMAL, or 2, FULL.
+    async fn synchronous(tx: &mut Transaction<'static, Sqlite>) -> i64 {
+        let asked = sqlx::query_scalar("PRAGMA synchronous");
+        asked.fetch_one(&mut **tx).await.unwrap()
+    }
+
+    #[tokio::test]
+    async fn commits_wait_for_the_disk_unless_they_are_lax() {
+        on_each_empty(async |db| {
+            for _ in 0..2 {
+                let Tx::Sqlite(mut synced) = db.begin().await.unwrap() else {
+                    return;
+                };
+                assert_eq!(synchronous(&mut synced).await, 2);
+                synced.commit().await.unwrap();
+                let Tx::Sqlite(mut lax) = db.begin_lax().await.unwrap() else {
+                    return;
+                };
+                assert_eq!(synchronous(&mut lax).await, 1);
+            }
+        })
+        .await;
     }
 }

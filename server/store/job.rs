@@ -185,20 +185,8 @@ pub async fn lock(tx: &mut Tx, id: Uuid) -> sqlx::Result<Option<Option<i64>>> {
     // SQLite has one writer at a time; PostgreSQL has to be told.
     const SQLITE: &str = "SELECT river_id FROM job WHERE id = $1";
     const POSTGRES: &str = "SELECT river_id FROM job WHERE id = $1 FOR UPDATE";
-    match tx {
-        Tx::Sqlite(t) => {
-            sqlx::query_scalar(SQLITE)
-                .bind(id)
-                .fetch_optional(&mut **t)
-                .await
-        }
-        Tx::Postgres(t) => {
-            sqlx::query_scalar(POSTGRES)
-                .bind(id)
-                .fetch_optional(&mut **t)
-                .await
-        }
-    }
+    let sql = tx.spelt(SQLITE, POSTGRES);
+    on!(tx, t => sqlx::query_scalar(sql).bind(id).fetch_optional(&mut **t).await)
 }
 
 /// Newest first.

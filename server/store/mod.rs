@@ -63,13 +63,21 @@ pub enum Tx {
 }
 
 impl Db {
-    /// Begins a transaction; on SQLite with the write lock, since a transaction that reads first
-    /// cannot take it later.
+    /// Begins a transaction whose commit survives a power cut.
     pub async fn begin(&self) -> sqlx::Result<Tx> {
+        self.begin_as(connect::SYNCED).await
+    }
+
+    /// Begins a transaction of what would be done again: SQLite does not wait for the disk at its commit,
+    /// so that a power cut, which ends this process too, may take the last of them back. The commit of one
+    /// that is synced makes all before it safe.
+    pub async fn begin_lax(&self) -> sqlx::Result<Tx> {
+        self.begin_as(connect::LAX).await
+    }
+
+    async fn begin_as(&self, on_sqlite: &'static str) -> sqlx::Result<Tx> {
         Ok(match self {
-            Db::Sqlite { write, .. } => {
-                Tx::Sqlite(riverqueue::database::begin_sqlite_write(write).await?)
-            }
+            Db::Sqlite { write, .. } => Tx::Sqlite(connect::begin_sqlite(write, on_sqlite).await?),
             Db::Postgres { write, .. } => {
                 Tx::Postgres(riverqueue::database::begin_postgres(write).await?)
             }
@@ -86,6 +94,11 @@ impl Db {
 
     pub fn is_sqlite(&self) -> bool {
         matches!(self, Db::Sqlite { .. })
+    }
+
+    /// The statement as this database spells it.
+    pub fn spelt(&self, sqlite: &'static str, postgres: &'static str) -> &'static str {
+        if self.is_sqlite() { sqlite } else { postgres }
     }
 
     /// Whether the database answers, and soon.
@@ -125,6 +138,14 @@ fn postgres_cannot(code: &str) -> bool {
 }
 
 impl Tx {
+    /// The statement as this database spells it.
+    pub fn spelt(&self, sqlite: &'static str, postgres: &'static str) -> &'static str {
+        match self {
+            Tx::Sqlite(_) => sqlite,
+            Tx::Postgres(_) => postgres,
+        }
+    }
+
     pub async fn commit(self) -> sqlx::Result<()> {
         on!(self, t => t.commit().await)
     }

@@ -85,28 +85,30 @@ pub async fn insert(
 ) -> sqlx::Result<()> {
     const SQL: &str = "\
         INSERT INTO parameter (job_id, method, axle, name, bike, value, std_error, unit, verdict, \
-                               version, identified_at, group_name) \
-        VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12)";
-    let now = now_ms();
-    for parameter in parameters {
-        on!(&mut *tx, t => sqlx::query(SQL)
-            .bind(job)
-            .bind(parameter.method)
-            .bind(parameter.axle)
-            .bind(&parameter.name)
-            .bind(bike)
-            .bind(parameter.value)
-            .bind(parameter.std_error)
-            .bind(&parameter.unit)
-            .bind(verdict)
-            .bind(env!("CARGO_PKG_VERSION"))
-            .bind(now)
-            .bind(group)
-            .execute(&mut **t)
-            .await
-            .map(drop))?;
+                               version, identified_at, group_name) ";
+    if parameters.is_empty() {
+        return Ok(());
     }
-    Ok(())
+    let now = now_ms();
+    on!(tx, t => QueryBuilder::new(SQL)
+        .push_values(parameters, |mut row, parameter| {
+            row.push_bind(job)
+                .push_bind(parameter.method)
+                .push_bind(parameter.axle)
+                .push_bind(&parameter.name)
+                .push_bind(bike)
+                .push_bind(parameter.value)
+                .push_bind(parameter.std_error)
+                .push_bind(&parameter.unit)
+                .push_bind(verdict)
+                .push_bind(env!("CARGO_PKG_VERSION"))
+                .push_bind(now)
+                .push_bind(group);
+        })
+        .build()
+        .execute(&mut **t)
+        .await
+        .map(drop))
 }
 
 /// Newest job first, then by method, axle and name backwards. Only the conditions that are asked for

@@ -36,10 +36,8 @@ pub async fn orphans(db: &Db) -> sqlx::Result<Vec<Orphan>> {
         "SELECT id, kind, CAST(args AS TEXT) AS args FROM river_job WHERE ",
         orphaned!(postgres)
     );
-    match db {
-        Db::Sqlite { read, .. } => sqlx::query_as(SQLITE).fetch_all(read).await,
-        Db::Postgres { read, .. } => sqlx::query_as(POSTGRES).fetch_all(read).await,
-    }
+    let sql = db.spelt(SQLITE, POSTGRES);
+    on!(read db, p => sqlx::query_as(sql).fetch_all(p).await)
 }
 
 /// Ends an orphan so that its late owner's result is refused; false when it no longer is one.
@@ -53,18 +51,8 @@ pub async fn discard(tx: &mut Tx, id: i64) -> sqlx::Result<bool> {
         "UPDATE river_job SET state = 'discarded', finalized_at = now() WHERE id = $1 AND ",
         orphaned!(postgres)
     );
-    let changed = match tx {
-        Tx::Sqlite(t) => sqlx::query(SQLITE)
-            .bind(id)
-            .execute(&mut **t)
-            .await?
-            .rows_affected(),
-        Tx::Postgres(t) => sqlx::query(POSTGRES)
-            .bind(id)
-            .execute(&mut **t)
-            .await?
-            .rows_affected(),
-    };
+    let sql = tx.spelt(SQLITE, POSTGRES);
+    let changed = on!(tx, t => sqlx::query(sql).bind(id).execute(&mut **t).await?.rows_affected());
     Ok(changed == 1)
 }
 
@@ -85,10 +73,8 @@ pub async fn hasten(tx: &mut Tx) -> sqlx::Result<()> {
         UPDATE river_job SET scheduled_at = now() \
         WHERE state IN ('available', 'retryable', 'scheduled') \
           AND scheduled_at > now() + interval '1 minute'";
-    match tx {
-        Tx::Sqlite(t) => sqlx::query(SQLITE).execute(&mut **t).await.map(drop),
-        Tx::Postgres(t) => sqlx::query(POSTGRES).execute(&mut **t).await.map(drop),
-    }
+    let sql = tx.spelt(SQLITE, POSTGRES);
+    on!(tx, t => sqlx::query(sql).execute(&mut **t).await.map(drop))
 }
 
 /// Gives the rows of a job that wait the place that its turn gives them.
@@ -106,18 +92,8 @@ pub async fn line_up(tx: &mut Tx, job: Uuid) -> sqlx::Result<()> {
     }
     const SQLITE: &str = sql!("strftime('%Y-%m-%d %H:%M:%f', turn / 1000.0, 'unixepoch')");
     const POSTGRES: &str = sql!("to_timestamp(turn / 1000.0)");
-    match tx {
-        Tx::Sqlite(t) => sqlx::query(SQLITE)
-            .bind(job)
-            .execute(&mut **t)
-            .await
-            .map(drop),
-        Tx::Postgres(t) => sqlx::query(POSTGRES)
-            .bind(job)
-            .execute(&mut **t)
-            .await
-            .map(drop),
-    }
+    let sql = tx.spelt(SQLITE, POSTGRES);
+    on!(tx, t => sqlx::query(sql).bind(job).execute(&mut **t).await.map(drop))
 }
 
 /// Puts rows that were begun before and wait again, with the time of their return for a turn, before

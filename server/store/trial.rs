@@ -1,5 +1,5 @@
-use sqlx::FromRow;
 use sqlx::types::Json;
+use sqlx::{FromRow, QueryBuilder};
 use uuid::Uuid;
 use veloid_engine::report::Trial;
 
@@ -13,20 +13,17 @@ pub struct TrialRow {
     pub finished_at: Option<i64>,
 }
 
-pub async fn insert(
-    tx: &mut Tx,
-    job: Uuid,
-    index: i64,
-    seed: u64,
-    river_id: i64,
-) -> sqlx::Result<()> {
-    const SQL: &str =
-        "INSERT INTO trial (job_id, trial_index, seed, river_id) VALUES ($1, $2, $3, $4)";
-    on!(tx, t => sqlx::query(SQL)
-        .bind(job)
-        .bind(index)
-        .bind(seed.cast_signed())
-        .bind(river_id)
+/// Trials with the seeds from `seed` on, each with its row of River.
+pub async fn insert(tx: &mut Tx, job: Uuid, seed: u64, river: &[i64]) -> sqlx::Result<()> {
+    const SQL: &str = "INSERT INTO trial (job_id, trial_index, seed, river_id) ";
+    on!(tx, t => QueryBuilder::new(SQL)
+        .push_values((0..).zip(river), |mut row, (index, river_id)| {
+            row.push_bind(job)
+                .push_bind(index)
+                .push_bind(seed.cast_signed().wrapping_add(index))
+                .push_bind(river_id);
+        })
+        .build()
         .execute(&mut **t)
         .await
         .map(drop))

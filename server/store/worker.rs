@@ -4,10 +4,10 @@ use super::{Db, Tx};
 
 /// The database's own clock in epoch milliseconds: the two dialects have no common spelling.
 pub(super) fn clock(tx: &Tx) -> &'static str {
-    match tx {
-        Tx::Sqlite(_) => "SELECT CAST(unixepoch('subsec') * 1000 AS INTEGER)",
-        Tx::Postgres(_) => "SELECT CAST(EXTRACT(EPOCH FROM clock_timestamp()) * 1000 AS BIGINT)",
-    }
+    tx.spelt(
+        "SELECT CAST(unixepoch('subsec') * 1000 AS INTEGER)",
+        "SELECT CAST(EXTRACT(EPOCH FROM clock_timestamp()) * 1000 AS BIGINT)",
+    )
 }
 
 pub(super) async fn now(tx: &mut Tx) -> sqlx::Result<i64> {

@@ -198,10 +198,8 @@ async fn columns(db: &Db) -> Vec<(String, String, String)> {
     const POSTGRES: &str = "\
         SELECT table_name::TEXT, column_name::TEXT, data_type::TEXT FROM information_schema.columns \
         WHERE table_schema = 'public' AND table_name NOT LIKE '%sql%' AND table_name NOT LIKE 'river%'";
-    let rows = match db {
-        Db::Sqlite { read, .. } => sqlx::query_as(SQLITE).fetch_all(read).await,
-        Db::Postgres { read, .. } => sqlx::query_as(POSTGRES).fetch_all(read).await,
-    };
+    let sql = db.spelt(SQLITE, POSTGRES);
+    let rows = on!(read db, p => sqlx::query_as(sql).fetch_all(p).await);
     let mut rows: Vec<(String, String, String)> = rows.unwrap();
     for (_, _, kind) in &mut rows {
         *kind = match kind.as_str() {
