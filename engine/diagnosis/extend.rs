@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::output_error::colour::Colour;
 
-use super::effects::{ALL, Acts, FOILS, Kind, Values};
+use super::effects::{ALL, Acts, FOILS, Kind, MAX_PARAMETERS, Values};
 use super::fit::{Effort, Fitted, Fitter};
 use super::model::{Point, Term, Unit};
 use super::scene::Scene;
@@ -101,7 +101,7 @@ impl Model {
                 .find_map(|f| f.unit.terms.iter().position(|t| t == term).map(|i| (f, i)));
             point
                 .values
-                .push(known.map_or([0.0; 3], |(f, i)| f.point.values[i]));
+                .push(known.map_or([0.0; MAX_PARAMETERS], |(f, i)| f.point.values[i]));
             point
                 .initial
                 .push(known.map_or([0.0; 2], |(f, i)| f.point.initial[i]));
@@ -330,7 +330,7 @@ pub fn unstopped(fitter: &Fitter, model: &Model, play: Term, effort: Effort) -> 
         .fits
         .iter()
         .find_map(|f| f.unit.terms.iter().position(|t| *t == stop).map(|i| (i, f)))?;
-    let [gap, stiffness, _] = fit.point.values[i];
+    let [gap, stiffness, ..] = fit.point.values[i];
     let track = fit
         .unit
         .tracks
@@ -339,7 +339,7 @@ pub fn unstopped(fitter: &Fitter, model: &Model, play: Term, effort: Effort) -> 
     let mut unit = fit.unit.clone();
     unit.terms[i] = play;
     let mut point = fit.point.clone();
-    point.values[i] = [2.0 * gap, 0.0, 0.0];
+    point.values[i] = [2.0 * gap, 0.0, 0.0, 0.0];
     point.base[track][0] = stiffness * point.base[track][2];
     let fitted = fitter.fit(&unit, point, &fit.colours, effort)?;
     let others = model.fits.iter().filter(|f| f.unit != fit.unit).cloned();

@@ -3,7 +3,7 @@
 
 use crate::bicycle::Axle;
 
-use super::effects::{FOILS, Kind};
+use super::effects::Kind;
 use super::extend::{Model, Reach, extend, polish, reduce};
 use super::fit::Effort;
 use super::model::Term;
@@ -22,6 +22,17 @@ const DAMPERS: [Kind; 4] = [
     Kind::Hysteresis,
     Kind::QuadraticDamping,
     Kind::AsymmetricDamping,
+];
+/// General dampers, each held against all dampers that are named.
+const CURVES: [Kind; 3] = [
+    Kind::PowerDamping,
+    Kind::PositionDamping,
+    Kind::FrictionCurve,
+];
+/// Named laws with states of their own, and the laws of which they are the case with the last parameter zero.
+const WIDER: [(Kind, Kind); 2] = [
+    (Kind::Hysteresis, Kind::RateHysteresis),
+    (Kind::SprungMass, Kind::HardeningMass),
 ];
 /// Gain in log likelihood by which a general curve must lead.
 const LEAD: f64 = 10.0;
@@ -50,6 +61,41 @@ pub fn is_curve(search: &Search, model: &Model) -> bool {
     })
 }
 
+/// Whether a named law is outgrown, on the fitted and on the held-out part, by one of which it is a special case.
+pub fn is_outgrown(search: &Search, model: &Model) -> bool {
+    let fitter = &search.fitter;
+    let effort = Effort {
+        iterations: 30,
+        gain: 0.05,
+        substeps: model.substeps(fitter.scene, FINE),
+    };
+    WIDER.iter().any(|(named, wider)| {
+        let Some(wide) = widened(model, *named, *wider) else {
+            return false;
+        };
+        let settled = |m: &Model| polish(fitter, m, effort);
+        settled(model)
+            .zip(settled(&wide))
+            .is_some_and(|(model, wide)| {
+                wide.likelihood > model.likelihood + LEAD
+                    && search.held_score(&wide) > search.held_score(&model)
+            })
+    })
+}
+
+/// The model with a wider law in the place of every `named` one, where it moves the same; nothing if it has none.
+fn widened(model: &Model, named: Kind, wider: Kind) -> Option<Model> {
+    let widen = |terms: &mut [Term]| {
+        for term in terms.iter_mut().filter(|t| t.kind == named) {
+            term.kind = wider;
+        }
+    };
+    let mut wide = model.clone();
+    widen(&mut wide.terms);
+    wide.fits.iter_mut().for_each(|f| widen(&mut f.unit.terms));
+    (wide.terms != model.terms).then_some(wide)
+}
+
 /// Whether a general damper in the place of `named` effects leads the model.
 fn led(search: &Search, model: &Model, named: &[Term]) -> bool {
     let fitter = &search.fitter;
@@ -68,7 +114,7 @@ fn led(search: &Search, model: &Model, named: &[Term]) -> bool {
     let Some(less) = reduce(fitter, model, &rest, effort) else {
         return false;
     };
-    FOILS.iter().any(|kind| {
+    CURVES.iter().any(|kind| {
         let term = Term {
             kind: *kind,
             place: named[0].place,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::Place;
-use super::effects::{ALL, FOILS, Kind, Values};
+use super::effects::{ALL, FOILS, Kind, MAX_PARAMETERS, Values};
 use super::extend::candidates;
 use super::model::{Point, Term, Unit};
 use super::scene::Scene;
@@ -151,7 +151,7 @@ impl Imposed {
             return Err(self.wrong("nothing is simulated on this axle"));
         };
         let report = |values: &Values| (term.kind.spec().report)(values, &track.scale);
-        let known = report(&[1.0; 3]);
+        let known = report(&[1.0; MAX_PARAMETERS]);
         let expected = known.iter().map(|p| p.name).collect::<Vec<_>>().join(", ");
         if let Some(name) =
             (self.parameters.keys()).find(|name| known.iter().all(|p| p.name != **name))

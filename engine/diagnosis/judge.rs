@@ -73,7 +73,8 @@ pub fn judge(
     let forced = resonance.gain > RESONANT
         && (named || resonance.share > MATTERS)
         && (!is_noisy(track) || exceeds(resonance.gain, scene, model, settings.seed, on_replicate));
-    let remains = structured || forced;
+    // A model that runs away on the held-out part explains nothing.
+    let remains = structured || forced || !found.held_before.is_finite();
     let floor = if remains {
         (extended * (1.0 - resonance.share).max(0.0).sqrt())
             .min(found.held_after)

@@ -100,14 +100,14 @@ pub fn normal(rng: &mut ChaCha8Rng) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnosis::effects::Kind;
+    use crate::diagnosis::effects::{Kind, MAX_PARAMETERS};
     use crate::diagnosis::model::Term;
     use crate::diagnosis::signature::Promise;
 
     fn offer(place: Place, basis: Vec<Vec<f64>>) -> Signatures {
         let start = Promise {
-            values: [0.0; 3],
-            unit: [0.0; 3],
+            values: [0.0; MAX_PARAMETERS],
+            unit: [0.0; MAX_PARAMETERS],
             size: 1.0,
             gain: 0.0,
             basis,

@@ -13,7 +13,7 @@ use super::evidence::{Evidence, Excerpt, ResidualSpectrum, Surface};
 use super::extend::{Model, candidates, stable_substeps};
 use super::finer::finer;
 use super::fit::{Effort, Fitter, ORDER};
-use super::foil::is_curve;
+use super::foil::{is_curve, is_outgrown};
 use super::free_form::free_form;
 use super::input_noise;
 use super::judge::{Judged, judge};
@@ -125,7 +125,9 @@ pub fn diagnose(
     let verdict = match (model.terms.is_empty(), adequate && physical) {
         (true, _) if judged.iter().all(|j| !j.remains) => Verdict::NothingMissing,
         (true, _) | (false, false) => Verdict::Unnamed,
-        (false, true) if is_curve(&search, &model) => Verdict::Unnamed,
+        (false, true) if is_curve(&search, &model) || is_outgrown(&search, &model) => {
+            Verdict::Unnamed
+        }
         (false, true) if tied.is_empty() => Verdict::Named,
         (false, true) => Verdict::Ambiguous,
     };

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::output_error::colour::Colour;
 use crate::simulate::lanes::{LANES, Lanes, widest};
 
-use super::effects::Values;
+use super::effects::{MAX_PARAMETERS, Values};
 use super::extend::Model;
 use super::fit::{Fitter, whitened};
 use super::model::{Point, Term, Unit};
@@ -97,7 +97,7 @@ impl Tangent {
         let spec = term.kind.spec();
         let starts = (spec.starts)(unit.scale(scene, at));
         let mut base = self.point.clone();
-        base.values.insert(at, [0.0; 3]);
+        base.values.insert(at, [0.0; MAX_PARAMETERS]);
         base.initial.insert(at, [0.0; 2]);
         let promise = |starts: &[Values]| -> Vec<Promise> {
             let mut columns: Vec<Vec<f64>> = Vec::new();

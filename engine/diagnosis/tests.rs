@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 
 use super::integrate::run;
-use super::model::{Point, Unit};
+use super::model::{Point, Term, Unit};
 use super::scene::Scene;
 use super::*;
 use crate::bicycle::{Axle, Bike};
@@ -143,6 +143,34 @@ fn val_the_plain_model_moves_as_the_exact_one() {
 }
 
 #[test]
+fn friction_with_little_give_moves_an_axle_by_finite_amounts() {
+    let ride = ride(|_, _, _| 0.0);
+    let settings = Settings::default();
+    let observed = identify::observe(&ride, &bike(), &settings).unwrap();
+    let start = identify::starts_from(&observed.instrumental);
+    let fits = output_error::fit(&ride, &bike(), &settings, &[start]).unwrap();
+    let end = Split::of(&ride, &settings).train.end;
+    let scene = Scene::new(&ride, &bike(), &fits, end);
+    let term = Term {
+        kind: effects::Kind::Hysteresis,
+        place: Place::Front,
+    };
+    let unit = Unit {
+        tracks: vec![0],
+        terms: vec![term],
+    };
+    let give = 0.01 * scene.tracks[0].scale.d_rms;
+    let point = Point {
+        base: vec![[K / MASS, B / MASS, 1.0 / MASS, 0.0, 0.0, 0.0]],
+        values: vec![[100.0 / give, give, 0.0, 0.0]],
+        initial: vec![[0.0; 2]],
+    };
+    let points: [Point; LANES] = std::array::from_fn(|_| point.clone());
+    let moved = unit.simulate(&scene, &points, None, scene.samples, 3);
+    assert!(moved[0].iter().all(|z| z.0[0].abs() < 0.1));
+}
+
+#[test]
 fn a_plain_ride_lacks_nothing() {
     let d = diagnosed(&ride(|_, _, _| 0.0));
     assert_eq!(d.verdict, Verdict::NothingMissing, "{}", d.sentence);
@@ -269,6 +297,46 @@ fn val_most_of_the_mass_on_its_own_spring_is_found_alone() {
             "{name}: {found:?}"
         );
     }
+}
+
+/// A mode whose frequency rises with how far it moves fits a sprung mass of some mean frequency, and is none.
+#[test]
+fn a_second_mass_on_a_hardening_spring_is_not_called_a_sprung_mass() {
+    let (share, omega, zeta, travel) = (0.3, TAU * 6.0, 0.06, 1.5e-3);
+    let mut ride = Outing::default().ride();
+    let mut noise = Normal::new(8);
+    ride.axles = ride.axles.map(|axle, record| {
+        let share = if axle == Axle::Front { share } else { 0.0 };
+        let moved = carried(&record.road, ride.step_s, share, |z, v, s| {
+            let q = z - s[0];
+            let spring = omega * omega * q * (1.0 + (q / travel).powi(2));
+            spring + 2.0 * zeta * omega * (v - s[1])
+        });
+        let logged = moved.iter().map(|z| z + 50e-6 * noise.draw());
+        AxleRecord {
+            displacement: logged.collect(),
+            ..record.clone()
+        }
+    });
+    let d = diagnosed(&ride);
+    assert_eq!(d.verdict, Verdict::Unnamed, "{}", d.sentence);
+}
+
+/// Friction that is three times as large before it slides, with 0.1 mm of give.
+#[test]
+fn friction_that_falls_with_the_rate_is_not_called_hysteresis() {
+    let (kinetic, slow, give) = (60.0, 0.02, 1e-4);
+    let state = std::cell::Cell::new((0.0, 0.0));
+    let d = diagnosed(&ride(|t, _, w: f64| {
+        let (last, bent) = state.get();
+        let limit = 1.0 + 2.0 * (-(w / slow).powi(2)).exp();
+        let end = give * limit * w.signum();
+        let left = (-(t - last) * w.abs() / (give * limit)).exp();
+        let bent = end + (bent - end) * left;
+        state.set((t, bent));
+        kinetic * bent / give
+    }));
+    assert_eq!(d.verdict, Verdict::Unnamed, "{}", d.sentence);
 }
 
 /// The plain axle over a road, carrying a share of its mass that `pull` (z, v, its own position and

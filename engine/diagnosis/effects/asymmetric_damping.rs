@@ -16,7 +16,7 @@ impl Effect for AsymmetricDamping {
         acts: Acts::OneAxle,
         parameters: &[ASYMMETRY],
         amplitudes: &[0],
-        starts: |_| vec![[0.2, 0.0, 0.0]],
+        starts: |_| vec![[0.2, 0.0, 0.0, 0.0]],
         report: |p, _| vec![reported(&ASYMMETRY, p[0], [-1.0, 1.0])],
         words: "compression and rebound damp differently",
         confused_with: &["progressive_stiffness"],

@@ -30,7 +30,7 @@ impl Effect for BumpStop {
                 for gap in [0.5, 1.0, 1.5, 2.0, 2.7] {
                     let reach = if side > 0.0 { s.d_high } else if side < 0.0 { -s.d_low } else { s.d_peak };
                     if gap * s.d_rms < 0.95 * reach {
-                        starts.push([gap * s.d_rms, s.k_size(), side]);
+                        starts.push([gap * s.d_rms, s.k_size(), side, 0.0]);
                     }
                 }
             }
@@ -71,6 +71,6 @@ impl Effect for BumpStop {
 
     fn from_reported(reported: &[f64], _scale: &Scale) -> Values {
         let side = reported[2];
-        [reported[0], reported[1], if side == 0.0 { 0.0 } else { side.signum() }]
+        [reported[0], reported[1], if side == 0.0 { 0.0 } else { side.signum() }, 0.0]
     }
 }

@@ -31,7 +31,7 @@ impl Effect for CoulombFriction {
         acts: Acts::OneAxle,
         parameters: &[FRICTION, WIDTH],
         amplitudes: &[0],
-        starts: |s| vec![[(FRICTION.size)(s), 0.02 * s.w_rms, 0.0]],
+        starts: |s| vec![[(FRICTION.size)(s), 0.02 * s.w_rms, 0.0, 0.0]],
         report: |p, s| vec![reported(&FRICTION, p[0], [0.0, (FRICTION.limits)(s)[1]])],
         corners: true,
         words: "dry friction acts along the suspension (fork, seat post, guide)",
@@ -46,6 +46,6 @@ impl Effect for CoulombFriction {
     }
 
     fn from_reported(reported: &[f64], scale: &Scale) -> Values {
-        [reported[0], (WIDTH.size)(scale), 0.0]
+        [reported[0], (WIDTH.size)(scale), 0.0, 0.0]
     }
 }

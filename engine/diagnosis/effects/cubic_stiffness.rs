@@ -16,7 +16,7 @@ impl Effect for CubicStiffness {
         acts: Acts::OneAxle,
         parameters: &[K3],
         amplitudes: &[0],
-        starts: |s| vec![[(K3.size)(s), 0.0, 0.0]],
+        starts: |s| vec![[(K3.size)(s), 0.0, 0.0, 0.0]],
         report: |p, s| vec![reported(&K3, p[0], (K3.limits)(s))],
         stiffens: |p, s| 3.0 * p[0].max(0.0) * 4.0 * s.d_rms * s.d_rms,
         words: "the spring stiffens (or softens) with the cube of its deflection",

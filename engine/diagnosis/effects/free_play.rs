@@ -16,7 +16,7 @@ impl Effect for FreePlay {
         acts: Acts::OneAxle,
         parameters: &[GAP],
         amplitudes: &[],
-        starts: |s| [0.15, 0.5, 1.0, 1.6, 2.4].map(|g| [g * s.d_rms, 0.0, 0.0]).to_vec(),
+        starts: |s| [0.15, 0.5, 1.0, 1.6, 2.4].map(|g| [g * s.d_rms, 0.0, 0.0, 0.0]).to_vec(),
         report: |p, s| vec![reported(&GAP, p[0], [1e-6 * s.d_rms, (GAP.limits)(s)[1]])],
         corners: true,
         peaks: true,

@@ -32,7 +32,7 @@ impl Effect for FrictionCurve {
             let mut starts = Vec::new();
             for excess in [-0.5, 2.0] {
                 for rate in [0.1, 0.4] {
-                    starts.push([(FRICTION.size)(s), excess, rate * s.w_rms]);
+                    starts.push([(FRICTION.size)(s), excess, rate * s.w_rms, 0.0]);
                 }
             }
             starts

@@ -17,7 +17,7 @@ impl Effect for GroundDamping {
         needs: &[Need::Road],
         parameters: &[DAMPING],
         amplitudes: &[0],
-        starts: |s| vec![[(DAMPING.size)(s), 0.0, 0.0]],
+        starts: |s| vec![[(DAMPING.size)(s), 0.0, 0.0, 0.0]],
         report: |p, s| vec![reported(&DAMPING, p[0], [0.0, (DAMPING.limits)(s)[1]])],
         words: "a damper acts against the resting frame (a rig's guide, air)",
         confused_with: &["guide_friction", "sensor_gain", "sensor_delay"],

@@ -11,7 +11,7 @@ impl Effect for GuideFriction {
         needs: &[Need::Road],
         parameters: &[FRICTION, WIDTH],
         amplitudes: &[0],
-        starts: |s| vec![[(FRICTION.size)(s), 0.02 * s.w_rms, 0.0]],
+        starts: |s| vec![[(FRICTION.size)(s), 0.02 * s.w_rms, 0.0, 0.0]],
         report: |p, s| vec![reported(&FRICTION, p[0], [0.0, (FRICTION.limits)(s)[1]])],
         corners: true,
         words: "dry friction holds the mass against the resting frame",
@@ -26,6 +26,6 @@ impl Effect for GuideFriction {
     }
 
     fn from_reported(reported: &[f64], scale: &Scale) -> Values {
-        [reported[0], (WIDTH.size)(scale), 0.0]
+        [reported[0], (WIDTH.size)(scale), 0.0, 0.0]
     }
 }

@@ -4,19 +4,31 @@ use super::*;
 /// fy/A, in which the force is linear in A.
 pub struct Hysteresis;
 
-const STIFFNESS: Parameter = Parameter {
+pub(super) const STIFFNESS: Parameter = Parameter {
     name: "stiffness",
     unit: "N/m",
     size: |s| 0.2 * s.k_size(),
     limits: |s| [0.0, 300.0 * s.k_size()],
 };
 
-const YIELD: Parameter = Parameter {
+pub(super) const YIELD: Parameter = Parameter {
     name: "yield_deflection",
     unit: "m",
     size: |s| 0.3 * s.d_rms,
     limits: |s| [0.01 * s.d_rms, 10.0 * s.d_peak],
 };
+
+/// Turn of the yielding state (1/step) that the integrator bears: it would blow up at 2.78.
+const STABLE: f64 = 1.5;
+
+/// w - |w| s / y, slowed down where the state s would yield faster than the integrator can follow; it still goes to
+/// y sign(w).
+#[inline(always)]
+pub(super) fn slide(y: Lanes, m: &Motion, s: Lanes) -> Lanes {
+    let turn = m.w.abs() / y;
+    let fastest = Lanes::all(STABLE / m.step);
+    (m.w - turn * s) * (fastest / turn.max(fastest))
+}
 
 impl Effect for Hysteresis {
     const SPEC: Spec = Spec {
@@ -24,7 +36,7 @@ impl Effect for Hysteresis {
         acts: Acts::OneAxle,
         parameters: &[STIFFNESS, YIELD],
         amplitudes: &[0],
-        starts: |s| [0.1, 0.3, 0.8, 2.0].map(|y| [(STIFFNESS.size)(s), y * s.d_rms, 0.0]).to_vec(),
+        starts: |s| [0.1, 0.3, 0.8, 2.0].map(|y| [(STIFFNESS.size)(s), y * s.d_rms, 0.0, 0.0]).to_vec(),
         report: |p, s| {
             let force = Parameter { name: "yield_force", unit: "N", ..YIELD };
             vec![
@@ -48,10 +60,10 @@ impl Effect for Hysteresis {
     /// The state is f/A, a length.
     #[inline(always)]
     fn rates(p: &LaneValues, m: &Motion, s: &States) -> States {
-        [m.w - m.w.abs() * s[0] / p[1], Lanes::ZERO]
+        [slide(p[1], m, s[0]), Lanes::ZERO]
     }
 
     fn from_reported(reported: &[f64], _scale: &Scale) -> Values {
-        [reported[0], reported[1] / reported[0], 0.0]
+        [reported[0], reported[1] / reported[0], 0.0, 0.0]
     }
 }

@@ -17,7 +17,7 @@ impl Effect for LoadTransfer {
         needs: &[Need::VaryingSpeed, Need::Geometry],
         parameters: &[HEIGHT],
         amplitudes: &[0],
-        starts: |_| vec![[1.0, 0.0, 0.0]],
+        starts: |_| vec![[1.0, 0.0, 0.0, 0.0]],
         report: |p, _| vec![reported(&HEIGHT, p[0], [0.05, 3.0])],
         slow: true,
         words: "braking and accelerating shift load between the axles",

@@ -26,7 +26,7 @@ impl Effect for MassStep {
             let mut starts = Vec::new();
             for from in 1..parts {
                 for to in from + 1..=parts {
-                    starts.push([0.1, at(from), if to == parts { s.duration } else { at(to) }]);
+                    starts.push([0.1, at(from), if to == parts { s.duration } else { at(to) }, 0.0]);
                 }
             }
             starts
@@ -39,7 +39,7 @@ impl Effect for MassStep {
                     let (from, to) = (p[1] + i as f64 * step, p[2] + j as f64 * step);
                     let open_end = p[2] >= s.duration && j == 0;
                     if from > 0.0 && to > from + 0.2 && (open_end || to < s.train_s) {
-                        starts.push([0.1, from, to]);
+                        starts.push([0.1, from, to, 0.0]);
                     }
                 }
             }

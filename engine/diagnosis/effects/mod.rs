@@ -8,7 +8,7 @@ use crate::diagnosis::scene::Scale;
 use crate::simulate::lanes::Lanes;
 
 /// Parameters that an effect may have at most.
-pub const MAX_PARAMETERS: usize = 3;
+pub const MAX_PARAMETERS: usize = 4;
 /// States that an effect may have at most.
 pub const MAX_STATES: usize = 2;
 
@@ -273,6 +273,7 @@ library! {
     asymmetric_damping::AsymmetricDamping,
     coulomb_friction::CoulombFriction,
     hysteresis::Hysteresis,
+    rate_hysteresis::RateHysteresis,
     viscoelastic_tyre::ViscoelasticTyre,
     bump_stop::BumpStop,
     free_play::FreePlay,
@@ -286,6 +287,7 @@ library! {
     load_transfer::LoadTransfer,
     unsprung_mass::UnsprungMass,
     sprung_mass::SprungMass,
+    hardening_mass::HardeningMass,
     pitch_coupling::PitchCoupling,
     mass_step::MassStep,
     tyre_enveloping::TyreEnveloping,
@@ -301,10 +303,12 @@ library! {
 }
 
 /// General shapes that are never named, against which names are held.
-pub const FOILS: [Kind; 3] = [
+pub const FOILS: [Kind; 5] = [
     Kind::PowerDamping,
     Kind::PositionDamping,
     Kind::FrictionCurve,
+    Kind::RateHysteresis,
+    Kind::HardeningMass,
 ];
 
 impl Kind {

@@ -21,7 +21,7 @@ impl Effect for PedallingForce {
         amplitudes: &[0, 1],
         starts: |s| {
             let a = 0.03 * s.force_rms();
-            vec![[a, 0.0, 0.0], [0.0, a, 0.0]]
+            vec![[a, 0.0, 0.0, 0.0], [0.0, a, 0.0, 0.0]]
         },
         report: |p, s| {
             let limit = 20.0 * s.force_rms();
@@ -43,6 +43,6 @@ impl Effect for PedallingForce {
 
     fn from_reported(reported: &[f64], _scale: &Scale) -> Values {
         let (sin, cos) = reported[1].sin_cos();
-        [reported[0] * cos, reported[0] * sin, 0.0]
+        [reported[0] * cos, reported[0] * sin, 0.0, 0.0]
     }
 }

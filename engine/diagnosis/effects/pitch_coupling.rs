@@ -18,7 +18,7 @@ impl Effect for PitchCoupling {
         needs: &[Need::Geometry],
         parameters: &[EXCESS],
         amplitudes: &[0],
-        starts: |_| vec![[0.2, 0.0, 0.0]],
+        starts: |_| vec![[0.2, 0.0, 0.0, 0.0]],
         report: |p, s| {
             vec![Reported {
                 name: "pitch_inertia",
@@ -34,6 +34,6 @@ impl Effect for PitchCoupling {
     };
 
     fn from_reported(reported: &[f64], scale: &Scale) -> Values {
-        [scale.balanced_pitch_inertia / reported[0] - 1.0, 0.0, 0.0]
+        [scale.balanced_pitch_inertia / reported[0] - 1.0, 0.0, 0.0, 0.0]
     }
 }

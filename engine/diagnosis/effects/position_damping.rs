@@ -20,7 +20,7 @@ impl Effect for PositionDamping {
         acts: Acts::OneAxle,
         parameters: &[C],
         amplitudes: &[0],
-        starts: |s| vec![[(C.size)(s), 0.0, 0.0]],
+        starts: |s| vec![[(C.size)(s), 0.0, 0.0, 0.0]],
         report: |p, s| vec![reported(&C, p[0], (C.limits)(s))],
         words: "the damper depends on its position",
         confused_with: &["quadratic_damping"],

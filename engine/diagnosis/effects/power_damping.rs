@@ -29,7 +29,7 @@ impl Effect for PowerDamping {
         amplitudes: &[0],
         starts: |s| {
             [0.4, 1.6, 3.0]
-                .map(|power| [(FORCE.size)(s), power, 0.0])
+                .map(|power| [(FORCE.size)(s), power, 0.0, 0.0])
                 .to_vec()
         },
         report: |p, s| vec![reported(&FORCE, p[0], (FORCE.limits)(s)), reported(&POWER, p[1], [0.15, 5.0])],

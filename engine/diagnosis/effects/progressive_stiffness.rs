@@ -17,7 +17,7 @@ impl Effect for ProgressiveStiffness {
         acts: Acts::OneAxle,
         parameters: &[K2],
         amplitudes: &[0],
-        starts: |s| vec![[(K2.size)(s), 0.0, 0.0]],
+        starts: |s| vec![[(K2.size)(s), 0.0, 0.0, 0.0]],
         report: |p, s| vec![reported(&K2, p[0], (K2.limits)(s))],
         stiffens: |p, s| 2.0 * p[0].abs() * 2.0 * s.d_rms,
         words: "the spring stiffens in compression and softens in rebound",

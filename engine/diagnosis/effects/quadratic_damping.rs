@@ -16,7 +16,7 @@ impl Effect for QuadraticDamping {
         acts: Acts::OneAxle,
         parameters: &[C2],
         amplitudes: &[0],
-        starts: |s| vec![[(C2.size)(s), 0.0, 0.0]],
+        starts: |s| vec![[(C2.size)(s), 0.0, 0.0, 0.0]],
         report: |p, s| vec![reported(&C2, p[0], [0.0, (C2.limits)(s)[1]])],
         words: "damping grows with the speed of deflection",
         confused_with: &["coulomb_friction", "hysteresis"],

@@ -16,7 +16,7 @@ impl Effect for SensorDelay {
         acts: Acts::OneAxle,
         parameters: &[DELAY],
         amplitudes: &[0],
-        starts: |s| vec![[0.2 * s.step, 0.0, 0.0]],
+        starts: |s| vec![[0.2 * s.step, 0.0, 0.0, 0.0]],
         report: |p, _| vec![reported(&DELAY, p[0], [-0.1, 0.1])],
         on_sensor: true,
         words: "the displacement is logged late or early against the road",

@@ -16,7 +16,7 @@ impl Effect for SensorDrift {
         acts: Acts::OneAxle,
         parameters: &[RATE],
         amplitudes: &[0],
-        starts: |s| vec![[(RATE.size)(s), 0.0, 0.0]],
+        starts: |s| vec![[(RATE.size)(s), 0.0, 0.0, 0.0]],
         report: |p, s| vec![reported(&RATE, p[0], (RATE.limits)(s))],
         on_sensor: true,
         slow: true,

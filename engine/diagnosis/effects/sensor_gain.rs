@@ -16,7 +16,7 @@ impl Effect for SensorGain {
         acts: Acts::OneAxle,
         parameters: &[EXCESS],
         amplitudes: &[0],
-        starts: |_| vec![[0.02, 0.0, 0.0]],
+        starts: |_| vec![[0.02, 0.0, 0.0, 0.0]],
         report: |p, _| vec![reported(&EXCESS, 1.0 + p[0], [0.6, 1.6])],
         on_sensor: true,
         words: "the displacement sensor's gain is off",
@@ -30,6 +30,6 @@ impl Effect for SensorGain {
     }
 
     fn from_reported(reported: &[f64], _scale: &Scale) -> Values {
-        [reported[0] - 1.0, 0.0, 0.0]
+        [reported[0] - 1.0, 0.0, 0.0, 0.0]
     }
 }

@@ -17,7 +17,7 @@ impl Effect for SensorOffset {
         needs: &[Need::Road],
         parameters: &[OFFSET],
         amplitudes: &[0],
-        starts: |s| vec![[0.05 * s.d_rms, 0.0, 0.0]],
+        starts: |s| vec![[0.05 * s.d_rms, 0.0, 0.0, 0.0]],
         report: |p, s| vec![reported(&OFFSET, p[0], (OFFSET.limits)(s))],
         on_sensor: true,
         slow: true,

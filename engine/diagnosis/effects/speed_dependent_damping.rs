@@ -17,7 +17,7 @@ impl Effect for SpeedDependentDamping {
         needs: &[Need::VaryingSpeed],
         parameters: &[SHARE],
         amplitudes: &[0],
-        starts: |_| vec![[0.3, 0.0, 0.0]],
+        starts: |_| vec![[0.3, 0.0, 0.0, 0.0]],
         report: |p, _| vec![reported(&SHARE, p[0], [0.0, 1.0])],
         words: "the tyre's damping falls with rolling speed",
         confused_with: &["speed_dependent_stiffness", "tyre_enveloping"],

@@ -17,7 +17,7 @@ impl Effect for SpeedDependentStiffness {
         needs: &[Need::VaryingSpeed],
         parameters: &[SLOPE],
         amplitudes: &[0],
-        starts: |s| vec![[(SLOPE.size)(s), 0.0, 0.0]],
+        starts: |s| vec![[(SLOPE.size)(s), 0.0, 0.0, 0.0]],
         report: |p, s| vec![reported(&SLOPE, p[0], (SLOPE.limits)(s))],
         words: "the tyre's stiffness changes with speed",
         confused_with: &["stiffness_drift", "tyre_enveloping"],

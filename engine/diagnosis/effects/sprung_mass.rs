@@ -4,19 +4,19 @@ use super::*;
 /// on the saddle, luggage, a second stage.
 pub struct SprungMass;
 
-const FRACTION: Parameter = Parameter {
+pub(super) const FRACTION: Parameter = Parameter {
     name: "mass_fraction",
     unit: "-",
     size: |_| 0.1,
     limits: |_| [0.0, 0.97],
 };
-const FREQUENCY: Parameter = Parameter {
+pub(super) const FREQUENCY: Parameter = Parameter {
     name: "natural_frequency",
     unit: "Hz",
     size: |s| 0.3 / s.period(),
     limits: |s| [0.3 / s.train_s, 0.45 / s.step],
 };
-const DAMPING: Parameter = Parameter {
+pub(super) const DAMPING: Parameter = Parameter {
     name: "damping_ratio",
     unit: "-",
     size: |_| 0.1,
@@ -26,7 +26,7 @@ const DAMPING: Parameter = Parameter {
 impl SprungMass {
     /// Acceleration that spring and damper give the sprung mass.
     #[inline(always)]
-    fn pull(p: &LaneValues, m: &Motion, s: &States) -> Lanes {
+    pub(super) fn pull(p: &LaneValues, m: &Motion, s: &States) -> Lanes {
         let w = p[1] * std::f64::consts::TAU;
         w * (w * (m.z - s[0]) + p[2] * (m.v - s[1]) * 2.0)
     }
@@ -43,7 +43,7 @@ impl Effect for SprungMass {
             let mut starts = Vec::new();
             for f in [0.15, 0.3, 0.5, 0.75, 1.0, 1.4, 2.0, 3.0] {
                 for zeta in [0.07, 0.3] {
-                    starts.push([0.1, f * f0, zeta]);
+                    starts.push([0.1, f * f0, zeta, 0.0]);
                 }
             }
             starts

@@ -16,7 +16,7 @@ impl Effect for StiffnessDrift {
         acts: Acts::OneAxle,
         parameters: &[RATE],
         amplitudes: &[0],
-        starts: |s| vec![[(RATE.size)(s), 0.0, 0.0]],
+        starts: |s| vec![[(RATE.size)(s), 0.0, 0.0, 0.0]],
         report: |p, s| vec![reported(&RATE, p[0], (RATE.limits)(s))],
         words: "the stiffness drifts along the ride (pressure loss, warming)",
         confused_with: &["mass_step", "speed_dependent_stiffness"],

@@ -17,7 +17,7 @@ impl Effect for TyreEnveloping {
         needs: &[Need::Road, Need::Speed],
         parameters: &[LENGTH],
         amplitudes: &[],
-        starts: |_| [0.08, 0.16, 0.3].map(|l| [l, 0.0, 0.0]).to_vec(),
+        starts: |_| [0.08, 0.16, 0.3].map(|l| [l, 0.0, 0.0, 0.0]).to_vec(),
         report: |p, _| vec![reported(&LENGTH, p[0], [0.005, 0.6])],
         on_road: true,
         words: "the tyre's contact patch averages the road",

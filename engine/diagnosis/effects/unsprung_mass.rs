@@ -45,7 +45,7 @@ impl Effect for UnsprungMass {
             for fraction in [0.08, 0.25] {
                 for f in [1.5, 2.5, 4.0] {
                     for zeta in [0.1, 0.4] {
-                        starts.push([fraction, f * f0, zeta]);
+                        starts.push([fraction, f * f0, zeta, 0.0]);
                     }
                 }
             }

@@ -26,7 +26,7 @@ impl Effect for ViscoelasticTyre {
         amplitudes: &[0],
         starts: |s| {
             let period = s.period();
-            [0.06, 0.15, 0.4, 1.0, 3.0].map(|f| [(BRANCH.size)(s), f * period, 0.0]).to_vec()
+            [0.06, 0.15, 0.4, 1.0, 3.0].map(|f| [(BRANCH.size)(s), f * period, 0.0, 0.0]).to_vec()
         },
         report: |p, s| {
             vec![

@@ -28,7 +28,7 @@ impl Effect for WheelOutOfRound {
             (-count..=count)
                 .flat_map(|i| {
                     let ratio = 1.0 + i as f64 * step;
-                    [[a, 0.0, ratio], [0.0, a, ratio]]
+                    [[a, 0.0, ratio, 0.0], [0.0, a, ratio, 0.0]]
                 })
                 .collect()
         },
@@ -60,6 +60,6 @@ impl Effect for WheelOutOfRound {
 
     fn from_reported(reported: &[f64], scale: &Scale) -> Values {
         let (sin, cos) = reported[1].sin_cos();
-        [reported[0] * cos, reported[0] * sin, reported[2] / scale.wheel_radius]
+        [reported[0] * cos, reported[0] * sin, reported[2] / scale.wheel_radius, 0.0]
     }
 }

@@ -17,7 +17,7 @@ impl Effect for WheelbaseDelay {
         needs: &[Need::Road, Need::Speed],
         parameters: &[ERROR],
         amplitudes: &[0],
-        starts: |_| vec![[0.01, 0.0, 0.0]],
+        starts: |_| vec![[0.01, 0.0, 0.0, 0.0]],
         report: |p, _| vec![reported(&ERROR, p[0], [-0.2, 0.2])],
         on_road: true,
         words: "the rear road input is shifted by a wrong wheelbase",

@@ -1,0 +1,46 @@
+use super::hysteresis::{STIFFNESS, YIELD, slide};
+use super::*;
+
+/// Hysteresis whose yield force goes with a power of the rate. Not an effect to be named: a general law against which
+/// rate-independent loss is held.
+pub struct RateHysteresis;
+
+const POWER: Parameter = Parameter {
+    name: "power",
+    unit: "-",
+    size: |_| 0.1,
+    limits: |_| [-2.0, 2.0],
+};
+
+/// Rate below which the power law is rounded off, in RMS rates.
+const ROUND: f64 = 0.05;
+
+impl Effect for RateHysteresis {
+    const SPEC: Spec = Spec {
+        id: "rate_hysteresis",
+        acts: Acts::OneAxle,
+        parameters: &[STIFFNESS, YIELD, POWER],
+        report: |p, s| vec![reported(&POWER, p[2], (POWER.limits)(s))],
+        stiffens: |p, _| p[0],
+        states: 1,
+        words: "the loss depends on the rate",
+        confused_with: &["hysteresis"],
+        source: "Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica 30:1083-1138",
+        ..Spec::ORDINARY
+    };
+
+    #[inline(always)]
+    fn tyre(p: &LaneValues, m: &Motion, s: &States, force: Lanes) -> Lanes {
+        force + p[0] * m.per_mass * s[0]
+    }
+
+    #[inline(always)]
+    fn rates(p: &LaneValues, m: &Motion, s: &States) -> States {
+        let w = m.w / m.scale.w_rms;
+        let mut y = p[1];
+        for i in 0..y.0.len() {
+            y.0[i] *= (w.0[i] * w.0[i] + ROUND * ROUND).powf(0.5 * p[2].0[i]);
+        }
+        [slide(y, m, s[0]), Lanes::ZERO]
+    }
+}
