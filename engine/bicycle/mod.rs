@@ -73,6 +73,13 @@ impl<T> PerAxle<T> {
         }
     }
 
+    pub fn get_mut(&mut self, axle: Axle) -> Option<&mut T> {
+        match axle {
+            Axle::Front => self.front.as_mut(),
+            Axle::Rear => self.rear.as_mut(),
+        }
+    }
+
     pub fn set(&mut self, axle: Axle, value: T) {
         match axle {
             Axle::Front => self.front = Some(value),

@@ -1,14 +1,14 @@
 //! Judging what a model leaves on one axle: is it noise, or is a force still missing?
 
 use crate::bicycle::PerAxle;
-use crate::output_error::{self, Split};
+use crate::output_error::{self, Split, rms_valid};
 use crate::settings::Settings;
 
 use super::HeldOut;
 use super::adequacy::{Leftover, Motion, leftover};
 use super::extend::Model;
 use super::fit::Fitter;
-use super::name::COARSE;
+use super::name::{COARSE, FINE};
 use super::replicate::{exceeds, is_noisy};
 use super::scene::Scene;
 use super::spectrum::{Inputs, deviation, resonance};
@@ -26,11 +26,12 @@ pub struct Judged {
     pub held_out: HeldOut,
 }
 
+/// `shown` is the model as it is measured on the record itself.
 pub fn judge(
     fitter: &Fitter,
     fits: &PerAxle<output_error::AxleFit>,
-    model: &Model,
-    motions: &[Motion],
+    (model, motions): (&Model, &[Motion]),
+    shown: (&Scene, &Model),
     t: usize,
     split: &Split,
     settings: &Settings,
@@ -40,7 +41,11 @@ pub fn judge(
     let found = leftover(fitter, model, motions, t, &split.held);
     let named = model.terms.iter().any(|term| term.acts_on(track.axle));
     let plain = fits.get(track.axle).map_or(0.0, |f| f.held_rms);
-    let extended = if named { found.held_before } else { plain };
+    let extended = if named {
+        held_rms(shown, t, split)
+    } else {
+        plain
+    };
     let (fit, a) = model.of_track(t);
     // What springs named effects add is part of how the axle resonates: on the whole as the plain
     // model's, whose stiffness is the mean one.
@@ -102,4 +107,16 @@ pub fn judge(
         },
         leftover: found,
     }
+}
+
+/// RMS of the valid residuals on the held-out part (m).
+fn held_rms((scene, model): (&Scene, &Model), t: usize, split: &Split) -> f64 {
+    let (fit, a) = model.of_track(t);
+    let fitter = Fitter {
+        scene,
+        samples: scene.samples,
+    };
+    let substeps = model.substeps(scene, FINE);
+    let residual = fitter.residuals(&fit.unit, &fit.point, substeps);
+    rms_valid(&residual[a], &scene.tracks[t].valid, split.held.clone())
 }

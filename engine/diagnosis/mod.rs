@@ -20,6 +20,7 @@ mod null;
 mod physical;
 mod refit;
 mod replicate;
+mod resolution;
 mod run;
 mod scene;
 mod show;

@@ -10,7 +10,7 @@ use crate::{EngineError, identify};
 
 use super::adequacy::{Motion, motions};
 use super::evidence::{Evidence, Excerpt, ResidualSpectrum, Surface};
-use super::extend::{Model, candidates, stable_substeps};
+use super::extend::{Model, candidates, polish, stable_substeps};
 use super::finer::finer;
 use super::fit::{Effort, Fitter, ORDER};
 use super::foil::{is_curve, is_outgrown};
@@ -21,7 +21,7 @@ use super::model::{Point, Unit};
 use super::name::{FINE, Named, Search};
 use super::physical::is_physical;
 use super::scene::Scene;
-use super::{Diagnosis, Location, Verdict, locate, next_ride, show, words};
+use super::{Diagnosis, Location, Verdict, locate, next_ride, resolution, show, words};
 
 /// A model explains a ride as well as another if it is behind by no more than this in log likelihood.
 const TIE: f64 = 4.0;
@@ -49,8 +49,15 @@ pub fn diagnose(
         identify::starts_from(&conclusion.output_error),
         identify::starts_from(&conclusion.instrumental),
     ];
-    let fits = output_error::fit(ride, &separate, settings, &starts)?;
-    let scene = Scene::new(ride, &separate, &fits, split.train.end);
+    let recorded = output_error::fit(ride, &separate, settings, &starts)?;
+    let dither = resolution::dither(ride, &separate, &recorded, split.train.end, settings.seed);
+    let dithered = resolution::lay_over(ride, &dither);
+    let fits = match &dithered {
+        Some(ride) => output_error::fit(ride, &separate, settings, &starts)?,
+        None => recorded.clone(),
+    };
+    let ride = dithered.as_ref().unwrap_or(ride);
+    let scene = Scene::new(ride, &separate, &fits, split.train.end).with_dither(&dither);
     let fitter = Fitter {
         scene: &scene,
         samples: split.train.end,
@@ -97,12 +104,28 @@ pub fn diagnose(
         .take(2)
         .collect();
     let model = finer(&fitter, &model);
+    // What was found is measured on the record itself.
+    let record = scene.undithered();
+    let on_record = Fitter {
+        scene: &record,
+        samples: split.train.end,
+    };
+    let (shown_plain, shown) = if dithered.is_some() {
+        let settled = polish(&on_record, &model, search.thorough(&model));
+        let shown = finer(&on_record, settled.as_ref().unwrap_or(&model));
+        (plain_model(&on_record, &recorded)?, shown)
+    } else {
+        (plain.clone(), model.clone())
+    };
     let plain_motions = motions(&scene, &plain);
     let model_motions = motions(&scene, &model);
     let judged: Vec<Judged> = (0..scene.tracks.len())
-        .map(|t| judge(&fitter, &fits, &model, &model_motions, t, &split, settings))
+        .map(|t| {
+            let (found, shown) = ((&model, &model_motions[..]), (&record, &shown));
+            judge(&fitter, &recorded, found, shown, t, &split, settings)
+        })
         .collect();
-    let corrected = input_noise::corrected(&fitter, &model, settings.seed);
+    let corrected = input_noise::corrected(&on_record, &shown, settings.seed);
     let effects: Vec<_> = {
         let without = search.without_each(&model);
         model
@@ -114,7 +137,8 @@ pub fn diagnose(
                     .iter()
                     .find(|r| r.term == *term && r.accepted)
                     .map_or(settings.alpha, |r| r.p_value);
-                show::effect(&scene, &corrected, term, less, p)
+                let separation = less.map(|less| model.likelihood - less.likelihood);
+                show::effect(&record, &corrected, term, separation, p)
             })
             .collect()
     };
@@ -155,7 +179,7 @@ pub fn diagnose(
             _ => Vec::new(),
         },
         extended: PerAxle::default(),
-        warnings: warnings(ride, &scene, &model),
+        warnings: warnings(ride, &record, &shown),
         location: PerAxle::default(),
         held_out: PerAxle::default(),
         next_ride: match verdict {
@@ -170,8 +194,8 @@ pub fn diagnose(
     };
     for (t, (track, judged)) in scene.tracks.iter().zip(judged).enumerate() {
         let axle = track.axle;
-        let before = show::estimate(&scene, &plain, t);
-        let after = show::estimate(&scene, &corrected, t);
+        let before = show::estimate(&record, &shown_plain, t);
+        let after = show::estimate(&record, &corrected, t);
         let changes = show::consequences(
             &scene,
             t,
@@ -181,7 +205,12 @@ pub fn diagnose(
         diagnosis.consequences.set(axle, changes);
         diagnosis.evidence.set(
             axle,
-            evidence(&scene, (&plain, &plain_motions[t], &before), &model, t),
+            evidence(
+                &record,
+                (&shown_plain, &plain_motions[t], &before),
+                &shown,
+                t,
+            ),
         );
         let found = location(
             &scene,

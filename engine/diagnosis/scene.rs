@@ -87,6 +87,8 @@ pub struct Track {
     /// Integral of the road's spline up to each sample (m s).
     road_integral: Vec<f64>,
     pub measured: Vec<f64>,
+    /// Noise (m) that was laid over the record and is part of `measured`; empty where there is none.
+    pub dither: Vec<f64>,
     pub valid: Vec<bool>,
     pub scale: Scale,
     pub has_road: bool,
@@ -346,12 +348,31 @@ impl Scene {
             input,
             road_integral,
             measured: record.displacement.clone(),
+            dither: Vec::new(),
             valid,
             scale,
             has_road: record.has_road(),
             free_mass: bike.mass(axle).is_none(),
             rest_point: record.force.is_some() || !record.has_road(),
         }
+    }
+
+    /// Notes the noise (m) that was laid over the recorded displacements.
+    pub fn with_dither(mut self, dither: &PerAxle<Vec<f64>>) -> Self {
+        for track in &mut self.tracks {
+            track.dither = dither.get(track.axle).cloned().unwrap_or_default();
+        }
+        self
+    }
+
+    /// The ride as it was recorded, without the noise that was laid over it.
+    pub fn undithered(&self) -> Self {
+        let mut scene = self.clone();
+        for track in &mut scene.tracks {
+            let noise = std::mem::take(&mut track.dither);
+            (track.measured.iter_mut().zip(noise)).for_each(|(z, n)| *z -= n);
+        }
+        scene
     }
 
     /// What is lacking on this axle for an effect, in words; nothing if it can be spoken about.

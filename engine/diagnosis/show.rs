@@ -22,12 +22,12 @@ pub fn name(term: &Term) -> EffectName {
     }
 }
 
-/// One named effect. `less` is the model without it, where that could be fitted.
+/// One named effect. `separation` is what the model without it lacks in log likelihood, where that could be fitted.
 pub fn effect(
     scene: &Scene,
     model: &Model,
     term: &Term,
-    less: Option<&Model>,
+    separation: Option<f64>,
     p_value: f64,
 ) -> Option<EffectReport> {
     let fit = model.fits.iter().find(|f| f.unit.terms.contains(term))?;
@@ -75,9 +75,7 @@ pub fn effect(
         axle: term.place,
         parameters,
         p_value,
-        separation: less
-            .map_or(f64::NAN, |l| model.likelihood - l.likelihood)
-            .max(0.0),
+        separation: separation.unwrap_or(f64::NAN).max(0.0),
         inside_physical_range: inside,
         adequate: true,
         material: true,

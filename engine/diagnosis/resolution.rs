@@ -1,0 +1,99 @@
+//! What a record cannot resolve. Between its samples the road is taken for a cubic spline; what it was
+//! instead moves the axle too, and leaves a residual that is no noise. Sensors drown it. A record that is
+//! quieter, as simulations are, would have physics sought in it, so white noise is laid over it for the
+//! search (dither), and taken off the figures again.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::bicycle::{Bike, PerAxle};
+use crate::output_error::AxleFit;
+use crate::ride::{AxleRecord, Ride};
+use crate::simulate::linear::{Input, simulate};
+use crate::simulate::sensitivity::Plain;
+
+use super::null::normal;
+use super::spectrum::{Spectrum, deviation};
+
+/// Gain in log likelihood that a model of all that lies between the samples may have at most.
+const HIDDEN: f64 = 0.25;
+/// Most noise that is laid over a record, as a share of the deflection (RMS).
+const MOST: f64 = 0.03;
+/// Errors of a cubic spline fall with the fourth power of the step, where it follows the road at all.
+const FOURTH: f64 = 1.0 / 16.0;
+
+/// Noise (m) to lay over each sample of the displacement, on the axles that need it.
+pub fn dither(
+    ride: &Ride,
+    bike: &Bike,
+    fits: &PerAxle<AxleFit>,
+    fitted: usize,
+    seed: u64,
+) -> PerAxle<Vec<f64>> {
+    let mut dither = PerAxle::default();
+    for (axle, record) in ride.axles.iter() {
+        let Some(fit) = fits.get(axle) else { continue };
+        let noise = lacking(record, &fit.plain, bike, ride.step_s, fitted);
+        if noise > 0.0 {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            rng.set_stream(u64::MAX - axle as u64);
+            let draws = (0..ride.samples).map(|_| noise * normal(&mut rng));
+            dither.set(axle, draws.collect());
+        }
+    }
+    dither
+}
+
+/// The ride with the noise on it; nothing where there is none.
+pub fn lay_over(ride: &Ride, dither: &PerAxle<Vec<f64>>) -> Option<Ride> {
+    let mut noisy = None;
+    for (axle, noise) in dither.iter() {
+        let noisy = noisy.get_or_insert_with(|| ride.clone());
+        if let Some(record) = noisy.axles.get_mut(axle) {
+            (record.displacement.iter_mut().zip(noise)).for_each(|(z, n)| *z += n);
+        }
+    }
+    noisy
+}
+
+/// Noise (m, RMS) that the record lacks to hide what lies between its samples from a fit.
+fn lacking(record: &AxleRecord, plain: &Plain, bike: &Bike, step: f64, fitted: usize) -> f64 {
+    let [once, twice, four] = [1, 2, 4].map(|every| moved(record, plain, step, every));
+    let near = distance(&once, &twice);
+    let far = distance(&twice, &four);
+    // Richardson's extrapolation.
+    let between = near * (near / far).min(FOURTH);
+    let deflection: Vec<f64> = record.road.iter().zip(&once).map(|(u, z)| u - z).collect();
+    let wanted = (between * (fitted as f64 / (2.0 * HIDDEN)).sqrt()).min(MOST * rms(&deflection));
+    let own = bike.noise_displacement_m.unwrap_or_else(|| {
+        let spectrum = Spectrum::new(&record.displacement, step);
+        deviation(spectrum.map_or(0.0, |s| s.white_floor()), step)
+    });
+    let lacking = wanted * wanted - own * own;
+    if lacking > 0.0 { lacking.sqrt() } else { 0.0 }
+}
+
+/// Displacement (m) of the plain axle, had only every so-manieth sample been recorded of what drives it.
+fn moved(record: &AxleRecord, plain: &Plain, step: f64, every: usize) -> Vec<f64> {
+    let thin = |x: &Vec<f64>| -> Vec<f64> { x.iter().copied().step_by(every).collect() };
+    let force = record.force.as_ref().map(thin);
+    let input = Input::new(&thin(&record.road), force.as_deref(), step * every as f64);
+    let Plain {
+        kappa,
+        beta,
+        per_mass,
+        constant,
+        initial,
+    } = *plain;
+    simulate(&input, kappa, beta, per_mass, constant, initial).0
+}
+
+/// RMS of the difference of two motions, the second with half the samples.
+fn distance(fine: &[f64], coarse: &[f64]) -> f64 {
+    let pairs = fine.iter().step_by(2).zip(coarse);
+    rms(&pairs.map(|(a, b)| a - b).collect::<Vec<_>>())
+}
+
+fn rms(x: &[f64]) -> f64 {
+    (x.iter().map(|x| x * x).sum::<f64>() / x.len().max(1) as f64).sqrt()
+}
