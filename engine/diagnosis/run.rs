@@ -112,7 +112,11 @@ pub fn diagnose(
     };
     let (shown_plain, shown) = if dithered.is_some() {
         let settled = polish(&on_record, &model, search.thorough(&model));
-        let shown = finer(&on_record, settled.as_ref().unwrap_or(&model));
+        let mut shown = finer(&on_record, settled.as_ref().unwrap_or(&model));
+        // What lies between the samples is no noise: how far it may lead, the dithered fit tells.
+        for (shown, dithered) in shown.fits.iter_mut().zip(&model.fits) {
+            shown.covariance = dithered.covariance.clone();
+        }
         (plain_model(&on_record, &recorded)?, shown)
     } else {
         (plain.clone(), model.clone())

@@ -299,6 +299,34 @@ fn val_most_of_the_mass_on_its_own_spring_is_found_alone() {
     }
 }
 
+/// What lies between the samples is there, and is no physics.
+#[test]
+fn a_ride_without_any_noise_lacks_nothing() {
+    for rate_hz in [50.0, 100.0, 200.0] {
+        let outing = Outing {
+            rate_hz,
+            ..Outing::default()
+        };
+        let d = diagnosed(&outing.ride());
+        assert_eq!(d.verdict, Verdict::NothingMissing, "{}", d.sentence);
+    }
+}
+
+#[test]
+fn val_what_a_ride_without_any_noise_lacks_is_named() {
+    let gain = impose::Imposed {
+        id: "sensor_gain".to_owned(),
+        axle: Place::Front,
+        parameters: [("gain".to_owned(), 1.05)].into(),
+    };
+    let d = diagnosed(&impose::ride(&Outing::default(), &bike(), &[gain]).unwrap());
+    assert_eq!(d.verdict, Verdict::Named, "{}", d.sentence);
+    let found = &d.effects[0].parameters["gain"];
+    assert!((found.value - 1.05).abs() < 1e-5, "{found:?}");
+    let held = d.held_out.front.unwrap();
+    assert!(held.extended_rms_m < 1e-6, "laid noise counts: {held:?}");
+}
+
 /// A mode whose frequency rises with how far it moves fits a sprung mass of some mean frequency, and is none.
 #[test]
 fn a_second_mass_on_a_hardening_spring_is_not_called_a_sprung_mass() {
