@@ -15,7 +15,9 @@ use crate::simulate::sensitivity::Plain;
 use super::null::normal;
 use super::spectrum::{Spectrum, deviation};
 
-/// Gain in log likelihood that a model of all that lies between the samples may have at most.
+/// Gain in log likelihood that a model of all that lies between the samples may have under a record's own
+/// noise, and that it has under ours.
+const BORNE: f64 = 10.0;
 const HIDDEN: f64 = 0.25;
 /// Most noise that is laid over a record, as a share of the deflection (RMS).
 const MOST: f64 = 0.03;
@@ -63,12 +65,16 @@ fn lacking(record: &AxleRecord, plain: &Plain, bike: &Bike, step: f64, fitted: u
     let far = distance(&twice, &four);
     // Richardson's extrapolation.
     let between = near * (near / far).min(FOURTH);
-    let deflection: Vec<f64> = record.road.iter().zip(&once).map(|(u, z)| u - z).collect();
-    let wanted = (between * (fitted as f64 / (2.0 * HIDDEN)).sqrt()).min(MOST * rms(&deflection));
     let own = bike.noise_displacement_m.unwrap_or_else(|| {
         let spectrum = Spectrum::new(&record.displacement, step);
         deviation(spectrum.map_or(0.0, |s| s.white_floor()), step)
     });
+    let noise = |gain: f64| between * (fitted as f64 / (2.0 * gain)).sqrt();
+    if own >= noise(BORNE) {
+        return 0.0;
+    }
+    let deflection: Vec<f64> = record.road.iter().zip(&once).map(|(u, z)| u - z).collect();
+    let wanted = noise(HIDDEN).min(MOST * rms(&deflection));
     let lacking = wanted * wanted - own * own;
     if lacking > 0.0 { lacking.sqrt() } else { 0.0 }
 }
