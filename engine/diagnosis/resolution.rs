@@ -75,8 +75,7 @@ fn lacking(record: &AxleRecord, plain: &Plain, bike: &Bike, step: f64, fitted: u
     }
     let deflection: Vec<f64> = record.road.iter().zip(&once).map(|(u, z)| u - z).collect();
     let wanted = noise(HIDDEN).min(MOST * rms(&deflection));
-    let lacking = wanted * wanted - own * own;
-    if lacking > 0.0 { lacking.sqrt() } else { 0.0 }
+    (wanted * wanted - own * own).max(0.0).sqrt()
 }
 
 /// Displacement (m) of the plain axle, had only every so-manieth sample been recorded of what drives it.
