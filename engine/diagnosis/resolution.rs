@@ -24,6 +24,9 @@ const MOST: f64 = 0.03;
 /// Errors of a cubic spline fall with the fourth power of the step, where it follows the road at all.
 const FOURTH: f64 = 1.0 / 16.0;
 
+/// Share of the motion (RMS) that no sensor tells (20 bits), and no integrator needs to.
+const FINEST: f64 = 1e-6;
+
 /// Noise (m) to lay over each sample of the displacement, on the axles that need it.
 pub fn dither(
     ride: &Ride,
@@ -35,7 +38,7 @@ pub fn dither(
     let mut dither = PerAxle::default();
     for (axle, record) in ride.axles.iter() {
         let Some(fit) = fits.get(axle) else { continue };
-        let noise = lacking(record, &fit.plain, bike, ride.step_s, fitted);
+        let noise = lacking(record, fit, bike, ride.step_s, fitted);
         if noise > 0.0 {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             rng.set_stream(u64::MAX - axle as u64);
@@ -59,16 +62,17 @@ pub fn lay_over(ride: &Ride, dither: &PerAxle<Vec<f64>>) -> Option<Ride> {
 }
 
 /// Noise (m, RMS) that the record lacks to hide what lies between its samples from a fit.
-fn lacking(record: &AxleRecord, plain: &Plain, bike: &Bike, step: f64, fitted: usize) -> f64 {
-    let [once, twice, four] = [1, 2, 4].map(|every| moved(record, plain, step, every));
+fn lacking(record: &AxleRecord, fit: &AxleFit, bike: &Bike, step: f64, fitted: usize) -> f64 {
+    let [once, twice, four] = [1, 2, 4].map(|every| moved(record, &fit.plain, step, every));
     let near = distance(&once, &twice);
     let far = distance(&twice, &four);
     // Richardson's extrapolation.
-    let between = near * (near / far).min(FOURTH);
+    let between = (near * (near / far).min(FOURTH)).max(FINEST * rms(&once));
     let own = bike.noise_displacement_m.unwrap_or_else(|| {
         let spectrum = Spectrum::new(&record.displacement, step);
         deviation(spectrum.map_or(0.0, |s| s.white_floor()), step)
     });
+    let own = own.min(fit.train_rms);
     let noise = |gain: f64| between * (fitted as f64 / (2.0 * gain)).sqrt();
     if own >= noise(BORNE) {
         return 0.0;

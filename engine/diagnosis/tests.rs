@@ -13,7 +13,7 @@ use crate::ride::{AxleRecord, Ride};
 use crate::settings::Settings;
 use crate::simulate::lanes::LANES;
 use crate::simulate::linear::simulate;
-use crate::simulate::outing::{Normal, Outing};
+use crate::simulate::outing::{Excitation, Normal, Outing};
 use crate::simulate::spline::{cubic, slopes};
 use crate::{Silent, identify};
 
@@ -310,6 +310,15 @@ fn a_ride_without_any_noise_lacks_nothing() {
         let d = diagnosed(&outing.ride());
         assert_eq!(d.verdict, Verdict::NothingMissing, "{}", d.sentence);
     }
+    let decay = Outing {
+        duration_s: 5.0,
+        excitation: Excitation::Release {
+            displacement_m: 0.01,
+        },
+        ..Outing::default()
+    };
+    let d = diagnosed(&decay.ride());
+    assert_eq!(d.verdict, Verdict::NothingMissing, "{}", d.sentence);
 }
 
 #[test]
