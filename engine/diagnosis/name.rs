@@ -268,7 +268,7 @@ impl Search<'_> {
     }
 
     /// Whether `larger` removes a part of the held-out squares of some track.
-    fn shows(&self, model: &Model, larger: &Model) -> bool {
+    pub fn shows(&self, model: &Model, larger: &Model) -> bool {
         let (before, after) = (self.held_squares(model), self.held_squares(larger));
         before
             .iter()
