@@ -6,6 +6,7 @@ use crate::output_error::colour::Colour;
 
 use super::effects::{ALL, Acts, FOILS, Kind, MAX_PARAMETERS, Values};
 use super::fit::{Effort, Fitted, Fitter};
+use super::integrate::STABLE;
 use super::model::{Point, Term, Unit};
 use super::scene::Scene;
 use super::signature::{Promise, Signatures};
@@ -110,10 +111,9 @@ impl Model {
     }
 }
 
-/// Steps of the integrator for each sample that a damping of B/m = `beta` (1/s) bears: it would blow up at 2.78
-/// time constants in one.
+/// Steps of the integrator for each sample that a damping of B/m = `beta` (1/s) bears.
 pub fn stable_substeps(scene: &Scene, beta: f64) -> usize {
-    (beta.abs() * scene.step / 1.5).ceil() as usize
+    (beta.abs() * scene.step / STABLE).ceil() as usize
 }
 
 /// Everything that may be named on this ride, and what may not, with the reason.

@@ -9,6 +9,8 @@ use super::scene::{Scene, Track};
 
 /// Effects on one axle at most.
 pub const MAX_EFFECTS: usize = 6;
+/// Decay of a state in one step that it bears: it would blow up at 2.78.
+pub const STABLE: f64 = 1.5;
 const STATES: usize = 2 + MAX_EFFECTS * MAX_STATES;
 
 /// Eight parameter sets of one axle.

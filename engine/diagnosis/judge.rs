@@ -26,12 +26,12 @@ pub struct Judged {
     pub held_out: HeldOut,
 }
 
-/// `shown` is the model as it is measured on the record itself.
+/// `shown` is the model as it is measured on the record itself, where that is another than was searched.
 pub fn judge(
     fitter: &Fitter,
     fits: &PerAxle<output_error::AxleFit>,
     (model, motions): (&Model, &[Motion]),
-    shown: (&Scene, &Model),
+    shown: Option<(&Scene, &Model)>,
     t: usize,
     split: &Split,
     settings: &Settings,
@@ -41,10 +41,10 @@ pub fn judge(
     let found = leftover(fitter, model, motions, t, &split.held);
     let named = model.terms.iter().any(|term| term.acts_on(track.axle));
     let plain = fits.get(track.axle).map_or(0.0, |f| f.held_rms);
-    let extended = if named {
-        held_rms(shown, t, split)
-    } else {
-        plain
+    let extended = match shown {
+        _ if !named => plain,
+        Some(shown) => held_rms(shown, t, split),
+        None => found.held_before,
     };
     let (fit, a) = model.of_track(t);
     // What springs named effects add is part of how the axle resonates: on the whole as the plain

@@ -13,7 +13,7 @@ use crate::simulate::linear::{Input, simulate};
 use crate::simulate::sensitivity::Plain;
 
 use super::null::normal;
-use super::spectrum::{Spectrum, deviation};
+use super::spectrum::{deviation, white_floor};
 
 /// Gain in log likelihood that a model of all that lies between the samples may have under a record's own
 /// noise, and that it has under ours.
@@ -68,10 +68,8 @@ fn lacking(record: &AxleRecord, fit: &AxleFit, bike: &Bike, step: f64, fitted: u
     let far = distance(&twice, &four);
     // Richardson's extrapolation.
     let between = (near * (near / far).min(FOURTH)).max(FINEST * rms(&once));
-    let own = bike.noise_displacement_m.unwrap_or_else(|| {
-        let spectrum = Spectrum::new(&record.displacement, step);
-        deviation(spectrum.map_or(0.0, |s| s.white_floor()), step)
-    });
+    let own = (bike.noise_displacement_m)
+        .unwrap_or_else(|| deviation(white_floor(&record.displacement, step), step));
     let own = own.min(fit.train_rms);
     let noise = |gain: f64| between * (fitted as f64 / (2.0 * gain)).sqrt();
     if own >= noise(BORNE) {

@@ -52,17 +52,17 @@ pub fn diagnose(
     let recorded = output_error::fit(ride, &separate, settings, &starts)?;
     let dither = resolution::dither(ride, &separate, &recorded, split.train.end, settings.seed);
     let dithered = resolution::lay_over(ride, &dither);
-    let fits = match &dithered {
-        Some(ride) => output_error::fit(ride, &separate, settings, &starts)?,
-        None => recorded.clone(),
-    };
+    let refitted = (dithered.as_ref())
+        .map(|ride| output_error::fit(ride, &separate, settings, &starts))
+        .transpose()?;
+    let fits = refitted.as_ref().unwrap_or(&recorded);
     let ride = dithered.as_ref().unwrap_or(ride);
-    let scene = Scene::new(ride, &separate, &fits, split.train.end).with_dither(&dither);
+    let scene = Scene::new(ride, &separate, fits, split.train.end);
     let fitter = Fitter {
         scene: &scene,
         samples: split.train.end,
     };
-    let plain = plain_model(&fitter, &fits)?;
+    let plain = plain_model(&fitter, fits)?;
     let (terms, switched_off) = candidates(&scene);
     let search = Search {
         fitter: Fitter {
@@ -105,9 +105,10 @@ pub fn diagnose(
         .collect();
     let model = finer(&fitter, &model);
     // What was found is measured on the record itself.
-    let record = scene.undithered();
+    let undithered = dithered.as_ref().map(|_| scene.without(&dither));
+    let record = undithered.as_ref().unwrap_or(&scene);
     let on_record = Fitter {
-        scene: &record,
+        scene: record,
         samples: split.train.end,
     };
     let (shown_plain, shown) = if dithered.is_some() {
@@ -125,7 +126,10 @@ pub fn diagnose(
     let model_motions = motions(&scene, &model);
     let judged: Vec<Judged> = (0..scene.tracks.len())
         .map(|t| {
-            let (found, shown) = ((&model, &model_motions[..]), (&record, &shown));
+            let (found, shown) = (
+                (&model, &model_motions[..]),
+                undithered.as_ref().map(|record| (record, &shown)),
+            );
             judge(&fitter, &recorded, found, shown, t, &split, settings)
         })
         .collect();
@@ -142,7 +146,7 @@ pub fn diagnose(
                     .find(|r| r.term == *term && r.accepted)
                     .map_or(settings.alpha, |r| r.p_value);
                 let separation = less.map(|less| model.likelihood - less.likelihood);
-                show::effect(&record, &corrected, term, separation, p)
+                show::effect(record, &corrected, term, separation, p)
             })
             .collect()
     };
@@ -183,7 +187,7 @@ pub fn diagnose(
             _ => Vec::new(),
         },
         extended: PerAxle::default(),
-        warnings: warnings(ride, &record, &shown),
+        warnings: warnings(ride, record, &shown),
         location: PerAxle::default(),
         held_out: PerAxle::default(),
         next_ride: match verdict {
@@ -198,8 +202,8 @@ pub fn diagnose(
     };
     for (t, (track, judged)) in scene.tracks.iter().zip(judged).enumerate() {
         let axle = track.axle;
-        let before = show::estimate(&record, &shown_plain, t);
-        let after = show::estimate(&record, &corrected, t);
+        let before = show::estimate(record, &shown_plain, t);
+        let after = show::estimate(record, &corrected, t);
         let changes = show::consequences(
             &scene,
             t,
@@ -210,7 +214,7 @@ pub fn diagnose(
         diagnosis.evidence.set(
             axle,
             evidence(
-                &record,
+                record,
                 (&shown_plain, &plain_motions[t], &before),
                 &shown,
                 t,
@@ -218,7 +222,7 @@ pub fn diagnose(
         );
         let found = location(
             &scene,
-            &fits,
+            fits,
             &model,
             &rounds,
             &model_motions[t],

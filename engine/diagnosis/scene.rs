@@ -11,7 +11,7 @@ use crate::simulate::spline::{cubic, slopes};
 
 use super::effects::Need;
 use super::null::normal;
-use super::spectrum::{Spectrum, road_answer};
+use super::spectrum::{road_answer, white_floor};
 use super::speed;
 
 /// Typical sizes on one axle, by the plain fit.
@@ -87,8 +87,6 @@ pub struct Track {
     /// Integral of the road's spline up to each sample (m s).
     road_integral: Vec<f64>,
     pub measured: Vec<f64>,
-    /// Noise (m) that was laid over the record and is part of `measured`; empty where there is none.
-    pub dither: Vec<f64>,
     pub valid: Vec<bool>,
     pub scale: Scale,
     pub has_road: bool,
@@ -335,7 +333,7 @@ impl Scene {
             let warm_up = (WARM_UP_S / ride.step_s).min(0.03 * train_end as f64) as usize;
             valid[..warm_up].fill(false);
         }
-        let most = |x: &[f64]| Spectrum::new(x, ride.step_s).map_or(0.0, |s| s.white_floor());
+        let most = |x: &[f64]| white_floor(x, ride.step_s);
         let floor = |x: &[f64], declared: Option<f64>| {
             declared.map_or_else(|| most(x), |noise| 2.0 * noise * noise * ride.step_s)
         };
@@ -348,7 +346,6 @@ impl Scene {
             input,
             road_integral,
             measured: record.displacement.clone(),
-            dither: Vec::new(),
             valid,
             scale,
             has_road: record.has_road(),
@@ -357,19 +354,11 @@ impl Scene {
         }
     }
 
-    /// Notes the noise (m) that was laid over the recorded displacements.
-    pub fn with_dither(mut self, dither: &PerAxle<Vec<f64>>) -> Self {
-        for track in &mut self.tracks {
-            track.dither = dither.get(track.axle).cloned().unwrap_or_default();
-        }
-        self
-    }
-
-    /// The ride as it was recorded, without the noise that was laid over it.
-    pub fn undithered(&self) -> Self {
+    /// The ride without the noise (m) that was laid over its displacements.
+    pub fn without(&self, dither: &PerAxle<Vec<f64>>) -> Self {
         let mut scene = self.clone();
         for track in &mut scene.tracks {
-            let noise = std::mem::take(&mut track.dither);
+            let noise = dither.get(track.axle).into_iter().flatten();
             (track.measured.iter_mut().zip(noise)).for_each(|(z, n)| *z -= n);
         }
         scene

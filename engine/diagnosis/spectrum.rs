@@ -89,6 +89,11 @@ pub fn deviation(density: f64, step: f64) -> f64 {
     (0.5 * density / step).sqrt()
 }
 
+/// Density (m^2/Hz, one-sided) of the white noise in a record, at most; zero where it is too short to tell.
+pub fn white_floor(record: &[f64], step: f64) -> f64 {
+    Spectrum::new(record, step).map_or(0.0, |s| s.white_floor())
+}
+
 /// Factor by which a measured noise floor may be too low.
 const UNSURE: f64 = 1.3;
 /// Steps of the multiplicative fit of a mixture.

@@ -1,4 +1,5 @@
 use super::*;
+use crate::diagnosis::integrate::STABLE;
 
 /// Rate-independent loss (Bouc-Wen): f' = A w - (A/fy) |w| f. Fitted as A and the yield deflection
 /// fy/A, in which the force is linear in A.
@@ -17,9 +18,6 @@ pub(super) const YIELD: Parameter = Parameter {
     size: |s| 0.3 * s.d_rms,
     limits: |s| [0.01 * s.d_rms, 10.0 * s.d_peak],
 };
-
-/// Turn of the yielding state (1/step) that the integrator bears: it would blow up at 2.78.
-const STABLE: f64 = 1.5;
 
 /// w - |w| s / y, slowed down where the state s would yield faster than the integrator can follow; it still goes to
 /// y sign(w).

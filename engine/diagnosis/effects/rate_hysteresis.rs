@@ -1,4 +1,4 @@
-use super::hysteresis::{STIFFNESS, YIELD, slide};
+use super::hysteresis::{Hysteresis, STIFFNESS, YIELD, slide};
 use super::*;
 
 /// Hysteresis whose yield force goes with a power of the rate. Not an effect to be named: a general law against which
@@ -31,7 +31,7 @@ impl Effect for RateHysteresis {
 
     #[inline(always)]
     fn tyre(p: &LaneValues, m: &Motion, s: &States, force: Lanes) -> Lanes {
-        force + p[0] * m.per_mass * s[0]
+        Hysteresis::tyre(p, m, s, force)
     }
 
     #[inline(always)]
