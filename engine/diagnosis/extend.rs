@@ -49,8 +49,7 @@ impl Model {
         };
         let turns = (fastest * scene.step / angle).ceil() as usize;
         (self.fits.iter())
-            .flat_map(|f| &f.point.base)
-            .map(|base| stable_substeps(scene, base[1]))
+            .map(|f| stable_substeps(scene, f.unit.decay(scene, &f.point)))
             .fold(turns, usize::max)
             .clamp(1, 20)
     }

@@ -28,13 +28,32 @@ pub fn finer(fitter: &Fitter, model: &Model) -> Model {
                 gain: 1e-3,
                 substeps,
             };
-            let start = closer(fitter, fit, substeps);
+            let start = as_expected(fitter, fit, closer(fitter, fit, substeps), effort);
             fitter
                 .fit(&fit.unit, start, &fit.colours, effort)
                 .unwrap_or_else(|| fit.clone())
         })
         .collect();
     Model::new(model.terms.clone(), fits)
+}
+
+/// The better of `start` and the best point at which every parameter is where it is expected.
+fn as_expected(fitter: &Fitter, fit: &Fitted, start: Point, effort: Effort) -> Point {
+    let mut terms = fit.unit.terms.iter();
+    if terms.all(|term| term.kind.spec().expected.is_empty()) {
+        return start;
+    }
+    let patient = Effort {
+        iterations: 30,
+        gain: 1e-4,
+        ..effort
+    };
+    let Some(other) = fitter.fit_as_expected(&fit.unit, &start, &fit.colours, patient) else {
+        return start;
+    };
+    let points = std::array::from_fn(|lane| if lane == 0 { &start } else { &other }.clone());
+    let costs = fitter.costs(&fit.unit, &points, &fit.colours, effort.substeps);
+    if costs[1] < costs[0] { other } else { start }
 }
 
 /// The best of the fitted point and those near it that the effects propose, where a fit would not get

@@ -12,6 +12,8 @@ use super::scene::Scene;
 
 /// Order of the noise model under which structures are compared: the same for all.
 pub const ORDER: usize = 10;
+/// Steps from where a fit ended to where a parameter is expected.
+const TOWARDS: usize = 12;
 /// Slots whose derivatives one simulation gives.
 const CHUNK: usize = LANES - 1;
 
@@ -70,23 +72,34 @@ impl Fitter<'_> {
         colours: &[Colour],
         effort: Effort,
     ) -> Option<Fitted> {
-        let slots = unit.slots(self.scene);
+        self.fit_over(&unit.slots(self.scene), unit, start, colours, effort)
+    }
+
+    /// Fits some of the slots; the covariance is theirs alone.
+    fn fit_over(
+        &self,
+        slots: &[Slot],
+        unit: &Unit,
+        start: Point,
+        colours: &[Colour],
+        effort: Effort,
+    ) -> Option<Fitted> {
         let ranges: Vec<(f64, [f64; 2])> =
             slots.iter().map(|s| unit.range(self.scene, *s)).collect();
         let mut point = start;
         let mut damping = 1e-3;
-        let mut normal = self.normal(unit, &slots, &ranges, &point, colours, effort.substeps)?;
+        let mut normal = self.normal(unit, slots, &ranges, &point, colours, effort.substeps)?;
         for _ in 0..effort.iterations {
             let dampings: [f64; LANES] =
                 std::array::from_fn(|i| damping * 10_f64.powi(i as i32 - 2));
-            let points = dampings.map(|d| stepped(&point, &slots, &ranges, &normal, d));
+            let points = dampings.map(|d| stepped(&point, slots, &ranges, &normal, d));
             let costs = self.costs(unit, &points, colours, effort.substeps);
             let best = (0..LANES).min_by(|a, b| costs[*a].total_cmp(&costs[*b]))?;
             let gained = normal.cost - costs[best];
             if gained > 0.0 {
                 point = points[best].clone();
                 damping = (0.3 * dampings[best]).clamp(1e-9, 1e6);
-                normal = self.normal(unit, &slots, &ranges, &point, colours, effort.substeps)?;
+                normal = self.normal(unit, slots, &ranges, &point, colours, effort.substeps)?;
                 if gained < 2.0 * effort.gain {
                     break;
                 }
@@ -99,6 +112,33 @@ impl Fitter<'_> {
         }
         let residuals = self.residuals(unit, &point, effort.substeps);
         self.finish(unit, point, residuals, normal)
+    }
+
+    /// The best fit with every expected parameter held where it is expected, reached in small steps from `start`: along
+    /// a flat and curved ridge a fit of all creeps.
+    pub fn fit_as_expected(
+        &self,
+        unit: &Unit,
+        start: &Point,
+        colours: &[Colour],
+        effort: Effort,
+    ) -> Option<Point> {
+        let expected = (unit.terms.iter().enumerate())
+            .flat_map(|(i, term)| term.kind.spec().expected.iter().map(move |e| (i, e)));
+        let expected: Vec<(Slot, f64)> = expected
+            .map(|(i, (q, value, _))| (Slot::Value(i, *q), *value))
+            .collect();
+        let mut slots = unit.slots(self.scene);
+        slots.retain(|slot| expected.iter().all(|(held, _)| held != slot));
+        let mut point = start.clone();
+        for left in (0..TOWARDS).rev() {
+            for (slot, value) in &expected {
+                let now = point.get(*slot);
+                point.set(*slot, now + (value - now) / (left + 1) as f64);
+            }
+            point = (self.fit_over(&slots, unit, point, colours, effort))?.point;
+        }
+        Some(point)
     }
 
     fn finish(

@@ -61,8 +61,8 @@ pub fn is_curve(search: &Search, model: &Model) -> bool {
     })
 }
 
-/// Whether a named law is outgrown, on the fitted part and in the held-out error, by one of which it is a special
-/// case. Noise of the road alone has led by 13 on the fitted part.
+/// Whether a named law is outgrown by one of which it is a special case: where the road is noisy also in the held-out
+/// error, since that noise alone has led by 13 on the fitted part.
 pub fn is_outgrown(search: &Search, model: &Model) -> bool {
     let fitter = &search.fitter;
     let effort = Effort {
@@ -74,11 +74,13 @@ pub fn is_outgrown(search: &Search, model: &Model) -> bool {
         let Some(wide) = widened(model, *named, *wider) else {
             return false;
         };
+        let mut named = model.terms.iter().filter(|t| t.kind == *named);
+        let noisy = named.any(|t| search.has_noisy_road(*t));
         let settled = |m: &Model| polish(fitter, m, effort);
         settled(model)
             .zip(settled(&wide))
             .is_some_and(|(model, wide)| {
-                wide.likelihood > model.likelihood + LEAD && search.shows(&model, &wide)
+                search.is_led(&model, &wide, LEAD) && (!noisy || search.shows(&model, &wide))
             })
     })
 }
@@ -96,7 +98,7 @@ fn widened(model: &Model, named: Kind, wider: Kind) -> Option<Model> {
     (wide.terms != model.terms).then_some(wide)
 }
 
-/// Whether a general damper in the place of `named` effects leads the model.
+/// Whether a general damper in the place of `named` effects leads the model, on the fitted and on the held-out part.
 fn led(search: &Search, model: &Model, named: &[Term]) -> bool {
     let fitter = &search.fitter;
     let substeps = model.substeps(fitter.scene, FINE);
@@ -125,6 +127,6 @@ fn led(search: &Search, model: &Model, named: &[Term]) -> bool {
         }
         let found = extend(fitter, &less, &offer, effort, Reach::Near);
         let found = found.and_then(|m| polish(fitter, &m, effort));
-        found.is_some_and(|m| m.likelihood > model.likelihood + LEAD)
+        found.is_some_and(|m| search.is_led(model, &m, LEAD))
     })
 }

@@ -5,9 +5,9 @@ use crate::output_error;
 use crate::simulate::lanes::{LANES, Lanes};
 
 use super::Place;
-use super::effects::{Kind, Values};
+use super::effects::{Kind, Spec, Values};
 use super::integrate::{AxleLanes, EffectLanes, run, sensed};
-use super::scene::Scene;
+use super::scene::{Scale, Scene, Track};
 
 /// An effect at its place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -147,18 +147,34 @@ impl Unit {
     pub fn fastest(&self, scene: &Scene, point: &Point) -> f64 {
         let mut fastest: f64 = 0.0;
         for t in &self.tracks {
-            let track = &scene.tracks[*t];
-            let s = &track.scale;
-            let added: f64 = self
-                .terms
-                .iter()
-                .zip(&point.values)
-                .filter(|(term, _)| term.acts_on(track.axle))
-                .map(|(term, values)| (term.kind.spec().stiffens)(values, s))
-                .sum();
+            let s = &scene.tracks[*t].scale;
+            let added = self.added(&scene.tracks[*t], point, |spec| spec.stiffens);
             fastest = fastest.max((s.k_size().min(4.0 * s.k.abs()) + added) / s.mass);
         }
         fastest.sqrt()
+    }
+
+    /// The most damped axle's decay (1/s).
+    pub fn decay(&self, scene: &Scene, point: &Point) -> f64 {
+        let decays = self.tracks.iter().zip(&point.base).map(|(t, base)| {
+            let track = &scene.tracks[*t];
+            base[1].abs() + self.added(track, point, |spec| spec.damps) / track.scale.mass
+        });
+        decays.fold(0.0, f64::max)
+    }
+
+    /// What the effects add on a track to some size of it.
+    fn added(
+        &self,
+        track: &Track,
+        point: &Point,
+        size: fn(&Spec) -> fn(&Values, &Scale) -> f64,
+    ) -> f64 {
+        let effects = self.terms.iter().zip(&point.values);
+        effects
+            .filter(|(term, _)| term.acts_on(track.axle))
+            .map(|(term, values)| size(term.kind.spec())(values, &track.scale))
+            .sum()
     }
 
     /// Readings of the displacement sensors for eight points, by axle of the unit; only those of

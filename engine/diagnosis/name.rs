@@ -24,6 +24,8 @@ const HELD: f64 = 0.3;
 const BESIDE: f64 = 0.02;
 /// Share of the held-out squares that it must remove instead; where the road is noisy, in any case.
 const SHOWN: f64 = 0.08;
+/// Share of the explainable held-out variance beyond which an extension is adequate anyway.
+pub const ADEQUATE: f64 = 0.98;
 /// Times the gain that chance could bring that an effect must make which the held-out part cannot
 /// confirm, since it belongs to a moment of the fitted part.
 const UNCONFIRMED: f64 = 2.0;
@@ -254,26 +256,42 @@ impl Search<'_> {
         let beyond_chance = null.p_value(gain) <= self.alpha
             && (!local || gain > UNCONFIRMED * null.bound(self.alpha));
         let counts = model.terms.is_empty() && !slow || self.counts(model, larger);
-        beyond_chance && counts && self.held_score(larger) - self.held_score(proven) > wanted
+        let repeats = self.held_score(larger) - self.held_score(proven) > wanted;
+        beyond_chance && counts && (repeats || self.removes(proven, larger, ADEQUATE))
+    }
+
+    /// Whether a wider law in the place of one of the model's leads by `least` on the fitted part, and leads on the
+    /// held-out part.
+    pub fn is_led(&self, model: &Model, wider: &Model, least: f64) -> bool {
+        wider.likelihood - model.likelihood > least
+            && self.held_score(wider) > self.held_score(model)
+    }
+
+    /// Whether a term acts on an axle whose road has noise.
+    pub fn has_noisy_road(&self, term: Term) -> bool {
+        let mut tracks = self.fitter.scene.tracks.iter();
+        tracks.any(|t| term.acts_on(t.axle) && is_noisy(t))
     }
 
     /// Whether what `larger` has beyond `model` is more than noise of the road channel can bring, and
     /// shows in the held-out error.
     fn beats_road_noise(&self, model: &Model, larger: &Model) -> bool {
         let term = added(model, larger);
-        let mut tracks = self.fitter.scene.tracks.iter();
-        !tracks.any(|t| term.acts_on(t.axle) && is_noisy(t))
+        !self.has_noisy_road(term)
             || self.shows(model, larger)
                 && (term.kind.spec().slow || stands_out(&self.fitter, model, term, self.seed))
     }
 
-    /// Whether `larger` removes a part of the held-out squares of some track.
+    /// Whether the held-out squares of some track show what `larger` has beyond `model`.
     pub fn shows(&self, model: &Model, larger: &Model) -> bool {
+        self.removes(model, larger, SHOWN)
+    }
+
+    /// Whether `larger` removes that share of the held-out squares of some track.
+    fn removes(&self, model: &Model, larger: &Model, share: f64) -> bool {
         let (before, after) = (self.held_squares(model), self.held_squares(larger));
-        before
-            .iter()
-            .zip(after)
-            .any(|(before, after)| after < (1.0 - SHOWN) * before)
+        let mut pairs = before.iter().zip(after);
+        pairs.any(|(before, after)| after < (1.0 - share) * before)
     }
 
     fn check(&self) -> Result<(), EngineError> {

@@ -18,7 +18,7 @@ use super::free_form::free_form;
 use super::input_noise;
 use super::judge::{Judged, judge};
 use super::model::{Point, Unit};
-use super::name::{FINE, Named, Search};
+use super::name::{ADEQUATE, FINE, Named, Search};
 use super::physical::is_physical;
 use super::scene::Scene;
 use super::{Diagnosis, Location, Verdict, locate, next_ride, resolution, show, words};
@@ -28,8 +28,6 @@ const TIE: f64 = 4.0;
 /// A model stands in for one outside its physical ranges if it is behind by no more than this in log
 /// likelihood.
 const NEARLY: f64 = 70.0;
-/// Share of the explainable held-out variance beyond which an extension is adequate anyway.
-const ADEQUATE: f64 = 0.98;
 
 /// Says what physics the plain model leaves out of a ride.
 pub fn diagnose(
@@ -103,7 +101,12 @@ pub fn diagnose(
         .filter(|r| r.terms != model.terms && ties(&search, &model, r, TIE))
         .take(2)
         .collect();
-    let model = finer(&fitter, &model);
+    let finest = finer(&fitter, &model);
+    let model = if search.held_score(&finest).is_finite() {
+        finest
+    } else {
+        model
+    };
     // What was found is measured on the record itself.
     let undithered = dithered.as_ref().map(|_| scene.without(&dither));
     let record = undithered.as_ref().unwrap_or(&scene);

@@ -71,6 +71,13 @@ function toPlotly(trace, axis) {
   };
 }
 
+/** Powers of ten that a panel's curves run through: ticks at 1, 2 and 5 say little within one. */
+function decades({ traces }) {
+  const seen = traces.flatMap(({ y }) => [...y]).filter((value) => value > 0);
+  const [least, most] = seen.reduce(([a, b], value) => [Math.min(a, value), Math.max(b, value)], [Infinity, 0]);
+  return Math.log10(most / least);
+}
+
 function toLayout(drawing, range) {
   const axis = {
     gridcolor: ink('line'), zerolinecolor: ink('line'), linecolor: ink('line'), tickcolor: ink('line'),
@@ -99,7 +106,7 @@ function toLayout(drawing, range) {
     layout[i ? `yaxis${i + 1}` : 'yaxis'] = {
       ...axis, domain: [bottom, top], title: { ...axis.title, text: panel.label }, type: panel.log ? 'log' : 'linear',
       anchor: 'x', rangemode: panel.zero ? 'tozero' : 'normal', nticks: narrow() ? 5 : 7,
-      ...(panel.log && { dtick: 'D2' }), ...(panel.range && { range: panel.range }),
+      ...(panel.log && decades(panel) > 1 && { dtick: 'D2' }), ...(panel.range && { range: panel.range }),
     };
     top = bottom - gap;
   });

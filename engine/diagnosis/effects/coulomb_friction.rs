@@ -19,10 +19,18 @@ pub(super) const WIDTH: Parameter = Parameter {
     limits: |s| [0.002 * s.w_rms, 0.4 * s.w_rms],
 };
 
+/// Part of the RMS rate over which the integrator must resolve how the sign changes.
+const RESOLVED: f64 = 0.05;
+
+/// Damping (N s/m) of dry friction while its sign changes, no sharper than resolved.
+pub(super) fn sharpness(p: &Values, s: &Scale) -> f64 {
+    p[0] / (RESOLVED * s.w_rms)
+}
+
 /// Dry friction of `force` (m/s^2), no sharper than the integrator can resolve.
 #[inline(always)]
 pub(super) fn dry(force: Lanes, rate: Lanes, width: Lanes, step: f64) -> Lanes {
-    force * rate.soft_sign((force * (0.5 * step)).max(width))
+    force * rate.soft_sign(force * (0.5 * step) + width)
 }
 
 impl Effect for CoulombFriction {
@@ -33,6 +41,7 @@ impl Effect for CoulombFriction {
         amplitudes: &[0],
         starts: |s| vec![[(FRICTION.size)(s), 0.02 * s.w_rms, 0.0, 0.0]],
         report: |p, s| vec![reported(&FRICTION, p[0], [0.0, (FRICTION.limits)(s)[1]])],
+        damps: sharpness,
         corners: true,
         words: "dry friction acts along the suspension (fork, seat post, guide)",
         confused_with: &["quadratic_damping", "hysteresis", "guide_friction"],

@@ -1,5 +1,5 @@
 use super::*;
-use super::coulomb_friction::{FRICTION, dry};
+use super::coulomb_friction::{FRICTION, dry, sharpness};
 
 /// Fc sign(w) (1 + a v^2 / (w^2 + v^2)): dry friction that is larger or smaller while it hardly slides
 /// (Stribeck's curve). Not an effect to be named: a general curve against which the named laws of the
@@ -44,6 +44,7 @@ impl Effect for FrictionCurve {
                 reported(&RATE, p[2], (RATE.limits)(s)),
             ]
         },
+        damps: sharpness,
         corners: true,
         words: "dry friction changes with the sliding rate",
         confused_with: &["coulomb_friction", "hysteresis"],

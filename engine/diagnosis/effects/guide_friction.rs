@@ -1,4 +1,4 @@
-use super::coulomb_friction::{FRICTION, WIDTH, dry};
+use super::coulomb_friction::{FRICTION, WIDTH, dry, sharpness};
 use super::*;
 
 /// -Fc sign(z'), smoothed: dry friction against the resting frame of a rig.
@@ -13,6 +13,7 @@ impl Effect for GuideFriction {
         amplitudes: &[0],
         starts: |s| vec![[(FRICTION.size)(s), 0.02 * s.w_rms, 0.0, 0.0]],
         report: |p, s| vec![reported(&FRICTION, p[0], [0.0, (FRICTION.limits)(s)[1]])],
+        damps: sharpness,
         corners: true,
         words: "dry friction holds the mass against the resting frame",
         confused_with: &["coulomb_friction", "ground_damping"],

@@ -77,6 +77,8 @@ pub struct Spec {
     pub report: fn(&Values, &Scale) -> Vec<Reported>,
     /// Stiffness (N/m) that the effect adds at most, which the integrator must resolve.
     pub stiffens: fn(&Values, &Scale) -> f64,
+    /// Damping (N s/m) that the effect adds at most, likewise.
+    pub damps: fn(&Values, &Scale) -> f64,
     /// k/m and B/m of an axle that moves slowly as it does with the effect, for a fit without it to start from.
     pub alone: fn([f64; 2], &Values) -> [f64; 2],
     pub states: usize,
@@ -111,6 +113,7 @@ impl Spec {
         nearer: |_, _, _| Vec::new(),
         report: |_, _| Vec::new(),
         stiffens: |_, _| 0.0,
+        damps: |_, _| 0.0,
         alone: |base, _| base,
         states: 0,
         on_road: false,

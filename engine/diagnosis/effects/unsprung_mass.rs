@@ -70,7 +70,7 @@ impl Effect for UnsprungMass {
             ]
         },
         states: 2,
-        expected: &[(0, 0.2, 0.25)],
+        expected: &[(0, 0.15, 0.1)],
         words: "the wheel is a mass of its own on the tyre, below a fork or suspension stage",
         confused_with: &["viscoelastic_tyre", "sensor_delay", "tyre_enveloping"],
         source: "Schoeneck & Nagurka, BMD 2023 (quarter car of a bicycle)",
