@@ -80,9 +80,15 @@ pub fn is_outgrown(search: &Search, model: &Model) -> bool {
         settled(model)
             .zip(settled(&wide))
             .is_some_and(|(model, wide)| {
-                search.is_led(&model, &wide, LEAD) && (!noisy || search.shows(&model, &wide))
+                leads(search, &model, &wide) && (!noisy || search.shows(&model, &wide))
             })
     })
+}
+
+/// Whether a wider model leads by a clear gain, and on the held-out part too.
+fn leads(search: &Search, model: &Model, wider: &Model) -> bool {
+    wider.likelihood > model.likelihood + LEAD
+        && search.held_score(wider) > search.held_score(model)
 }
 
 /// The model with a wider law in the place of every `named` one, where it moves the same; nothing if it has none.
@@ -98,7 +104,7 @@ fn widened(model: &Model, named: Kind, wider: Kind) -> Option<Model> {
     (wide.terms != model.terms).then_some(wide)
 }
 
-/// Whether a general damper in the place of `named` effects leads the model, on the fitted and on the held-out part.
+/// Whether a general damper in the place of `named` effects leads the model.
 fn led(search: &Search, model: &Model, named: &[Term]) -> bool {
     let fitter = &search.fitter;
     let substeps = model.substeps(fitter.scene, FINE);
@@ -127,6 +133,6 @@ fn led(search: &Search, model: &Model, named: &[Term]) -> bool {
         }
         let found = extend(fitter, &less, &offer, effort, Reach::Near);
         let found = found.and_then(|m| polish(fitter, &m, effort));
-        found.is_some_and(|m| search.is_led(model, &m, LEAD))
+        found.is_some_and(|m| leads(search, model, &m))
     })
 }

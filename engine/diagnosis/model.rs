@@ -148,7 +148,9 @@ impl Unit {
         let mut fastest: f64 = 0.0;
         for t in &self.tracks {
             let s = &scene.tracks[*t].scale;
-            let added = self.added(&scene.tracks[*t], point, |spec| spec.stiffens);
+            let added = self.added(&scene.tracks[*t], point, |spec, values, s| {
+                (spec.stiffens)(values, s)
+            });
             fastest = fastest.max((s.k_size().min(4.0 * s.k.abs()) + added) / s.mass);
         }
         fastest.sqrt()
@@ -158,7 +160,9 @@ impl Unit {
     pub fn decay(&self, scene: &Scene, point: &Point) -> f64 {
         let decays = self.tracks.iter().zip(&point.base).map(|(t, base)| {
             let track = &scene.tracks[*t];
-            base[1].abs() + self.added(track, point, |spec| spec.damps) / track.scale.mass
+            base[1].abs()
+                + self.added(track, point, |spec, values, s| (spec.damps)(values, s))
+                    / track.scale.mass
         });
         decays.fold(0.0, f64::max)
     }
@@ -168,12 +172,12 @@ impl Unit {
         &self,
         track: &Track,
         point: &Point,
-        size: fn(&Spec) -> fn(&Values, &Scale) -> f64,
+        size: impl Fn(&Spec, &Values, &Scale) -> f64,
     ) -> f64 {
         let effects = self.terms.iter().zip(&point.values);
         effects
             .filter(|(term, _)| term.acts_on(track.axle))
-            .map(|(term, values)| size(term.kind.spec())(values, &track.scale))
+            .map(|(term, values)| size(term.kind.spec(), values, &track.scale))
             .sum()
     }
 

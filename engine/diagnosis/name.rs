@@ -260,13 +260,6 @@ impl Search<'_> {
         beyond_chance && counts && (repeats || self.removes(proven, larger, ADEQUATE))
     }
 
-    /// Whether a wider law in the place of one of the model's leads by `least` on the fitted part, and leads on the
-    /// held-out part.
-    pub fn is_led(&self, model: &Model, wider: &Model, least: f64) -> bool {
-        wider.likelihood - model.likelihood > least
-            && self.held_score(wider) > self.held_score(model)
-    }
-
     /// Whether a term acts on an axle whose road has noise.
     pub fn has_noisy_road(&self, term: Term) -> bool {
         let mut tracks = self.fitter.scene.tracks.iter();

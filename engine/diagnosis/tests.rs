@@ -89,12 +89,16 @@ fn deflection(u: [f64; 4], s: f64, step: f64, [z, v]: [f64; 2]) -> (f64, f64) {
 }
 
 fn diagnosed(ride: &Ride) -> Diagnosis {
+    diagnosed_on(ride, &bike())
+}
+
+fn diagnosed_on(ride: &Ride, bike: &Bike) -> Diagnosis {
     let settings = Settings {
         trials: 1,
         iterations: 2,
         ..Settings::default()
     };
-    let report = identify::identify(ride, &bike(), &settings, &Silent).unwrap();
+    let report = identify::identify(ride, bike, &settings, &Silent).unwrap();
     report.diagnosis.unwrap()
 }
 
@@ -274,7 +278,7 @@ fn val_most_of_the_mass_on_its_own_spring_is_found_alone() {
         let moved = carried(&record.road, ride.step_s, share, |z, v, s| {
             omega * omega * (z - s[0]) + 2.0 * zeta * omega * (v - s[1])
         });
-        let logged = moved.iter().map(|z| z + 50e-6 * noise.draw());
+        let logged = moved.iter().map(|[z, _]| z + 50e-6 * noise.draw());
         AxleRecord {
             displacement: logged.collect(),
             ..record.clone()
@@ -349,7 +353,7 @@ fn a_second_mass_on_a_hardening_spring_is_not_called_a_sprung_mass() {
             let spring = omega * omega * q * (1.0 + (q / travel).powi(2));
             spring + 2.0 * zeta * omega * (v - s[1])
         });
-        let logged = moved.iter().map(|z| z + 50e-6 * noise.draw());
+        let logged = moved.iter().map(|[z, _]| z + 50e-6 * noise.draw());
         AxleRecord {
             displacement: logged.collect(),
             ..record.clone()
@@ -377,20 +381,20 @@ fn friction_that_falls_with_the_rate_is_not_called_hysteresis() {
 }
 
 /// The plain axle over a road, carrying a share of its mass that `pull` (z, v, its own position and
-/// velocity) accelerates. Semi-implicit Euler at 200 times the rate.
+/// velocity) accelerates: the positions of both. Semi-implicit Euler at 200 times the rate.
 fn carried(
     road: &[f64],
     step: f64,
     share: f64,
     pull: impl Fn(f64, f64, [f64; 2]) -> f64,
-) -> Vec<f64> {
+) -> Vec<[f64; 2]> {
     const FINE: usize = 200;
     let slope = slopes(road, step);
     let h = step / FINE as f64;
     let (mut z, mut v, mut s) = (road[0], 0.0, [road[0], 0.0]);
-    let mut displacement = Vec::new();
+    let mut positions = Vec::new();
     for i in 0..road.len() {
-        displacement.push(z);
+        positions.push([z, s[0]]);
         let j = (i + 1).min(road.len() - 1);
         let u = cubic(road[i], road[j], slope[i], slope[j], step);
         for sub in 0..FINE {
@@ -403,7 +407,74 @@ fn carried(
             s[0] += h * s[1];
         }
     }
-    displacement
+    positions
+}
+
+/// A small wheel under a suspension: its share of the mass and the tyre's stiffness hardly tell from each other.
+#[test]
+fn val_a_small_wheels_mass_leaves_the_tyre_its_stiffness() {
+    let (wheel, omega, zeta) = (0.15, TAU * 9.0, 0.25);
+    let mut ride = Outing::default().ride();
+    let mut noise = Normal::new(12);
+    ride.axles = ride.axles.map(|axle, record| {
+        let moved = if axle == Axle::Front {
+            let moved = carried(&record.road, ride.step_s, 1.0 - wheel, |z, v, s| {
+                omega * omega * (z - s[0]) + 2.0 * zeta * omega * (v - s[1])
+            });
+            moved.iter().map(|[_, upper]| *upper).collect()
+        } else {
+            record.displacement.clone()
+        };
+        AxleRecord {
+            displacement: moved.iter().map(|z| z + 50e-6 * noise.draw()).collect(),
+            ..record.clone()
+        }
+    });
+    let d = diagnosed(&ride);
+    assert_eq!(d.verdict, Verdict::Named, "{}", d.sentence);
+    assert_eq!(
+        (d.effects.len(), d.effects[0].id.as_str()),
+        (1, "unsprung_mass")
+    );
+    let front = d.extended.front.as_ref().unwrap();
+    assert!((front.k_n_m / K - 1.0).abs() < 0.1, "{front:?}");
+    assert!((front.k_n_m - K).abs() < 2.5 * front.k_std_n_m, "{front:?}");
+}
+
+/// Two minutes of a wheel that is out of round: the logged speed's noise adds up to a phase, which a model of the noise
+/// alone seems to predict as well.
+#[test]
+fn val_a_wheel_out_of_round_is_named_through_a_noisy_speed() {
+    let (amplitude, radius) = (0.9e-3, 0.349);
+    let outing = Outing {
+        duration_s: 120.0,
+        speed_m_s: 6.5,
+        ..Outing::default()
+    };
+    let mut ride = outing.ride();
+    let flat = ride.axles.clone();
+    let front = ride.axles.front.as_mut().unwrap();
+    for (i, u) in front.road.iter_mut().enumerate() {
+        *u += amplitude * (6.5 * 0.01 * i as f64 / radius + 1.4).sin();
+    }
+    let mut ride = ridden(ride, |_, _, _| 0.0);
+    ride.axles.front.as_mut().unwrap().road = flat.front.unwrap().road;
+    let mut noise = Normal::new(3);
+    ride.speed = (ride.speed).map(|v| v.iter().map(|v| v + 0.012 * noise.draw()).collect());
+    let bike = Bike {
+        wheel_radius_front_m: Some(0.355),
+        ..bike()
+    };
+    let d = diagnosed_on(&ride, &bike);
+    assert_eq!(d.verdict, Verdict::Named, "{}", d.sentence);
+    assert_eq!(
+        (d.effects.len(), d.effects[0].id.as_str()),
+        (1, "wheel_out_of_round")
+    );
+    let found = &d.effects[0].parameters;
+    let off = |name: &str, truth: f64| (found[name].value / truth - 1.0).abs();
+    assert!(off("amplitude", amplitude) < 0.02, "{found:?}");
+    assert!(off("rolling_radius", radius) < 1e-3, "{found:?}");
 }
 
 #[test]

@@ -58,3 +58,17 @@ impl Effect for CoulombFriction {
         [reported[0], (WIDTH.size)(scale), 0.0, 0.0]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_width_tells_however_strong_the_friction() {
+        let at = |width: f64| {
+            let [force, rate, width] = [20.0, 1e-3, width].map(Lanes::all);
+            dry(force, rate, width, 2e-3).0[0]
+        };
+        assert!(at(2e-4) < 0.999 * at(1e-4));
+    }
+}
