@@ -37,12 +37,8 @@ pub fn finer(fitter: &Fitter, model: &Model) -> Model {
     Model::new(model.terms.clone(), fits)
 }
 
-/// The better of `start` and the best point at which every parameter is where it is expected.
+/// The better of `start` and the best point at which what is expected of a parameter is so.
 fn as_expected(fitter: &Fitter, fit: &Fitted, start: Point, effort: Effort) -> Point {
-    let mut terms = fit.unit.terms.iter();
-    if terms.all(|term| term.kind.spec().expected.is_empty()) {
-        return start;
-    }
     let patient = Effort {
         iterations: 30,
         gain: 1e-4,

@@ -50,6 +50,14 @@ pub fn likelihood(residual: &[f64], valid: usize, colour: &Colour) -> f64 {
     }
 }
 
+/// Parameters that are expected where the ride says nothing: the slot, its value and deviation.
+fn expected(unit: &Unit) -> impl Iterator<Item = (Slot, f64, f64)> {
+    unit.terms.iter().enumerate().flat_map(|(i, term)| {
+        let expected = term.kind.spec().expected.iter();
+        expected.map(move |(q, value, deviation)| (Slot::Value(i, *q), *value, *deviation))
+    })
+}
+
 /// The whitened normal equations at a point.
 struct Normal {
     cost: f64,
@@ -115,7 +123,7 @@ impl Fitter<'_> {
     }
 
     /// The best fit with every expected parameter held where it is expected, reached in small steps from `start`: along
-    /// a flat and curved ridge a fit of all creeps.
+    /// a flat and curved ridge a fit of all creeps. Nothing if no parameter is.
     pub fn fit_as_expected(
         &self,
         unit: &Unit,
@@ -123,18 +131,17 @@ impl Fitter<'_> {
         colours: &[Colour],
         effort: Effort,
     ) -> Option<Point> {
-        let expected = (unit.terms.iter().enumerate())
-            .flat_map(|(i, term)| term.kind.spec().expected.iter().map(move |e| (i, e)));
-        let expected: Vec<(Slot, f64)> = expected
-            .map(|(i, (q, value, _))| (Slot::Value(i, *q), *value))
-            .collect();
         let mut slots = unit.slots(self.scene);
-        slots.retain(|slot| expected.iter().all(|(held, _)| held != slot));
+        let all = slots.len();
+        slots.retain(|slot| expected(unit).all(|(held, ..)| held != *slot));
+        if slots.len() == all {
+            return None;
+        }
         let mut point = start.clone();
         for left in (0..TOWARDS).rev() {
-            for (slot, value) in &expected {
-                let now = point.get(*slot);
-                point.set(*slot, now + (value - now) / (left + 1) as f64);
+            for (slot, value, _) in expected(unit) {
+                let now = point.get(slot);
+                point.set(slot, now + (value - now) / (left + 1) as f64);
             }
             point = (self.fit_over(&slots, unit, point, colours, effort))?.point;
         }
@@ -251,12 +258,8 @@ impl Fitter<'_> {
         unit: &'b Unit,
         point: &'b Point,
     ) -> impl Iterator<Item = (Slot, f64, f64)> + 'b {
-        let effects = unit.terms.iter().enumerate().flat_map(move |(i, term)| {
-            let expected = term.kind.spec().expected.iter();
-            expected.map(move |(q, value, deviation)| {
-                let slot = Slot::Value(i, *q);
-                (slot, (point.get(slot) - value) / deviation, 1.0 / deviation)
-            })
+        let effects = expected(unit).map(|(slot, value, deviation)| {
+            (slot, (point.get(slot) - value) / deviation, 1.0 / deviation)
         });
         let starts = unit.tracks.iter().enumerate().flat_map(move |(a, t)| {
             let track = &self.scene.tracks[*t];

@@ -88,6 +88,19 @@ fn deflection(u: [f64; 4], s: f64, step: f64, [z, v]: [f64; 2]) -> (f64, f64) {
     )
 }
 
+/// The record of an axle that moved so, with 50 um of noise.
+fn logged(record: &AxleRecord, moved: impl Iterator<Item = f64>, noise: &mut Normal) -> AxleRecord {
+    AxleRecord {
+        displacement: moved.map(|z| z + 50e-6 * noise.draw()).collect(),
+        ..record.clone()
+    }
+}
+
+fn assert_named_alone(d: &Diagnosis, id: &str) {
+    assert_eq!(d.verdict, Verdict::Named, "{}", d.sentence);
+    assert_eq!((d.effects.len(), d.effects[0].id.as_str()), (1, id));
+}
+
 fn diagnosed(ride: &Ride) -> Diagnosis {
     diagnosed_on(ride, &bike())
 }
@@ -190,11 +203,7 @@ fn a_plain_ride_lacks_nothing() {
 fn val_a_stiffening_spring_is_named_and_measured() {
     let k3 = 4e9;
     let d = diagnosed(&ride(|_, d, _| k3 * d * d * d));
-    assert_eq!(d.verdict, Verdict::Named, "{}", d.sentence);
-    assert_eq!(
-        (d.effects.len(), d.effects[0].id.as_str()),
-        (1, "cubic_stiffness")
-    );
+    assert_named_alone(&d, "cubic_stiffness");
     assert_eq!(d.effects[0].axle, Place::Front);
     let found = &d.effects[0].parameters["k3"];
     assert!((found.value / k3 - 1.0).abs() < 0.02, "{found:?}");
@@ -213,11 +222,7 @@ fn val_a_stiffening_spring_is_named_and_measured() {
 fn val_strong_friction_is_measured() {
     let friction = 45.0;
     let d = diagnosed(&ride(|_, _, w| friction * (w / 1e-3).tanh()));
-    assert_eq!(d.verdict, Verdict::Named, "{}", d.sentence);
-    assert_eq!(
-        (d.effects.len(), d.effects[0].id.as_str()),
-        (1, "coulomb_friction")
-    );
+    assert_named_alone(&d, "coulomb_friction");
     let found = &d.effects[0].parameters["friction"];
     assert!(
         (found.value - friction).abs() < 2.5 * found.std_error && found.std_error < 0.6,
@@ -256,11 +261,7 @@ fn an_axle_that_is_all_but_rigid_has_a_diagnosis() {
     let mut noise = Normal::new(6);
     ride.axles = ride.axles.map(|_, record| {
         let late = |i: usize| record.road[i.saturating_sub(2)];
-        let logged = (0..record.road.len()).map(|i| late(i) + 50e-6 * noise.draw());
-        AxleRecord {
-            displacement: logged.collect(),
-            ..record.clone()
-        }
+        logged(record, (0..record.road.len()).map(late), &mut noise)
     });
     let d = diagnosed(&ride);
     let named = d.effects.iter().any(|e| e.id == "sensor_delay");
@@ -278,18 +279,10 @@ fn val_most_of_the_mass_on_its_own_spring_is_found_alone() {
         let moved = carried(&record.road, ride.step_s, share, |z, v, s| {
             omega * omega * (z - s[0]) + 2.0 * zeta * omega * (v - s[1])
         });
-        let logged = moved.iter().map(|[z, _]| z + 50e-6 * noise.draw());
-        AxleRecord {
-            displacement: logged.collect(),
-            ..record.clone()
-        }
+        logged(record, moved.iter().map(|[z, _]| *z), &mut noise)
     });
     let d = diagnosed(&ride);
-    assert_eq!(d.verdict, Verdict::Named, "{}", d.sentence);
-    assert_eq!(
-        (d.effects.len(), d.effects[0].id.as_str()),
-        (1, "sprung_mass")
-    );
+    assert_named_alone(&d, "sprung_mass");
     for (name, value) in [
         ("mass_fraction", share),
         ("natural_frequency", 4.0),
@@ -353,11 +346,7 @@ fn a_second_mass_on_a_hardening_spring_is_not_called_a_sprung_mass() {
             let spring = omega * omega * q * (1.0 + (q / travel).powi(2));
             spring + 2.0 * zeta * omega * (v - s[1])
         });
-        let logged = moved.iter().map(|[z, _]| z + 50e-6 * noise.draw());
-        AxleRecord {
-            displacement: logged.collect(),
-            ..record.clone()
-        }
+        logged(record, moved.iter().map(|[z, _]| *z), &mut noise)
     });
     let d = diagnosed(&ride);
     assert_eq!(d.verdict, Verdict::Unnamed, "{}", d.sentence);
@@ -417,25 +406,16 @@ fn val_a_small_wheels_mass_leaves_the_tyre_its_stiffness() {
     let mut ride = Outing::default().ride();
     let mut noise = Normal::new(12);
     ride.axles = ride.axles.map(|axle, record| {
-        let moved = if axle == Axle::Front {
-            let moved = carried(&record.road, ride.step_s, 1.0 - wheel, |z, v, s| {
-                omega * omega * (z - s[0]) + 2.0 * zeta * omega * (v - s[1])
-            });
-            moved.iter().map(|[_, upper]| *upper).collect()
-        } else {
-            record.displacement.clone()
-        };
-        AxleRecord {
-            displacement: moved.iter().map(|z| z + 50e-6 * noise.draw()).collect(),
-            ..record.clone()
+        if axle == Axle::Rear {
+            return logged(record, record.displacement.iter().copied(), &mut noise);
         }
+        let moved = carried(&record.road, ride.step_s, 1.0 - wheel, |z, v, s| {
+            omega * omega * (z - s[0]) + 2.0 * zeta * omega * (v - s[1])
+        });
+        logged(record, moved.iter().map(|[_, upper]| *upper), &mut noise)
     });
     let d = diagnosed(&ride);
-    assert_eq!(d.verdict, Verdict::Named, "{}", d.sentence);
-    assert_eq!(
-        (d.effects.len(), d.effects[0].id.as_str()),
-        (1, "unsprung_mass")
-    );
+    assert_named_alone(&d, "unsprung_mass");
     let front = d.extended.front.as_ref().unwrap();
     assert!((front.k_n_m / K - 1.0).abs() < 0.1, "{front:?}");
     assert!((front.k_n_m - K).abs() < 2.5 * front.k_std_n_m, "{front:?}");
@@ -466,11 +446,7 @@ fn val_a_wheel_out_of_round_is_named_through_a_noisy_speed() {
         ..bike()
     };
     let d = diagnosed_on(&ride, &bike);
-    assert_eq!(d.verdict, Verdict::Named, "{}", d.sentence);
-    assert_eq!(
-        (d.effects.len(), d.effects[0].id.as_str()),
-        (1, "wheel_out_of_round")
-    );
+    assert_named_alone(&d, "wheel_out_of_round");
     let found = &d.effects[0].parameters;
     let off = |name: &str, truth: f64| (found[name].value / truth - 1.0).abs();
     assert!(off("amplitude", amplitude) < 0.02, "{found:?}");
