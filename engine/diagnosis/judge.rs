@@ -5,7 +5,8 @@ use crate::output_error::{self, Split, rms_valid};
 use crate::settings::Settings;
 
 use super::HeldOut;
-use super::adequacy::{Leftover, Motion, leftover};
+use super::adequacy::{Leftover, Motion, leftover, normal_tail};
+use super::bursts;
 use super::extend::Model;
 use super::fit::Fitter;
 use super::name::{COARSE, FINE};
@@ -18,10 +19,14 @@ const RESONANT: f64 = 30.0;
 /// Share of the residual's power that these forces must have where nothing is named: the noise of a
 /// jittering clock comes in bursts, and its spectrum scatters more than Whittle's likelihood knows.
 const MATTERS: f64 = 0.27;
+/// Deviations of the residual's kurtosis from which it is no noise of a sensor.
+const BURSTS: f64 = 6.0;
 
 /// Judges one track: is anything left, and what was the noise.
 pub struct Judged {
     pub leftover: Leftover,
+    /// The least p value of all that was asked.
+    pub p_value: f64,
     pub remains: bool,
     pub held_out: HeldOut,
 }
@@ -71,15 +76,27 @@ pub fn judge(
             samples: scene.samples,
         };
         let substeps = model.substeps(scene, COARSE);
-        let residuals = again.residuals(&fit.unit, &fit.point, substeps);
-        resonates(&residuals[a]).gain
+        let mut residuals = again.residuals(&fit.unit, &fit.point, substeps);
+        residuals.swap_remove(a)
+    };
+    let stands_out = |own: f64, score: &(dyn Fn(&[f64]) -> f64 + Sync)| {
+        !is_noisy(track)
+            || exceeds(own, scene, model, settings.seed, |s| {
+                score(&on_replicate(s))
+            })
     };
     let structured = found.is_structured(settings.alpha);
     let forced = resonance.gain > RESONANT
         && (named || resonance.share > MATTERS)
-        && (!is_noisy(track) || exceeds(resonance.gain, scene, model, settings.seed, on_replicate));
+        && stands_out(resonance.gain, &|residual| resonates(residual).gain);
+    let road = &track.input.road_slope;
+    let rate: Vec<f64> = road.iter().zip(&motions[t].w).map(|(u, w)| u - w).collect();
+    let comes_and_goes =
+        |residual: &[f64]| bursts::score(residual, &rate, &track.valid, scene.step);
+    let bursts = comes_and_goes(&found.residual);
+    let bursting = bursts > BURSTS && stands_out(bursts, &comes_and_goes);
     // A model that runs away on the held-out part explains nothing.
-    let remains = structured || forced || !found.held_before.is_finite();
+    let remains = structured || forced || bursting || !found.held_before.is_finite();
     let floor = if remains {
         (extended * (1.0 - resonance.share).max(0.0).sqrt())
             .min(found.held_after)
@@ -97,6 +114,7 @@ pub fn judge(
     };
     let at = |i: usize| scene.step * i as f64;
     Judged {
+        p_value: found.p_value.min(normal_tail(bursts)),
         remains,
         held_out: HeldOut {
             plain_rms_m: plain,

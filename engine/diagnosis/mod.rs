@@ -1,6 +1,7 @@
 //! When simulation and recording differ: detect, locate, name, model, show.
 
 mod adequacy;
+mod bursts;
 pub mod effects;
 mod evidence;
 mod extend;

@@ -333,7 +333,7 @@ fn location(
     let mismatch = round.is_some() || judged.remains;
     let p_value = match (round, judged.remains) {
         (Some(r), _) => r.p_value,
-        (None, true) => judged.leftover.p_value,
+        (None, true) => judged.p_value,
         (None, false) => rounds
             .iter()
             .find(|r| r.term.acts_on(track.axle))

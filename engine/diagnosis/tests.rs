@@ -334,6 +334,33 @@ fn val_what_a_ride_without_any_noise_lacks_is_named() {
 }
 
 /// A mode whose frequency rises with how far it moves fits a sprung mass of some mean frequency, and is none.
+/// Slow beside the axle, so that their spectrum is that of coloured noise.
+#[test]
+fn pushes_of_a_riders_hands_are_not_called_noise() {
+    let pushes: Vec<(f64, f64)> = (0..28)
+        .map(|k| f64::from(k))
+        .map(|k| {
+            (
+                1.1 + 2.1 * k + 0.8 * (3.0 * k).sin(),
+                (7.0 * k).sin().signum(),
+            )
+        })
+        .collect();
+    let push = |t: f64, _: f64, _: f64| {
+        let during = pushes
+            .iter()
+            .find(|(start, _)| (0.0..0.3).contains(&(t - start)));
+        during.map_or(0.0, |(start, sign)| {
+            12.0 * sign * (std::f64::consts::PI * (t - start) / 0.3).sin().powi(2)
+        })
+    };
+    let d = diagnosed(&ride(push));
+    assert_eq!(d.verdict, Verdict::Unnamed, "{}", d.sentence);
+    let location = |axle| d.location.get(axle).unwrap();
+    assert!(location(Axle::Front).mismatch && !location(Axle::Rear).mismatch);
+    assert!(location(Axle::Front).p_value < 1e-6);
+}
+
 #[test]
 fn a_second_mass_on_a_hardening_spring_is_not_called_a_sprung_mass() {
     let (share, omega, zeta, travel) = (0.3, TAU * 6.0, 0.06, 1.5e-3);
