@@ -160,12 +160,12 @@ mod tests {
         let mut shoved = noise(6000, 0.0, 1);
         for start in (250..5900).step_by(230) {
             let sign = if start % 460 == 20 { 1.0 } else { -1.0 };
-            for k in 0..40 {
-                shoved[start + k] += sign * 1.5 * (std::f64::consts::PI * k as f64 / 40.0).sin();
+            for k in 0..20 {
+                shoved[start + k] += sign * 3.0 * (std::f64::consts::PI * k as f64 / 20.0).sin();
             }
         }
         let rms = |x: &[f64]| (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt();
-        assert!(rms(&shoved) < 1.15, "{}", rms(&shoved));
+        assert!(rms(&shoved) < 1.25, "{}", rms(&shoved));
         let score = score(&shoved, &STILL, &ALL, STEP);
         assert!(score > 6.0, "{score}");
     }
