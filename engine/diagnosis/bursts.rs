@@ -132,8 +132,8 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     const STEP: f64 = 0.01;
-    const ALL: [bool; 6000] = [true; 6000];
-    const STILL: [f64; 6000] = [0.0; 6000];
+    static ALL: [bool; 6000] = [true; 6000];
+    static STILL: [f64; 6000] = [0.0; 6000];
 
     fn noise(n: usize, correlation: f64, seed: u64) -> Vec<f64> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);

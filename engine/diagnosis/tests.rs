@@ -338,7 +338,7 @@ fn val_what_a_ride_without_any_noise_lacks_is_named() {
 #[test]
 fn pushes_of_a_riders_hands_are_not_called_noise() {
     let pushes: Vec<(f64, f64)> = (0..28)
-        .map(|k| f64::from(k))
+        .map(f64::from)
         .map(|k| {
             (
                 1.1 + 2.1 * k + 0.8 * (3.0 * k).sin(),
