@@ -2,9 +2,10 @@
 //! `VELOID_TEST_POSTGRES=... cargo test -p veloid --test blackbox scale:: -- --ignored --nocapture --test-threads 1`
 
 use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use crate::harness::{Server, Worker};
+use crate::ride;
 
 /// As little computing as a trial can be: what is left is the queue.
 const NOTHING: [(&str, &str); 4] = [
@@ -14,6 +15,10 @@ const NOTHING: [(&str, &str); 4] = [
     ("again", "true"),
 ];
 const RIDES: usize = 60;
+/// Diagnosed rides for two workers: the last ones keep only one of them busy.
+const DIAGNOSED: usize = 24;
+/// Time between two looks at what is open, each of which costs PostgreSQL a process.
+const LOOK: Duration = Duration::from_secs(1);
 /// Connections to PostgreSQL that a process takes at most.
 const CONNECTIONS: usize = 13;
 
@@ -71,12 +76,25 @@ async fn submit_many(server: &Server, count: usize, parts: &[(&str, &str)]) {
     }
 }
 
+/// Rides of two seconds with next to nothing to compute.
+async fn submit_nothing(server: &Server) {
+    for _ in 0..RIDES {
+        let parts = [&ride::QUICK[..], &NOTHING].concat();
+        let short = ride::table(400, 200.0).into_bytes();
+        let response = server.upload(short, ride::BIKE, &parts).await;
+        assert_eq!(response.status(), 202);
+    }
+}
+
+async fn until_done(server: &Server) {
+    while sql(server, "SELECT count(*) FROM job WHERE finished_at IS NULL") != "0" {
+        tokio::time::sleep(LOOK).await;
+    }
+}
+
 /// Trials per second between the first that ended and the last, once all are done.
 async fn trials_per_second(server: &Server) -> f64 {
-    let open = "SELECT count(*) FROM job WHERE finished_at IS NULL";
-    while sql(server, open) != "0" {
-        tokio::time::sleep(Duration::from_millis(200)).await;
-    }
+    until_done(server).await;
     let rate = "SELECT (count(*) - 1) * 1000.0 / (max(finished_at) - min(finished_at)) FROM trial";
     let found = sql(server, rate).parse().unwrap();
     sql(server, "TRUNCATE trial");
@@ -134,7 +152,7 @@ async fn jobs_per_second_beside_the_floor_of_the_database() {
             eprintln!("{count} workers: not with max_connections = {room}");
             continue;
         }
-        submit_many(&server, RIDES, &NOTHING).await;
+        submit_nothing(&server).await;
         let workers = working(&server, count).await;
         let rate = trials_per_second(&server).await;
         drop(workers);
@@ -148,7 +166,7 @@ async fn jobs_per_second_beside_the_floor_of_the_database() {
 async fn reads_that_last_do_not_hold_the_queue_back() {
     let Some(server) = server() else { return };
     for long in [false, true, false, true] {
-        submit_many(&server, RIDES, &NOTHING).await;
+        submit_nothing(&server).await;
         let mut reader = long.then(|| {
             let look = "BEGIN ISOLATION LEVEL REPEATABLE READ; SELECT count(*) FROM river_job; \
                         SELECT pg_sleep(300)";
@@ -214,19 +232,19 @@ async fn two_pinned_workers_do_almost_twice_the_rides_of_one() {
     ];
     let mut seconds = Vec::new();
     for cores in [&["0"][..], &["0", "1"], &["0"], &["0", "1"]] {
-        submit_many(&server, 8, &parts).await;
-        let begin = Instant::now();
+        submit_many(&server, DIAGNOSED, &parts).await;
         let workers: Vec<_> = cores
             .iter()
             .map(|core| server.pinned_worker(core))
             .collect();
-        trials_per_second(&server).await;
-        seconds.push(begin.elapsed().as_secs_f64());
-        eprintln!(
-            "{} workers: 8 rides in {:.1} s",
-            cores.len(),
-            begin.elapsed().as_secs_f64()
+        until_done(&server).await;
+        let taken = format!(
+            "SELECT (max(finished_at) - min(started_at)) / 1000.0 FROM
+             (SELECT * FROM job ORDER BY created_at DESC LIMIT {DIAGNOSED}) AS last"
         );
+        seconds.push(sql(&server, &taken).parse::<f64>().unwrap());
+        let took = seconds[seconds.len() - 1];
+        eprintln!("{} workers: {DIAGNOSED} rides in {took:.1} s", cores.len());
         drop(workers);
         sql(&server, "DELETE FROM worker");
     }

@@ -6,13 +6,13 @@ use crate::settings::Settings;
 
 use super::HeldOut;
 use super::adequacy::{Leftover, Motion, leftover, normal_tail};
-use super::bursts;
 use super::extend::Model;
 use super::fit::Fitter;
 use super::name::{COARSE, FINE};
 use super::replicate::{exceeds, is_noisy};
 use super::scene::Scene;
 use super::spectrum::{Inputs, deviation, resonance};
+use super::{bursts, coherence};
 
 /// Gain in log likelihood by forces in the residual's spectrum from which a force counts as left.
 const RESONANT: f64 = 30.0;
@@ -21,6 +21,8 @@ const RESONANT: f64 = 30.0;
 const MATTERS: f64 = 0.27;
 /// Deviations of the residual's kurtosis from which it is no noise of a sensor.
 const BURSTS: f64 = 6.0;
+/// Deviations of the residual's coherence with what drives the axle from which it is no noise.
+const DRIVEN: f64 = 9.0;
 
 /// Judges one track: is anything left, and what was the noise.
 pub struct Judged {
@@ -95,10 +97,18 @@ pub fn judge(
         |residual: &[f64]| bursts::score(residual, &rate, &track.valid, scene.step);
     let bursts = comes_and_goes(&found.residual);
     let bursting = bursts > BURSTS && stands_out(bursts, &comes_and_goes);
+    let driving = match &track.input.force {
+        Some((force, _)) => (&force[..], track.force_most),
+        None => (&track.input.road[..], track.road_most),
+    };
+    let driven = coherence::driven(&found.residual, driving.0, driving.1, scene.step);
+    let goes_along = driven.score > DRIVEN;
     // A model that runs away on the held-out part explains nothing.
-    let remains = structured || forced || bursting || !found.held_before.is_finite();
+    let runs_away = !(found.held_before + extended).is_finite();
+    let remains = structured || forced || bursting || goes_along || runs_away;
+    let known = if goes_along { driven.share } else { 0.0 };
     let floor = if remains {
-        (extended * (1.0 - resonance.share).max(0.0).sqrt())
+        (extended * (1.0 - resonance.share.max(known)).max(0.0).sqrt())
             .min(found.held_after)
             .max(deviation(track.sensor_floor, scene.step))
             .min(extended)
@@ -114,7 +124,7 @@ pub fn judge(
     };
     let at = |i: usize| scene.step * i as f64;
     Judged {
-        p_value: found.p_value.min(normal_tail(bursts)),
+        p_value: found.p_value.min(normal_tail(bursts.max(driven.score))),
         remains,
         held_out: HeldOut {
             plain_rms_m: plain,

@@ -2,6 +2,7 @@
 
 mod adequacy;
 mod bursts;
+mod coherence;
 pub mod effects;
 mod evidence;
 mod extend;

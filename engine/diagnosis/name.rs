@@ -26,6 +26,8 @@ const BESIDE: f64 = 0.02;
 const SHOWN: f64 = 0.08;
 /// Share of the explainable held-out variance beyond which an extension is adequate anyway.
 pub const ADEQUATE: f64 = 0.98;
+/// Share of the held-out squares that tells of a slow effect, which noise of a slow colour explains as well.
+const SLOWLY: f64 = 0.8;
 /// Times the gain that chance could bring that an effect must make which the held-out part cannot
 /// confirm, since it belongs to a moment of the fitted part.
 const UNCONFIRMED: f64 = 2.0;
@@ -257,7 +259,8 @@ impl Search<'_> {
             && (!local || gain > UNCONFIRMED * null.bound(self.alpha));
         let counts = model.terms.is_empty() && !slow || self.counts(model, larger);
         let repeats = self.held_score(larger) - self.held_score(proven) > wanted;
-        beyond_chance && counts && (repeats || self.removes(proven, larger, ADEQUATE))
+        let told = if slow { SLOWLY } else { ADEQUATE };
+        beyond_chance && counts && (repeats || self.removes(proven, larger, told))
     }
 
     /// Whether a term acts on an axle whose road has noise.

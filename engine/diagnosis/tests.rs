@@ -1,6 +1,8 @@
 //! The whole diagnosis on rides whose physics is integrated here, apart from the engine's own laws.
 #![allow(clippy::unwrap_used)]
 
+mod shaken;
+
 use std::f64::consts::TAU;
 
 use super::integrate::run;

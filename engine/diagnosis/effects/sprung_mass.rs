@@ -40,13 +40,16 @@ impl Effect for SprungMass {
         amplitudes: &[0],
         starts: |s| {
             let f0 = 1.0 / s.period();
-            let mut starts = Vec::new();
-            for f in [0.15, 0.3, 0.5, 0.75, 1.0, 1.4, 2.0, 3.0] {
-                for zeta in [0.07, 0.3] {
-                    starts.push([0.1, f * f0, zeta, 0.0]);
-                }
+            let mut hertz = [0.15, 0.3, 0.5, 0.75, 1.0, 1.4, 2.0, 3.0].map(|f| f * f0).to_vec();
+            // Where the axle moves faster than that, as on a drive without a spring, its mode may be as fast.
+            let top = (2.0 * s.a_rms / s.v_rms / std::f64::consts::TAU).min(0.4 / s.step);
+            let mut f = 4.5 * f0;
+            while f < top {
+                hertz.push(f);
+                f *= 1.5;
             }
-            starts
+            let each = |f: f64| [0.07, 0.3].map(|zeta| [0.1, f, zeta, 0.0]);
+            hertz.into_iter().flat_map(each).collect()
         },
         report: |p, s| {
             vec![
