@@ -3,9 +3,11 @@
 #![allow(clippy::unwrap_used)]
 
 use riverqueue::JobState;
+use serde_json::{Value, json};
 use sqlx::{AssertSqlSafe, Connection, PgConnection};
 use uuid::Uuid;
 use veloid_engine::bicycle::{Bike, PerAxle};
+use veloid_engine::report::Trial;
 use veloid_engine::ride::RideSummary;
 
 use crate::jobs::{Hub, Queue, give_up, sweep};
@@ -103,8 +105,8 @@ pub async fn queued_in(db: &Db, queue: &Queue, group: &str) -> (Uuid, i64) {
     (id, row)
 }
 
-/// A job whose trials are queued; their River rows.
-async fn in_trials(db: &Db, queue: &Queue) -> (Uuid, Vec<i64>) {
+/// A job whose trials are queued, so many to a row; the River row of each.
+async fn in_trials(db: &Db, queue: &Queue, share: usize) -> (Uuid, Vec<i64>) {
     let (id, observe) = queued(db, queue).await;
     let mut tx = db.begin().await.unwrap();
     job::start(&mut tx, id).await.unwrap();
@@ -114,7 +116,7 @@ async fn in_trials(db: &Db, queue: &Queue) -> (Uuid, Vec<i64>) {
             .await
             .unwrap()
     );
-    let rows = queue.trials(&mut tx, id, TRIALS).await.unwrap();
+    let rows = queue.trials(&mut tx, id, TRIALS, share).await.unwrap();
     trial::insert(&mut tx, id, 1, &rows).await.unwrap();
     tx.commit().await.unwrap();
     (id, rows)
@@ -192,11 +194,11 @@ async fn a_job_goes_its_way_and_no_step_twice() {
 async fn a_cancelled_job_stays_cancelled_until_it_is_begun_anew() {
     on_each(async |db| {
         let queue = queue(&db);
-        let (id, rows) = in_trials(&db, &queue).await;
+        let (id, rows) = in_trials(&db, &queue, 1).await;
         let mut tx = db.begin().await.unwrap();
         assert!(give_up(&queue, &mut tx, id, None).await.unwrap());
         assert!(!give_up(&queue, &mut tx, id, None).await.unwrap());
-        assert!(!job::count_trial(&mut tx, id).await.unwrap());
+        assert!(!job::count_trials(&mut tx, id, 1).await.unwrap());
         assert!(!job::succeed(&mut tx, id, None).await.unwrap());
         tx.commit().await.unwrap();
         assert_eq!(state(&db, id).await, State::Cancelled);
@@ -215,12 +217,12 @@ async fn a_cancelled_job_stays_cancelled_until_it_is_begun_anew() {
 #[tokio::test]
 async fn of_trials_that_end_at_once_one_is_the_last() {
     on_each(async |db| {
-        let (id, _) = in_trials(&db, &queue(&db)).await;
+        let (id, _) = in_trials(&db, &queue(&db), 1).await;
         let counts = (0..TRIALS).map(|_| {
             let db = db.clone();
             tokio::spawn(async move {
                 let mut tx = db.begin().await.unwrap();
-                let last = job::count_trial(&mut tx, id).await.unwrap();
+                let last = job::count_trials(&mut tx, id, 1).await.unwrap();
                 tx.commit().await.unwrap();
                 last
             })
@@ -230,6 +232,44 @@ async fn of_trials_that_end_at_once_one_is_the_last() {
             last += i32::from(count.await.unwrap());
         }
         assert_eq!(last, 1);
+    })
+    .await;
+}
+
+#[tokio::test]
+async fn trials_that_share_a_row_are_taken_over_together_and_stored_once() {
+    on_each(async |db| {
+        let (queue, found) = (queue(&db), vec![Trial::default(); TRIALS]);
+        let (id, rows) = in_trials(&db, &queue, 4).await;
+        let expected = [0, 0, 0, 0, 4, 4, 4, 4, 8, 8].map(|trial| rows[trial]);
+        assert_eq!(rows, expected);
+        begun_by(&db, rows[4], "dead").await;
+        sweep(&db, &queue, &Hub::new()).await.unwrap();
+        let mut tx = db.begin().await.unwrap();
+        let unfinished = trial::unfinished(&mut tx, id).await.unwrap();
+        let [new] = unfinished[..]
+            .iter()
+            .filter(|row| !rows.contains(row))
+            .collect::<Vec<_>>()[..]
+        else {
+            panic!("{unfinished:?} after {rows:?}");
+        };
+        tx.commit().await.unwrap();
+        let args = queue.0.jobs().get(*new).await.unwrap().encoded_args;
+        let args: Value = serde_json::from_str(args.get()).unwrap();
+        assert_eq!(args, json!({"job": id, "index": 4, "count": 4}));
+        let mut tx = db.begin().await.unwrap();
+        for (first, count, left) in [(4, 4, 2), (0, 4, 1), (8, 2, 0)] {
+            let results = &found[first..first + count];
+            let stored = trial::finish(&mut tx, id, first, results).await.unwrap();
+            assert_eq!(stored, count as i64);
+            let again = trial::finish(&mut tx, id, first, results).await.unwrap();
+            assert_eq!(again, 0);
+            let last = job::count_trials(&mut tx, id, stored).await.unwrap();
+            assert_eq!(last, left == 0);
+            assert_eq!(trial::unfinished(&mut tx, id).await.unwrap().len(), left);
+        }
+        tx.commit().await.unwrap();
     })
     .await;
 }
@@ -256,7 +296,7 @@ async fn what_is_queued_is_there_with_its_transaction_or_not_at_all() {
 async fn work_is_taken_over_from_the_dead_alone_and_three_times_at_most() {
     on_each(async |db| {
         let (queue, hub) = (queue(&db), Hub::new());
-        let (id, rows) = in_trials(&db, &queue).await;
+        let (id, rows) = in_trials(&db, &queue, 1).await;
         let mut held = rows[3];
         let mut tx = db.begin().await.unwrap();
         worker::beat(&mut tx, "alive", 1).await.unwrap();

@@ -7,14 +7,14 @@ use std::time::Duration;
 use crate::harness::{Server, Worker};
 use crate::ride;
 
-/// As little computing as a trial can be: what is left is the queue.
+/// As little computing as there can be: what is left is the queue.
 const NOTHING: [(&str, &str); 4] = [
-    ("trials", "50"),
+    ("trials", "1"),
     ("particles", "2"),
     ("iterations", "1"),
     ("again", "true"),
 ];
-const RIDES: usize = 60;
+const RIDES: usize = 600;
 /// Diagnosed rides for two workers: the last ones keep only one of them busy.
 const DIAGNOSED: usize = 24;
 /// Time between two looks at what is open, each of which costs PostgreSQL a process.
@@ -22,8 +22,8 @@ const LOOK: Duration = Duration::from_secs(1);
 /// Connections to PostgreSQL that a process takes at most.
 const CONNECTIONS: usize = 13;
 
-/// What one trial does to the database, without River and without us: claimed, then completed while
-/// its job is locked.
+/// What one row of River does to the database, without River and without us: claimed, then completed
+/// while its job is locked.
 const FLOOR: &str = "\
 BEGIN;
 UPDATE q SET state = 'running', at = now() WHERE id = (
@@ -92,12 +92,14 @@ async fn until_done(server: &Server) {
     }
 }
 
-/// Trials per second between the first that ended and the last, once all are done.
-async fn trials_per_second(server: &Server) -> f64 {
+/// Rows of River per second between the first that ended and the last, once all are done: for each ride
+/// one of observe, trial and conclude.
+async fn rows_per_second(server: &Server) -> f64 {
     until_done(server).await;
-    let rate = "SELECT (count(*) - 1) * 1000.0 / (max(finished_at) - min(finished_at)) FROM trial";
+    let rate = "SELECT (count(*) - 1) / extract(epoch FROM max(finalized_at) - min(finalized_at)) \
+                FROM river_job WHERE state = 'completed'";
     let found = sql(server, rate).parse().unwrap();
-    sql(server, "TRUNCATE trial");
+    sql(server, "DELETE FROM river_job WHERE state = 'completed'");
     found
 }
 
@@ -154,10 +156,10 @@ async fn jobs_per_second_beside_the_floor_of_the_database() {
         }
         submit_nothing(&server).await;
         let workers = working(&server, count).await;
-        let rate = trials_per_second(&server).await;
+        let rate = rows_per_second(&server).await;
         drop(workers);
         let floor = floor(&server, count * 4);
-        eprintln!("{count} workers: {rate:.0} trials/s, floor {floor:.0} claims and completions/s");
+        eprintln!("{count} workers: {rate:.0} rows/s, floor {floor:.0} claims and completions/s");
     }
 }
 
@@ -176,10 +178,10 @@ async fn reads_that_last_do_not_hold_the_queue_back() {
             psql.spawn().unwrap()
         });
         let workers = working(&server, 2).await;
-        let rate = trials_per_second(&server).await;
+        let rate = rows_per_second(&server).await;
         drop(workers);
         eprintln!(
-            "{rate:.0} trials/s {}",
+            "{rate:.0} rows/s {}",
             if long {
                 "beside a long transaction"
             } else {

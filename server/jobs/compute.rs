@@ -1,5 +1,6 @@
-//! Computing, away from the async threads: two rayon pools, one for the quick stages and one for the
-//! heavy ones, each with as many permits as threads.
+//! Computing, away from the async threads: a rayon pool for the quick stages, one for the swarms and one for
+//! the diagnoses, each with as many permits as threads. A thread that waits for its share of one piece of
+//! work may begin another of its pool, so that no swarm can come to wait for a diagnosis.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -16,24 +17,28 @@ use super::hub::{Hub, Iteration};
 use super::stage::Fault;
 use crate::crash;
 
-/// Threads for the quick stages; they take turns with the heavy ones by the system's scheduler.
+/// Threads for the quick stages; they take turns with the others by the system's scheduler.
 pub const QUICK_THREADS: usize = 4;
 
-/// What the threads of heavy stages concede (`nice`), so that answers and quick stages need not wait for
-/// them however many cores compute.
-const HEAVY_NICE: i32 = 10;
+/// What the threads of swarms and of diagnoses concede (`nice`), so that answers and quick stages need not
+/// wait for them however many cores compute.
+const SWARM_NICE: i32 = 5;
+const DIAGNOSIS_NICE: i32 = 10;
 
 /// The pools of one process.
 pub struct Compute {
     pub quick: Lane,
-    pub heavy: Lane,
+    pub swarm: Lane,
+    pub diagnosis: Lane,
 }
 
 impl Compute {
-    pub fn new(heavy_threads: usize) -> Result<Self, ThreadPoolBuildError> {
+    /// `threads` each for swarms and diagnoses.
+    pub fn new(threads: usize) -> Result<Self, ThreadPoolBuildError> {
         Ok(Self {
             quick: Lane::new("quick", QUICK_THREADS, 0)?,
-            heavy: Lane::new("heavy", heavy_threads, HEAVY_NICE)?,
+            swarm: Lane::new("swarm", threads, SWARM_NICE)?,
+            diagnosis: Lane::new("diagnosis", threads, DIAGNOSIS_NICE)?,
         })
     }
 }
@@ -219,14 +224,14 @@ mod tests {
         let minute = Duration::from_secs(60);
         for _ in 0..3 {
             let fault = compute
-                .heavy
+                .diagnosis
                 .run::<(), _>(control(minute), |_| panic!("numbers ran out"))
                 .await
                 .unwrap_err();
             assert!(matches!(fault, Fault::Panic(text) if text == "numbers ran out"));
         }
         let answer = compute
-            .heavy
+            .diagnosis
             .run(control(minute), |_| Ok(42))
             .await
             .unwrap();
@@ -241,31 +246,34 @@ mod tests {
             let _ = ended.recv();
             Ok(())
         };
-        let fault = compute.heavy.run(control(Duration::ZERO), deaf).await;
+        let fault = compute.diagnosis.run(control(Duration::ZERO), deaf).await;
         assert!(matches!(fault, Err(Fault::Deadline(_))));
         let minute = Duration::from_secs(60);
         compute
-            .heavy
+            .diagnosis
             .run(control(minute), |_| Ok(()))
             .await
             .unwrap();
         drop(end);
         compute
-            .heavy
+            .diagnosis
             .run(control(minute), |_| Ok(()))
             .await
             .unwrap();
-        assert_eq!(compute.heavy.permits.available_permits(), 1);
+        assert_eq!(compute.diagnosis.permits.available_permits(), 1);
     }
 
     #[tokio::test]
     async fn the_deadline_and_the_token_end_a_loop_that_asks() {
         let compute = Compute::new(1).unwrap();
-        let late = compute.heavy.run(control(Duration::ZERO), until_told).await;
+        let late = compute
+            .diagnosis
+            .run(control(Duration::ZERO), until_told)
+            .await;
         assert!(matches!(late, Err(Fault::Deadline(_))));
         let stopped = control(Duration::from_secs(60));
         stopped.token.cancel();
-        let fault = compute.heavy.run(stopped, until_told).await;
+        let fault = compute.diagnosis.run(stopped, until_told).await;
         assert!(matches!(fault, Err(Fault::Stopped)));
     }
 }

@@ -45,7 +45,7 @@ impl Stages {
         let request = job.request.0;
         let report = work
             .compute
-            .heavy
+            .diagnosis
             .run(work.control(context, id), move |progress| {
                 let (bike, settings) = (&request.bike, &request.options.settings);
                 let diagnosis =

@@ -1,12 +1,25 @@
 use riverqueue::jiff::Timestamp;
 use riverqueue::{BoxError, Job, WorkContext, WorkError, WorkOutcome, Worker};
 use uuid::Uuid;
+use veloid_engine::Settings;
+use veloid_engine::ride::Ride;
 
-use super::queue::{HEAVY, Observe};
+use super::queue::{Observe, SWARM};
 use super::run::Stages;
 use super::stage::{Fault, backoff, complete, queue};
 use crate::crash;
 use crate::store::{job, result, river, trial};
+
+/// Particles times samples that one row of River is worth at least: about 0.1 s of a core where each is
+/// simulated, so that the queue's part (a few milliseconds) is small beside it.
+const PIECE: usize = 200_000_000;
+
+/// Trials that one row of River holds.
+fn share(ride: &Ride, settings: &Settings) -> usize {
+    let samples = ride.samples * ride.axles.iter().count();
+    let trial = settings.particles * settings.iterations * samples;
+    (PIECE / trial.max(1)).clamp(1, settings.trials)
+}
 
 /// First stage: observer and least squares. Queues the trials.
 impl Worker<Observe> for Stages {
@@ -43,6 +56,7 @@ impl Stages {
         let ride = work.ride(&job).await?;
         let request = job.request.0;
         let settings = request.options.settings.clone();
+        let share = share(&ride, &settings);
         let observed = work
             .compute
             .quick
@@ -57,14 +71,14 @@ impl Stages {
             complete(context, &mut tx, id).await?;
             if job::observed(&mut tx, id, &observed.least_squares).await? {
                 result::put(&mut tx, id, result::OBSERVED, &observed).await?;
-                let rows = queue.trials(&mut tx, id, settings.trials).await?;
+                let rows = queue.trials(&mut tx, id, settings.trials, share).await?;
                 trial::insert(&mut tx, id, settings.seed, &rows).await?;
                 river::line_up(&mut tx, id).await?;
             }
             Ok(tx.commit().await?)
         })
         .await?;
-        queue.wake(HEAVY);
+        queue.wake(SWARM);
         work.hub.changed(id);
         Ok(())
     }

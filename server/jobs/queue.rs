@@ -1,5 +1,7 @@
 //! River's side: the kinds of work, how they are queued, cancelled and waited for.
 
+use std::iter::repeat_n;
+use std::ops::Range;
 use std::time::Duration;
 
 use riverqueue::{Client, InsertOpts, JobArgs};
@@ -10,8 +12,11 @@ use crate::store::{Tx, on};
 
 /// Stages that take a moment: least squares must not wait behind other rides' swarms.
 pub const QUICK: &str = "quick";
-/// Swarms, which keep a core busy for a moment each.
-pub const HEAVY: &str = "heavy";
+/// Swarms, which keep all cores busy for a moment.
+pub const SWARM: &str = "swarm";
+/// Swarms that a version queued which knew rows of one trial alone. It leaves those of `SWARM` be, and
+/// what it leaves behind here is done as well.
+pub const SINGLE: &str = "heavy";
 /// Diagnoses, which keep one busy for seconds: apart, since none is begun before its time.
 pub const DIAGNOSIS: &str = "diagnosis";
 
@@ -32,7 +37,20 @@ pub struct Observe {
 #[river(kind = "trial")]
 pub struct Trial {
     pub job: Uuid,
+    /// The first of `count` trials.
     pub index: usize,
+    #[serde(default = "single")]
+    pub count: usize,
+}
+
+fn single() -> usize {
+    1
+}
+
+impl Trial {
+    pub fn indices(&self) -> Range<usize> {
+        self.index..self.index + self.count
+    }
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize, JobArgs)]
@@ -63,21 +81,29 @@ impl Queue {
         self.insert(tx, Observe { job }, opts(QUICK, NORMAL)).await
     }
 
-    /// Trials wait for the turn of their job (`store/turn.rs`).
+    /// Queues a job's trials, as many to a row as `share` says; the row of each trial. They wait for
+    /// the turn of their job (`store/turn.rs`).
     pub async fn trials(
         &self,
         tx: &mut Tx,
         job: Uuid,
-        count: usize,
+        total: usize,
+        share: usize,
     ) -> Result<Vec<i64>, riverqueue::Error> {
-        let rows = (0..count).map(|index| (Trial { job, index }, opts(HEAVY, NORMAL)));
+        let rows = (0..total).step_by(share).map(|index| {
+            let count = share.min(total - index);
+            (Trial { job, index, count }, opts(SWARM, NORMAL))
+        });
         let inserted = on!(tx, t => self.0.insert_many(rows.collect::<Vec<_>>()).tx(t).await)?;
-        Ok(inserted.iter().map(|row| row.job.id()).collect())
+        let rows = inserted
+            .iter()
+            .flat_map(|row| repeat_n(row.job.id(), share));
+        Ok(rows.take(total).collect())
     }
 
-    /// A trial whose worker is gone goes first.
-    pub async fn trial_again(&self, tx: &mut Tx, trial: Trial) -> Result<i64, riverqueue::Error> {
-        self.insert(tx, trial, opts(HEAVY, FIRST)).await
+    /// Trials whose worker is gone go first.
+    pub async fn trials_again(&self, tx: &mut Tx, trials: Trial) -> Result<i64, riverqueue::Error> {
+        self.insert(tx, trials, opts(SWARM, FIRST)).await
     }
 
     pub async fn conclude(&self, tx: &mut Tx, job: Uuid) -> Result<i64, riverqueue::Error> {

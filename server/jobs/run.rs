@@ -12,7 +12,9 @@ use veloid_engine::swarm::Swarm;
 use super::cache::RideCache;
 use super::compute::{Compute, QUICK_THREADS};
 use super::hub::Hub;
-use super::queue::{Conclude, DIAGNOSIS, Diagnose, HEAVY, Observe, POLL, QUICK, Queue, Trial};
+use super::queue::{
+    Conclude, DIAGNOSIS, Diagnose, Observe, POLL, QUICK, Queue, SINGLE, SWARM, Trial,
+};
 use super::stage::Fault;
 use super::takeover::sweep;
 use crate::crash;
@@ -66,7 +68,7 @@ pub struct Running {
 pub async fn start(work: Arc<Work>) -> Result<Running, Fault> {
     let db = work.db.clone();
     let hub = work.hub.clone();
-    let heavy = work.compute.heavy.threads;
+    let threads = work.compute.diagnosis.threads;
     let id = format!("veloid-{}", Uuid::now_v7().simple());
     let queue = Queue(client(&id, work)?);
 
@@ -76,7 +78,7 @@ pub async fn start(work: Arc<Work>) -> Result<Running, Fault> {
         river::forget_leader(&mut tx).await?;
     }
     // Before the first row is fetched, or others would take it over at once.
-    let slots = (heavy + QUICK_THREADS) as i64;
+    let slots = (threads + QUICK_THREADS) as i64;
     worker::beat(&mut tx, &id, slots).await?;
     river::hasten(&mut tx).await?;
     tx.commit().await?;
@@ -111,7 +113,7 @@ impl Running {
 fn client(id: &str, work: Arc<Work>) -> Result<riverqueue::Client, Fault> {
     // Others may have to end before an attempt begins.
     let timeout = work.limit * 2 + GRACE;
-    let heavy = work.compute.heavy.threads;
+    let threads = work.compute.diagnosis.threads;
     let (builder, only_process) = (work.db.river(), work.db.is_sqlite());
     let stages = Stages(work);
     let mut workers = Workers::new();
@@ -121,8 +123,8 @@ fn client(id: &str, work: Arc<Work>) -> Result<riverqueue::Client, Fault> {
     workers.add::<Diagnose, _>(stages)?;
     let slots = |count| QueueConfig::new(count).with_fetch_poll_interval(POLL);
     let swarms = match only_process {
-        true => slots(heavy + AHEAD).with_fetch_cooldown(GATHER),
-        false => slots(heavy),
+        true => slots(threads + AHEAD).with_fetch_cooldown(GATHER),
+        false => slots(threads),
     };
     let maintenance = MaintenanceConfig::default()
         .with_elect_interval(Duration::from_secs(1))
@@ -133,8 +135,9 @@ fn client(id: &str, work: Arc<Work>) -> Result<riverqueue::Client, Fault> {
         .id(id)
         .workers(workers)
         .queue(QUICK, slots(QUICK_THREADS))
-        .queue(HEAVY, swarms)
-        .queue(DIAGNOSIS, slots(heavy))
+        .queue(SWARM, swarms)
+        .queue(SINGLE, slots(threads))
+        .queue(DIAGNOSIS, slots(threads))
         .fetch_cooldown(Duration::from_millis(1))
         .job_timeout(timeout)
         .soft_stop_timeout(SOFT_STOP)

@@ -8,7 +8,7 @@ use serde::Deserialize;
 use uuid::Uuid;
 
 use super::hub::Hub;
-use super::queue::{DIAGNOSIS, HEAVY, QUICK, Queue, Trial};
+use super::queue::{DIAGNOSIS, QUICK, Queue, SWARM, Trial};
 use super::stage::{Fault, give_up};
 use crate::crash;
 use crate::store::job::{self, Failure, Stage};
@@ -18,24 +18,20 @@ use crate::store::{Db, Tx, trial};
 /// Times that a process may go while it works on a job before the job is held to be the cause.
 const MOST: i64 = 3;
 
-/// What the four kinds of work have in their arguments.
+/// What all kinds of work have in their arguments.
 #[derive(Deserialize)]
 struct Args {
     job: Uuid,
-    index: Option<usize>,
 }
 
 /// Takes over what no live worker holds, and fails jobs that the queue has nothing for any more. One
 /// transaction for each job; what it was begun for is looked at again once the job is locked, since
 /// another process may sweep too.
 pub async fn sweep(db: &Db, queue: &Queue, hub: &Hub) -> Result<(), Fault> {
-    let mut orphaned = BTreeMap::<Uuid, Vec<(Orphan, Option<usize>)>>::new();
+    let mut orphaned = BTreeMap::<Uuid, Vec<Orphan>>::new();
     for orphan in river::orphans(db).await? {
-        let args: Args = serde_json::from_str(&orphan.args).map_err(riverqueue::Error::from)?;
-        orphaned
-            .entry(args.job)
-            .or_default()
-            .push((orphan, args.index));
+        let Args { job } = serde_json::from_str(&orphan.args).map_err(riverqueue::Error::from)?;
+        orphaned.entry(job).or_default().push(orphan);
     }
     for (id, rows) in orphaned {
         let mut tx = db.begin().await?;
@@ -44,7 +40,7 @@ pub async fn sweep(db: &Db, queue: &Queue, hub: &Hub) -> Result<(), Fault> {
         if taken > 0 {
             tracing::warn!(job = %id, rows = taken, "took over the work of a process that is gone");
             metrics::counter!("veloid_job_rescues_total").increment(taken as u64);
-            for name in [QUICK, HEAVY, DIAGNOSIS] {
+            for name in [QUICK, SWARM, DIAGNOSIS] {
                 queue.wake(name);
             }
             hub.changed(id);
@@ -68,13 +64,13 @@ async fn take_over(
     tx: &mut Tx,
     queue: &Queue,
     id: Uuid,
-    rows: Vec<(Orphan, Option<usize>)>,
+    rows: Vec<Orphan>,
 ) -> Result<usize, Fault> {
     job::lock(tx, id).await?;
     let mut orphaned = Vec::new();
-    for (orphan, index) in rows {
+    for orphan in rows {
         if river::discard(tx, orphan.id).await? {
-            orphaned.push((orphan, index));
+            orphaned.push(orphan);
         }
     }
     if orphaned.is_empty() {
@@ -89,20 +85,18 @@ async fn take_over(
         give_up(queue, tx, id, Some(&Failure::new("crash", detail))).await?;
         return Ok(orphaned.len());
     }
-    for (orphan, index) in &orphaned {
-        let (stage, row) = match (orphan.kind.as_str(), index) {
-            ("trial", Some(index)) => {
-                let again = Trial {
-                    job: id,
-                    index: *index,
-                };
-                let row = queue.trial_again(tx, again).await?;
-                trial::hand_over(tx, id, *index as i64, row).await?;
+    for orphan in &orphaned {
+        let (stage, row) = match orphan.kind.as_str() {
+            "trial" => {
+                let trials: Trial =
+                    serde_json::from_str(&orphan.args).map_err(riverqueue::Error::from)?;
+                let row = queue.trials_again(tx, trials).await?;
+                trial::hand_over(tx, id, orphan.id, row).await?;
                 continue;
             }
-            ("observe", _) => (Stage::Observe, queue.observe(tx, id).await?),
-            ("conclude", _) => (Stage::Conclude, queue.conclude(tx, id).await?),
-            ("diagnose", _) => (Stage::Diagnose, queue.diagnose(tx, id).await?),
+            "observe" => (Stage::Observe, queue.observe(tx, id).await?),
+            "conclude" => (Stage::Conclude, queue.conclude(tx, id).await?),
+            "diagnose" => (Stage::Diagnose, queue.diagnose(tx, id).await?),
             _ => continue,
         };
         job::enter(tx, id, stage, row).await?;

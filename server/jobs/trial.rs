@@ -1,3 +1,6 @@
+use std::ops::Range;
+
+use rayon::prelude::*;
 use riverqueue::jiff::Timestamp;
 use riverqueue::{BoxError, Job, WorkContext, WorkError, WorkOutcome, Worker};
 use uuid::Uuid;
@@ -10,7 +13,8 @@ use super::stage::{Fault, backoff, complete, queue};
 use crate::store::job::{self, Stage};
 use crate::store::{result, trial};
 
-/// Second stage, once per seed: a swarm. The last one to finish queues the conclusion.
+/// Second stage: the swarms of some of the seeds, at once on all threads. Who finishes the last one
+/// queues the conclusion.
 impl Worker<Trial> for Stages {
     type Error = BoxError;
 
@@ -24,14 +28,19 @@ impl Worker<Trial> for Stages {
     }
 
     async fn work(&self, context: WorkContext, job: Job<Trial>) -> Result<WorkOutcome, BoxError> {
-        let Trial { job: id, index } = job.args;
-        let outcome = self.trial(&context, id, index).await;
+        let id = job.args.job;
+        let outcome = self.trials(&context, id, job.args.indices()).await;
         self.0.settle(&context, &job.row, id, outcome).await
     }
 }
 
 impl Stages {
-    async fn trial(&self, context: &WorkContext, id: Uuid, index: usize) -> Result<(), Fault> {
+    async fn trials(
+        &self,
+        context: &WorkContext,
+        id: Uuid,
+        indices: Range<usize>,
+    ) -> Result<(), Fault> {
         let work = &self.0;
         let swarm = work.swarms.get(id.to_string(), async || {
             let job = work.active(id).await?.ok_or(Fault::Stopped)?;
@@ -42,15 +51,19 @@ impl Stages {
             let make = move |_: &dyn Progress| {
                 Swarm::new(&ride, &request.bike, &request.options.settings, &observed)
             };
-            work.compute.heavy.run(control, make).await
+            work.compute.swarm.run(control, make).await
         });
         let swarm = swarm.await?;
-        work.hub.open(id, index);
-        let found = work
+        for index in indices.clone() {
+            work.hub.open(id, index);
+        }
+        let first = indices.start;
+        let found: Vec<_> = work
             .compute
-            .heavy
+            .swarm
             .run(work.control(context, id), move |progress| {
-                swarm.trial(index, progress)
+                let trials = indices.into_par_iter();
+                trials.map(|index| swarm.trial(index, progress)).collect()
             })
             .await?;
 
@@ -58,8 +71,8 @@ impl Stages {
         let publish = work.publish(context, || async {
             let mut tx = work.db.begin_lax().await?;
             complete(context, &mut tx, id).await?;
-            let last = trial::finish(&mut tx, id, index as i64, &found).await?
-                && job::count_trial(&mut tx, id).await?;
+            let stored = trial::finish(&mut tx, id, first, &found).await?;
+            let last = job::count_trials(&mut tx, id, stored).await?;
             if last {
                 let row = queue.conclude(&mut tx, id).await?;
                 job::enter(&mut tx, id, Stage::Conclude, row).await?;

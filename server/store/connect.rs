@@ -5,7 +5,7 @@ use sqlx::postgres::{PgConnectOptions, PgPoolOptions};
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
 use sqlx::{Connection, Sqlite, SqlitePool, Transaction};
 
-use super::Db;
+use super::{Db, nodelay};
 
 const BUSY_TIMEOUT: Duration = Duration::from_secs(10);
 const ACQUIRE_TIMEOUT: Duration = Duration::from_secs(10);
@@ -44,11 +44,16 @@ impl Db {
     pub async fn connect(url: &str) -> sqlx::Result<Db> {
         if is_postgres(url) {
             let options = PgConnectOptions::from_str(url)?.options(SESSION);
+            let port = options.get_port();
             let pool = |most, options| {
                 PgPoolOptions::new()
                     .max_connections(most)
                     .acquire_timeout(ACQUIRE_TIMEOUT)
                     .test_before_acquire(false)
+                    .after_connect(move |_, _| {
+                        nodelay::send_at_once(port);
+                        Box::pin(async { Ok(()) })
+                    })
                     .before_acquire(|connection, rest| {
                         Box::pin(async move {
                             if rest.idle_for > RESTED {

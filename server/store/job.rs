@@ -278,13 +278,13 @@ pub async fn observed(
     Ok(changed == 1)
 }
 
-/// Counts one more finished trial; true for the one who finds it to be the last of a running job.
-pub async fn count_trial(tx: &mut Tx, id: Uuid) -> sqlx::Result<bool> {
+/// Counts more finished trials; true for the one who finds the last of a running job among them.
+pub async fn count_trials(tx: &mut Tx, id: Uuid, more: i64) -> sqlx::Result<bool> {
     const SQL: &str = "\
-        UPDATE job SET trials_done = trials_done + 1, revision = revision + 1 \
+        UPDATE job SET trials_done = trials_done + $2, revision = revision + 1 \
         WHERE id = $1 AND state = 'running' RETURNING trials_done, trials_total";
     let counts: Option<(i64, i64)> =
-        on!(tx, t => sqlx::query_as(SQL).bind(id).fetch_optional(&mut **t).await)?;
+        on!(tx, t => sqlx::query_as(SQL).bind(id).bind(more).fetch_optional(&mut **t).await)?;
     Ok(counts.is_some_and(|(done, total)| done == total))
 }
 

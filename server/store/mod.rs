@@ -26,6 +26,12 @@ pub mod idempotency_key;
 pub mod job;
 pub mod key;
 mod migrate;
+#[cfg(target_os = "linux")]
+mod nodelay;
+#[cfg(not(target_os = "linux"))]
+mod nodelay {
+    pub fn send_at_once(_port: u16) {}
+}
 pub mod parameter;
 pub mod result;
 pub mod ride;

@@ -107,11 +107,14 @@ pub async fn begun_first(tx: &mut Tx) -> sqlx::Result<()> {
 
 macro_rules! stray {
     () => {
-        "state IN ('queued', 'running') AND NOT EXISTS ( \
-            SELECT 1 FROM river_job \
-            WHERE river_job.state NOT IN ('completed', 'cancelled', 'discarded') \
-              AND (river_job.id = job.river_id OR river_job.id IN ( \
-                  SELECT river_id FROM trial WHERE trial.job_id = job.id AND result IS NULL)))"
+        "state IN ('queued', 'running') \
+         AND NOT EXISTS ( \
+            SELECT 1 FROM river_job WHERE river_job.id = job.river_id \
+              AND river_job.state NOT IN ('completed', 'cancelled', 'discarded')) \
+         AND NOT EXISTS ( \
+            SELECT 1 FROM trial JOIN river_job ON river_job.id = trial.river_id \
+            WHERE trial.job_id = job.id AND trial.result IS NULL \
+              AND river_job.state NOT IN ('completed', 'cancelled', 'discarded'))"
     };
 }
 

@@ -29,22 +29,22 @@ pub async fn insert(tx: &mut Tx, job: Uuid, seed: u64, river: &[i64]) -> sqlx::R
         .map(drop))
 }
 
-/// Stores a trial's result unless it has one already; says whether it did.
-pub async fn finish(tx: &mut Tx, job: Uuid, index: i64, result: &Trial) -> sqlx::Result<bool> {
-    const SQL: &str = "\
-        UPDATE trial SET cost = $3, result = $4, finished_at = $5 \
-        WHERE job_id = $1 AND trial_index = $2 AND result IS NULL";
-    let cost = result.best_cost.last().copied().filter(|c| c.is_finite());
-    let changed = on!(tx, t => sqlx::query(SQL)
-        .bind(job)
-        .bind(index)
-        .bind(cost)
-        .bind(Json(result))
-        .bind(now_ms())
+/// Stores the results of the trials from `first` on that have none yet; says how many those were.
+pub async fn finish(tx: &mut Tx, job: Uuid, first: usize, results: &[Trial]) -> sqlx::Result<i64> {
+    let stored = on!(tx, t => QueryBuilder::new("WITH found (trial_index, cost, result) AS (")
+        .push_values((first as i64..).zip(results), |mut row, (index, result)| {
+            let cost = result.best_cost.last().copied().filter(|c| c.is_finite());
+            row.push_bind(index).push_bind(cost).push_bind(Json(result));
+        })
+        .push(") UPDATE trial SET cost = found.cost, result = found.result, finished_at = ")
+        .push_bind(now_ms())
+        .push(" FROM found WHERE trial.trial_index = found.trial_index AND trial.result IS NULL AND job_id = ")
+        .push_bind(job)
+        .build()
         .execute(&mut **t)
         .await?
         .rows_affected());
-    Ok(changed == 1)
+    Ok(stored as i64)
 }
 
 /// A job's trials in the order of their index.
@@ -57,17 +57,17 @@ pub async fn list(db: &Db, job: Uuid) -> sqlx::Result<Vec<TrialRow>> {
 
 /// River's rows of the trials that are still to be done.
 pub async fn unfinished(tx: &mut Tx, job: Uuid) -> sqlx::Result<Vec<i64>> {
-    const SQL: &str = "SELECT river_id FROM trial WHERE job_id = $1 AND result IS NULL";
+    const SQL: &str = "SELECT DISTINCT river_id FROM trial WHERE job_id = $1 AND result IS NULL";
     on!(tx, t => sqlx::query_scalar(SQL).bind(job).fetch_all(&mut **t).await)
 }
 
-/// Points a trial to the River row that took over from another.
-pub async fn hand_over(tx: &mut Tx, job: Uuid, index: i64, river_id: i64) -> sqlx::Result<()> {
-    const SQL: &str = "UPDATE trial SET river_id = $3 WHERE job_id = $1 AND trial_index = $2";
+/// Points the trials of one River row to the one that took over from it.
+pub async fn hand_over(tx: &mut Tx, job: Uuid, from: i64, to: i64) -> sqlx::Result<()> {
+    const SQL: &str = "UPDATE trial SET river_id = $3 WHERE job_id = $1 AND river_id = $2";
     on!(tx, t => sqlx::query(SQL)
         .bind(job)
-        .bind(index)
-        .bind(river_id)
+        .bind(from)
+        .bind(to)
         .execute(&mut **t)
         .await
         .map(drop))
