@@ -4,10 +4,17 @@
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
+use super::scene::Track;
+use crate::output_error::colour::Colour;
+
+/// Deviations of the residual's coherence with what drives the axle from which it is no noise.
+pub const DRIVEN: f64 = 9.0;
 /// Longest and shortest stretch (s, samples) whose spectra are averaged, and the fewest that tell anything.
 const STRETCH_S: f64 = 8.0;
 const SHORTEST: usize = 64;
 const FEWEST: f64 = 4.0;
+/// Order of the autoregressive model that takes the residual's colour out first.
+const WHITENED: usize = 4;
 /// Share of the driving channel's density that its own noise may have where it is looked at.
 const NOISE: f64 = 0.01;
 /// Bins of Hann-windowed spectra that say as much as one by itself.
@@ -22,10 +29,21 @@ pub struct Driven {
     pub share: f64,
 }
 
+/// Compares the residual (m) of a track with the force that drives it, or with its road.
+pub fn of_track(track: &Track, residual: &[f64]) -> Driven {
+    let (driving, noise) = match &track.input.force {
+        Some((force, _)) => (&force[..], track.force_most),
+        None => (&track.input.road[..], track.road_most),
+    };
+    driven(residual, driving, noise, track.input.step)
+}
+
 /// Compares a residual (m) with the `driving` channel, whose own noise has at most the density `noise` (one-sided, the
 /// channel's unit squared per Hz) and is white. The score is minus infinity where the record is too short or drives nothing.
-pub fn driven(residual: &[f64], driving: &[f64], noise: f64, step: f64) -> Driven {
-    let (bins, total) = bins(residual, driving, noise, step).unwrap_or_default();
+fn driven(residual: &[f64], driving: &[f64], noise: f64, step: f64) -> Driven {
+    // What a steep spectrum leaks into other bins goes with nothing.
+    let white = Colour::of_order(residual, WHITENED).whiten(residual);
+    let (bins, total) = bins(residual, &white, driving, noise, step).unwrap_or_default();
     let mut bands: Vec<Vec<f64>> = vec![bins.iter().map(|b| b.gain).collect()];
     for octave in 0..usize::BITS {
         let inside = bins.iter().filter(|b| b.at.ilog2() == octave);
@@ -51,7 +69,13 @@ struct Bin {
 }
 
 /// The bins in which the channel drives the axle, and the residual's power in all.
-fn bins(residual: &[f64], driving: &[f64], noise: f64, step: f64) -> Option<(Vec<Bin>, f64)> {
+fn bins(
+    residual: &[f64],
+    white: &[f64],
+    driving: &[f64],
+    noise: f64,
+    step: f64,
+) -> Option<(Vec<Bin>, f64)> {
     let n = residual.len();
     let length = ((STRETCH_S / step) as usize).min(n / 6) & !1;
     let starts = (0..n.saturating_sub(length)).step_by((length / 2).max(1));
@@ -77,17 +101,22 @@ fn bins(residual: &[f64], driving: &[f64], noise: f64, step: f64) -> Option<(Vec
         Some(out)
     };
     let mut sums = vec![(0.0, 0.0, Complex::new(0.0, 0.0)); length / 2 + 1];
+    let mut power_of = vec![0.0; sums.len()];
     for start in starts {
         let x = transform(&driving[start..start + length])?;
-        let y = transform(&residual[start..start + length])?;
+        let y = transform(&white[start..start + length])?;
         for (s, (x, y)) in sums.iter_mut().zip(x.iter().zip(&y)) {
             s.0 += x.norm_sqr();
             s.1 += y.norm_sqr();
             s.2 += x.conj() * y;
         }
+        let unfiltered = transform(&residual[start..start + length])?;
+        for (sum, y) in power_of.iter_mut().zip(&unfiltered) {
+            *sum += y.norm_sqr();
+        }
     }
     let count = stretches / 0.55;
-    let total = sums.iter().map(|s| s.1).sum();
+    let total = power_of.iter().sum();
     let told = sums
         .iter()
         .enumerate()
@@ -99,7 +128,7 @@ fn bins(residual: &[f64], driving: &[f64], noise: f64, step: f64) -> Option<(Vec
             let bin = Bin {
                 at,
                 gain: -(stretches - 1.0) * (1.0 - coherence).ln() - 2.0 * stretches * share,
-                common: beyond.max(0.0) * y,
+                common: beyond.max(0.0) * power_of[at],
             };
             (share < NOISE && bin.gain.is_finite()).then_some(bin)
         });
@@ -110,7 +139,6 @@ fn bins(residual: &[f64], driving: &[f64], noise: f64, step: f64) -> Option<(Vec
 mod tests {
     use super::*;
     use crate::diagnosis::null::normal;
-    use crate::output_error::colour::Colour;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
 

@@ -7,7 +7,7 @@ use super::effects::Kind;
 use super::extend::{Model, Reach, extend, polish, reduce};
 use super::fit::Effort;
 use super::model::Term;
-use super::name::{FINE, Search};
+use super::name::{ADEQUATE, FINE, Search};
 use super::signature::tangent_for;
 
 const SPRINGS: [Kind; 5] = [
@@ -36,6 +36,25 @@ const WIDER: [(Kind, Kind); 2] = [
 ];
 /// Gain in log likelihood by which a general curve must lead.
 const LEAD: f64 = 10.0;
+
+/// Whether on every axle that has a name one effect alone takes nearly all off the held-out squares: what a
+/// general curve adds to that is physics of another size.
+pub fn dominates(search: &Search, model: &Model) -> bool {
+    [Axle::Front, Axle::Rear].into_iter().all(|axle| {
+        let mut own = model.terms.iter().filter(|t| t.acts_on(axle)).peekable();
+        own.peek().is_none()
+            || own.any(|term| {
+                let kept = |t: &Term| t == term || !t.acts_on(axle);
+                let terms: Vec<Term> = model.terms.iter().copied().filter(kept).collect();
+                let alone = if terms == model.terms {
+                    Some(model.clone())
+                } else {
+                    reduce(&search.fitter, model, &terms, search.thorough(model))
+                };
+                alone.is_some_and(|m| search.left(axle, &m) <= 1.0 - ADEQUATE)
+            })
+    })
+}
 
 /// Whether the model's names stand for a curve that is not in the library.
 pub fn is_curve(search: &Search, model: &Model) -> bool {

@@ -21,8 +21,6 @@ const RESONANT: f64 = 30.0;
 const MATTERS: f64 = 0.27;
 /// Deviations of the residual's kurtosis from which it is no noise of a sensor.
 const BURSTS: f64 = 6.0;
-/// Deviations of the residual's coherence with what drives the axle from which it is no noise.
-const DRIVEN: f64 = 9.0;
 
 /// Judges one track: is anything left, and what was the noise.
 pub struct Judged {
@@ -97,12 +95,8 @@ pub fn judge(
         |residual: &[f64]| bursts::score(residual, &rate, &track.valid, scene.step);
     let bursts = comes_and_goes(&found.residual);
     let bursting = bursts > BURSTS && stands_out(bursts, &comes_and_goes);
-    let driving = match &track.input.force {
-        Some((force, _)) => (&force[..], track.force_most),
-        None => (&track.input.road[..], track.road_most),
-    };
-    let driven = coherence::driven(&found.residual, driving.0, driving.1, scene.step);
-    let goes_along = driven.score > DRIVEN;
+    let driven = coherence::of_track(track, &found.residual);
+    let goes_along = driven.score > coherence::DRIVEN;
     // A model that runs away on the held-out part explains nothing.
     let runs_away = !(found.held_before + extended).is_finite();
     let remains = structured || forced || bursting || goes_along || runs_away;

@@ -6,9 +6,11 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::EngineError;
+use crate::bicycle::Axle;
 use crate::identify::Progress;
 use crate::output_error::colour::Colour;
 
+use super::coherence;
 use super::extend::{Model, Reach, is_far, polish, reduce};
 use super::fit::{Effort, Fitted, Fitter};
 use super::model::Term;
@@ -128,6 +130,16 @@ impl Search<'_> {
         squares
     }
 
+    /// Share of the plain model's held-out squares that a model leaves on an axle.
+    pub fn left(&self, axle: Axle, model: &Model) -> f64 {
+        let tracks = self.fitter.scene.tracks.iter();
+        let on_axle = |squares: Vec<f64>| -> f64 {
+            let own = tracks.clone().zip(squares).filter(|(t, _)| t.axle == axle);
+            own.map(|(_, square)| square).sum()
+        };
+        on_axle(self.held_squares(model)) / on_axle(self.held_squares(&self.plain))
+    }
+
     /// Whether what `larger` has beyond `model` is large enough to be told beside other effects: in
     /// likelihood, or in the held-out error, where a slow effect shows that coloured noise would hide.
     fn counts(&self, model: &Model, larger: &Model) -> bool {
@@ -154,75 +166,89 @@ impl Search<'_> {
         let mut near: Vec<Term> = Vec::new();
         // The last model whose every effect proved itself on the held-out part.
         let mut proven = self.plain.clone();
+        // The model with the noise under which promises are looked for, where that is not its own.
+        let mut pale: Option<Model> = None;
         while model.terms.len() < MOST_TERMS {
             self.check()?;
-            let offers = self.offers(&model, &model.terms);
-            let null = Null::new(&offers, self.seed, rounds.len());
-            if !self.promising(&model, &offers, &null) {
-                break;
-            }
-            let found = self.refits(&model, &offers, Reach::Far);
-            // What noise of the road channel brings leads to nothing.
-            let real = |m: &&Model| self.beats_road_noise(&model, m);
-            let Some(best) = found.iter().take(LEADERS).find(real) else {
-                break;
-            };
-            let least = 0.5 * (best.likelihood - model.likelihood);
-            let leaders: Vec<&Model> = found
-                .iter()
-                .take(LEADERS)
-                .filter(|m| m.likelihood <= best.likelihood)
-                .filter(|m| m.likelihood - model.likelihood >= least)
-                .collect();
-            near.extend(leaders.iter().map(|m| added(&model, m)));
-            // Of those that explain the ride as well, the one that a bicycle can be and that says least.
-            let mut accepted: Vec<&Model> = Vec::new();
-            for leader in leaders {
-                if accepted
-                    .first()
-                    .is_some_and(|first| leader.likelihood < first.likelihood - CLOSE)
-                {
-                    break;
+            let goes_on = 'round: {
+                let offers = self.offers(pale.as_ref().unwrap_or(&model), &model.terms);
+                let null = Null::new(&offers, self.seed, rounds.len());
+                if !self.promising(&model, &offers, &null) {
+                    break 'round false;
                 }
-                if self.accepts(&proven, &model, leader, &null)
-                    && (std::ptr::eq(leader, best) || real(&leader))
-                {
-                    accepted.push(leader);
-                }
-            }
-            let choice = accepted
-                .into_iter()
-                .max_by(|a, b| self.merit(a).total_cmp(&self.merit(b)));
-            let tell = |m: &Model, accepted: bool| Round {
-                term: added(&model, m),
-                p_value: null.p_value(m.likelihood - model.likelihood),
-                accepted,
-            };
-            if let Some(choice) = choice {
-                rounds.push(tell(choice, true));
-                model = self.pruned(
-                    polish(&self.fitter, choice, self.thorough(choice))
-                        .unwrap_or_else(|| choice.clone()),
-                );
-                rivals = if model.terms.len() == 1 {
-                    found
-                } else {
-                    let tried = self.exchanged(&mut model, &near)?;
-                    model = self.pruned(model);
-                    tried
+                let found = self.refits(&model, &offers, Reach::Far);
+                // What noise of the road channel brings leads to nothing.
+                let real = |m: &&Model| self.beats_road_noise(&model, m);
+                let Some(best) = found.iter().take(LEADERS).find(real) else {
+                    break 'round false;
                 };
-                proven = model.clone();
-            } else {
-                rounds.push(tell(best, false));
-                // Far from the ride one effect alone may mislead where two together explain it.
-                let far = best
-                    .fits
+                let least = 0.5 * (best.likelihood - model.likelihood);
+                let leaders: Vec<&Model> = found
                     .iter()
-                    .any(|f| is_far(self.fitter.scene, best, &f.unit));
-                if !far || model.terms.len() > proven.terms.len() {
-                    break;
+                    .take(LEADERS)
+                    .filter(|m| m.likelihood <= best.likelihood)
+                    .filter(|m| m.likelihood - model.likelihood >= least)
+                    .collect();
+                near.extend(leaders.iter().map(|m| added(&model, m)));
+                // Of those that explain the ride as well, the one that a bicycle can be and that says least.
+                let mut accepted: Vec<&Model> = Vec::new();
+                for leader in leaders {
+                    if accepted
+                        .first()
+                        .is_some_and(|first| leader.likelihood < first.likelihood - CLOSE)
+                    {
+                        break;
+                    }
+                    if self.accepts(&proven, &model, leader, &null)
+                        && (std::ptr::eq(leader, best) || real(&leader))
+                    {
+                        accepted.push(leader);
+                    }
                 }
-                model = best.clone();
+                let choice = accepted
+                    .into_iter()
+                    .max_by(|a, b| self.merit(a).total_cmp(&self.merit(b)));
+                let tell = |m: &Model, accepted: bool| Round {
+                    term: added(&model, m),
+                    p_value: null.p_value(m.likelihood - model.likelihood),
+                    accepted,
+                };
+                if let Some(choice) = choice {
+                    rounds.push(tell(choice, true));
+                    model = self.pruned(
+                        polish(&self.fitter, choice, self.thorough(choice))
+                            .unwrap_or_else(|| choice.clone()),
+                    );
+                    rivals = if model.terms.len() == 1 {
+                        found
+                    } else {
+                        let tried = self.exchanged(&mut model, &near)?;
+                        model = self.pruned(model);
+                        tried
+                    };
+                    proven = model.clone();
+                    true
+                } else {
+                    rounds.push(tell(best, false));
+                    // Far from the ride one effect alone may mislead where two together explain it.
+                    let far = best
+                        .fits
+                        .iter()
+                        .any(|f| is_far(self.fitter.scene, best, &f.unit));
+                    if !far || model.terms.len() > proven.terms.len() {
+                        break 'round false;
+                    }
+                    model = best.clone();
+                    true
+                }
+            };
+            pale = match (goes_on, pale) {
+                (true, _) => None,
+                (false, None) => self.paled(&model),
+                (false, Some(_)) => break,
+            };
+            if !goes_on && pale.is_none() {
+                break;
             }
         }
         let model = proven;
@@ -237,6 +263,26 @@ impl Search<'_> {
             rounds,
             rivals,
         })
+    }
+
+    /// The model with white noise on the axles whose residual goes with what drives them, if any does: a model
+    /// of the noise that has taken a mode for noise hides what would explain it.
+    fn paled(&self, model: &Model) -> Option<Model> {
+        let scene = self.fitter.scene;
+        let driven: Vec<usize> = (self.residuals(model).into_iter())
+            .filter(|(t, residual, _)| {
+                coherence::of_track(&scene.tracks[*t], residual).score > coherence::DRIVEN
+            })
+            .map(|(t, ..)| t)
+            .collect();
+        let mut pale = model.clone();
+        for fit in &mut pale.fits {
+            let axles = fit.unit.tracks.iter().zip(&mut fit.colours);
+            for (_, colour) in axles.filter(|(t, _)| driven.contains(t)) {
+                *colour = Colour::white(colour.total_variance());
+            }
+        }
+        (!driven.is_empty()).then_some(pale)
     }
 
     /// Whether the effect that `larger` has beyond `model` is real where the road is quiet: its gain

@@ -13,7 +13,7 @@ use super::evidence::{Evidence, Excerpt, ResidualSpectrum, Surface};
 use super::extend::{Model, candidates, polish, stable_substeps};
 use super::finer::finer;
 use super::fit::{Effort, Fitter, ORDER};
-use super::foil::{is_curve, is_outgrown};
+use super::foil::{dominates, is_curve, is_outgrown};
 use super::free_form::free_form;
 use super::input_noise;
 use super::judge::{Judged, judge};
@@ -157,12 +157,13 @@ pub fn diagnose(
         .iter()
         .all(|j| !j.remains || j.held_out.explained_share >= ADEQUATE);
     let physical = is_physical(&scene, &plain, &model);
-    let verdict = match (model.terms.is_empty(), adequate && physical) {
+    let explains = !model.terms.is_empty() && adequate && physical;
+    let wider = explains && (is_curve(&search, &model) || is_outgrown(&search, &model));
+    let small = wider && dominates(&search, &model);
+    let verdict = match (model.terms.is_empty(), explains) {
         (true, _) if judged.iter().all(|j| !j.remains) => Verdict::NothingMissing,
         (true, _) | (false, false) => Verdict::Unnamed,
-        (false, true) if is_curve(&search, &model) || is_outgrown(&search, &model) => {
-            Verdict::Unnamed
-        }
+        (false, true) if wider && !small => Verdict::Unnamed,
         (false, true) if tied.is_empty() => Verdict::Named,
         (false, true) => Verdict::Ambiguous,
     };
@@ -242,6 +243,11 @@ pub fn diagnose(
         }
         diagnosis.held_out.set(axle, judged.held_out);
         diagnosis.extended.set(axle, Estimate { ..after });
+    }
+    if small {
+        let left = "a wider law, which is not in the library, explains the ride better than what is named; \
+                    what it adds is small beside that";
+        diagnosis.warnings.push(left.to_owned());
     }
     diagnosis.sentence = words::sentence(&diagnosis);
     Ok(diagnosis)

@@ -41,8 +41,11 @@ impl Effect for SprungMass {
         starts: |s| {
             let f0 = 1.0 / s.period();
             let mut hertz = [0.15, 0.3, 0.5, 0.75, 1.0, 1.4, 2.0, 3.0].map(|f| f * f0).to_vec();
-            // Where the axle moves faster than that, as on a drive without a spring, its mode may be as fast.
-            let top = (2.0 * s.a_rms / s.v_rms / std::f64::consts::TAU).min(0.4 / s.step);
+            // Where the axle moves faster than that its mode may be as fast, and on a drive, which has hardly a
+            // spring and drifts, faster.
+            let moves = s.a_rms / s.v_rms / std::f64::consts::TAU;
+            let most = if f0 < 0.1 * moves { f64::INFINITY } else { 2.0 * moves };
+            let top = most.min(0.4 / s.step);
             let mut f = 4.5 * f0;
             while f < top {
                 hertz.push(f);
@@ -50,6 +53,12 @@ impl Effect for SprungMass {
             }
             let each = |f: f64| [0.07, 0.3].map(|zeta| [0.1, f, zeta, 0.0]);
             hertz.into_iter().flat_map(each).collect()
+        },
+        nearer: |p, s, zoom| {
+            let ratio = 1.5_f64.powf(0.5_f64.powi(zoom as i32));
+            let fastest = 0.45 / s.step;
+            let each = |f: f64| [p[2], 0.4 * p[2]].map(|zeta| [0.1, f.min(fastest), zeta, 0.0]);
+            [p[1] * ratio, p[1] / ratio].into_iter().flat_map(each).collect()
         },
         report: |p, s| {
             vec![
