@@ -6,7 +6,8 @@ use super::scene::Scene;
 use super::show;
 
 /// Whether the effects' parameters lie in their physical ranges and what is left of the plain spring
-/// and damper on their axles is one: between stops lies a spring, and no damper pushes.
+/// and damper on their axles is one: between stops lies a spring, a tyre does not relax to nothing, and no damper
+/// pushes.
 pub fn is_physical(scene: &Scene, plain: &Model, model: &Model) -> bool {
     let effects = model.fits.iter().all(|f| {
         f.unit.terms.iter().enumerate().all(|(i, term)| {
@@ -24,11 +25,9 @@ pub fn is_physical(scene: &Scene, plain: &Model, model: &Model) -> bool {
             show::estimate(scene, plain, t),
             show::estimate(scene, model, t),
         );
-        let stopped = model
-            .terms
-            .iter()
-            .any(|term| term.kind == Kind::BumpStop && term.acts_on(track.axle));
-        (!stopped || after.k_n_m > 0.15 * before.k_n_m)
+        let replaces = |kind| matches!(kind, Kind::BumpStop | Kind::ViscoelasticTyre);
+        let replaced = (model.terms.iter()).any(|t| replaces(t.kind) && t.acts_on(track.axle));
+        (!replaced || after.k_n_m > 0.15 * before.k_n_m)
             && after.b_n_s_m > -3.0 * after.b_std_n_s_m - 0.02 * before.b_n_s_m.abs()
     });
     effects && spring
