@@ -72,7 +72,7 @@ impl Stages {
             let mut tx = work.db.begin_lax().await?;
             complete(context, &mut tx, id).await?;
             let stored = trial::finish(&mut tx, id, first, &found).await?;
-            let last = job::count_trials(&mut tx, id, stored).await?;
+            let last = stored > 0 && job::count_trials(&mut tx, id, stored).await?;
             if last {
                 let row = queue.conclude(&mut tx, id).await?;
                 job::enter(&mut tx, id, Stage::Conclude, row).await?;
