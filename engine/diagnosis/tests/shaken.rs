@@ -2,21 +2,42 @@
 
 use super::*;
 
-/// Half a minute of a front axle that sines up to 20 Hz shake, its ground at rest. Two masses move with the
-/// accelerations `pull` (force, z, z', s, s'); the sensor is on the first. Semi-implicit Euler at 200 times the rate.
-fn shaken(pull: impl Fn(f64, [f64; 4]) -> [f64; 2]) -> Ride {
-    const FINE: usize = 200;
-    let mut ride = Outing {
+/// Steps of a bench's motion for each sample.
+const FINE: usize = 200;
+
+fn half_a_minute() -> Ride {
+    Outing {
         duration_s: 30.0,
         ..Outing::default()
     }
-    .ride();
+    .ride()
+}
+
+/// The ride with a front axle alone, on ground at rest: what force shook it, and where it was.
+fn bench(mut ride: Ride, force: Vec<f64>, positions: Vec<f64>, seed: u64) -> Ride {
+    let still = AxleRecord {
+        road: vec![0.0; force.len()],
+        force: Some(force),
+        ..ride.axles.front.take().unwrap()
+    };
+    ride.axles.front = Some(logged(
+        &still,
+        positions.into_iter(),
+        &mut Normal::new(seed),
+    ));
+    ride.axles.rear = None;
+    ride
+}
+
+/// Half a minute of a front axle that sines up to 20 Hz shake, its ground at rest. Two masses move with the
+/// accelerations `pull` (force, z, z', s, s'); the sensor is on the first. Semi-implicit Euler at 200 times the rate.
+fn shaken(pull: impl Fn(f64, [f64; 4]) -> [f64; 2]) -> Ride {
+    let ride = half_a_minute();
     let sines = |t: f64| {
         (1..=60)
             .map(|i| (f64::from(i * i) + TAU * f64::from(i) * t / 3.0).sin())
             .sum::<f64>()
     };
-    let record = ride.axles.front.take().unwrap();
     let force: Vec<f64> = (0..ride.samples)
         .map(|i| 40.0 * sines(ride.step_s * i as f64))
         .collect();
@@ -37,14 +58,7 @@ fn shaken(pull: impl Fn(f64, [f64; 4]) -> [f64; 2]) -> Ride {
             x[2] += h * x[3];
         }
     }
-    let still = AxleRecord {
-        road: vec![0.0; force.len()],
-        force: Some(force),
-        ..record
-    };
-    ride.axles.front = Some(logged(&still, positions.into_iter(), &mut Normal::new(5)));
-    ride.axles.rear = None;
-    ride
+    bench(ride, force, positions, 5)
 }
 
 /// A drive without a spring that carries another mass: it drifts by far more than that mass moves it, and noise of
@@ -70,13 +84,7 @@ fn val_a_second_mass_on_a_drive_without_a_spring_is_found() {
 /// friction alone takes nearly everything off the held-out error.
 #[test]
 fn val_friction_keeps_its_name_beside_what_is_small() {
-    const FINE: usize = 200;
-    let mut ride = Outing {
-        duration_s: 30.0,
-        ..Outing::default()
-    }
-    .ride();
-    let record = ride.axles.front.take().unwrap();
+    let ride = half_a_minute();
     let h = ride.step_s / FINE as f64;
     let (mut z, mut v, mut force) = (0.0, 0.0, vec![0.0]);
     let mut positions = Vec::new();
@@ -95,14 +103,7 @@ fn val_friction_keeps_its_name_beside_what_is_small() {
         }
     }
     force.truncate(ride.samples);
-    let still = AxleRecord {
-        road: vec![0.0; force.len()],
-        force: Some(force),
-        ..record
-    };
-    ride.axles.front = Some(logged(&still, positions.into_iter(), &mut Normal::new(6)));
-    ride.axles.rear = None;
-    let d = diagnosed(&ride);
+    let d = diagnosed(&bench(ride, force, positions, 6));
     let names: Vec<_> = d.effects.iter().map(|e| e.id.as_str()).collect();
     assert_eq!(names, ["coulomb_friction"], "{}", d.sentence);
     assert_eq!(d.verdict, Verdict::Named, "{}", d.sentence);
