@@ -3,15 +3,24 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use veloid_truth::prove::origin::Origin;
 use veloid_truth::prove::proof::Proof;
+use veloid_truth::prove::whole::{self, Whole};
 use veloid_truth::refit::known;
 use veloid_truth::suite::files::{self, Order};
 
 const USAGE: &str = "usage:
   veloid-truth make --out DIR --seed N [--suite standard|clean300] [--sample 1/6] [--count N]
-  veloid-truth prove --binary PATH --seed N [--suite ..] [--sample 1/6] [--count N] [--docs docs/proof.md] [--work target/proof]
-                     [--key-sha256 HEX]   refuses to run unless the key has the hash that was committed
-                     [--least-right PERCENT] fails if fewer of the judged rides are right
+  veloid-truth seal --seed N --docs docs/proof.md [--work target/proof]
+                     writes the keys' SHA-256 into the document, to be committed alone before `prove`
+  veloid-truth prove --suite all --seed N --docs docs/proof.md [--binary PATH] [--real ../shared/real] [--work target/proof]
+                     everything that the document shows; without --binary builds it, in release
+  veloid-truth prove --binary PATH --seed N [--suite standard|clean300] [--sample 1/6] [--count N] [--docs docs/proof.md]
+                     [--work target/proof] [--bounds PERCENT]   fails where a row misses its demand by more than
+                     rides that meet it would in this percentage of such runs
+  veloid-truth prove --suite timing|timing-slower|real --seed N --docs docs/proof.md [--binary PATH]
+                     one of its sections; timing-slower on another machine
+                     Whatever goes into a document needs a clean tree, and keys that were sealed.
   veloid-truth refit --rides DIR          plain model, noise floor and oracle of every ride, as JSON";
 
 fn main() -> ExitCode {
@@ -34,20 +43,15 @@ fn run(arguments: &[String]) -> Result<(), String> {
             println!("{digest}");
             Ok(())
         }
+        Some("seal") => {
+            let docs = options.path("--docs")?.ok_or("seal needs --docs PATH")?;
+            let seed = options.number("--seed", 1)? as u64;
+            let text = whole::seal(seed, &options.work()?, &docs).map_err(|e| e.to_string())?;
+            println!("{text}");
+            Ok(())
+        }
         Some("prove") => {
-            let proof = Proof {
-                binary: options
-                    .path("--binary")?
-                    .ok_or("prove needs --binary PATH")?,
-                order: options.order()?,
-                work: options
-                    .path("--work")?
-                    .unwrap_or_else(|| PathBuf::from("target/proof")),
-                docs: options.path("--docs")?,
-                committed: options.get("--key-sha256").map(str::to_owned),
-                least_right: options.number("--least-right", 0)?,
-            };
-            println!("{}", proof.run().map_err(|e| e.to_string())?);
+            println!("{}", prove(&options)?);
             Ok(())
         }
         Some("refit") => {
@@ -63,6 +67,49 @@ fn run(arguments: &[String]) -> Result<(), String> {
         }
         _ => Err(USAGE.to_owned()),
     }
+}
+
+fn prove(options: &Options) -> Result<String, String> {
+    let (work, docs) = (options.work()?, options.path("--docs")?);
+    let binary = options.path("--binary")?;
+    let real = options.path("--real")?;
+    let real = real.unwrap_or_else(|| PathBuf::from("../shared/real"));
+    let seed = options.number("--seed", 1)? as u64;
+    let suite = options.get("--suite").unwrap_or("standard");
+    if ["standard", "clean300"].contains(&suite) {
+        let origin = match docs {
+            Some(_) => Some(Origin::of(binary.clone()).map_err(|e| e.to_string())?),
+            None => None,
+        };
+        let built = origin.as_ref().map(|origin| origin.binary.clone());
+        let proof = Proof {
+            binary: built.or(binary).ok_or("prove needs --binary PATH")?,
+            order: options.order()?,
+            work,
+            docs,
+            origin,
+            doubt: options.share("--bounds")?,
+        };
+        return proof.run().map_err(|e| e.to_string());
+    }
+    let docs = docs.ok_or_else(|| format!("--suite {suite} needs --docs PATH"))?;
+    if suite == "all" {
+        let whole = Whole {
+            binary,
+            seed,
+            work,
+            docs,
+            real,
+        };
+        return whole.run().map_err(|e| e.to_string());
+    }
+    let origin = Origin::of(binary).map_err(|e| e.to_string())?;
+    let text = match suite {
+        "timing" | "timing-slower" => whole::timing(&origin, seed, &work, &docs, suite),
+        "real" => whole::recordings(&origin, &real, &work, &docs),
+        _ => return Err(format!("--suite {suite}\n{USAGE}")),
+    };
+    text.map_err(|e| e.to_string())
 }
 
 /// `--name value` pairs after the command.
@@ -86,6 +133,20 @@ impl<'a> Options<'a> {
 
     fn path(&self, name: &str) -> Result<Option<PathBuf>, String> {
         Ok(self.get(name).map(PathBuf::from))
+    }
+
+    fn work(&self) -> Result<PathBuf, String> {
+        let given = self.path("--work")?;
+        Ok(given.unwrap_or_else(|| PathBuf::from("target/proof")))
+    }
+
+    /// A percentage as a share.
+    fn share(&self, name: &str) -> Result<Option<f64>, String> {
+        let read = |text: &str| match text.parse::<f64>() {
+            Ok(percent) if (0.0..=100.0).contains(&percent) => Ok(percent / 100.0),
+            _ => Err(format!("{name} {text}: not a percentage")),
+        };
+        self.get(name).map(read).transpose()
     }
 
     fn number(&self, name: &str, default: usize) -> Result<usize, String> {

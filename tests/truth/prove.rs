@@ -1,9 +1,13 @@
 //! The proof: runs a binary on concealed rides as a user would, opens the key, scores, writes the tables.
 
 pub mod document;
+pub mod figure;
+pub mod origin;
 pub mod outcome;
 pub mod proof;
+pub mod real;
 pub mod run;
-
 pub mod score;
 pub mod tables;
+pub mod time;
+pub mod whole;

@@ -2,16 +2,11 @@
 
 use std::path::Path;
 
-use super::outcome::Outcome;
+use super::origin::Origin;
 use super::score::{SHOWN, Scored};
-use super::tables;
+use super::time::Timed;
+use super::{tables, time};
 use crate::suite::files::{self, FilesError, Order};
-
-/// How long the binary took on one ride.
-pub struct Timed {
-    pub duration_s: f64,
-    pub outcome: Outcome,
-}
 
 /// Everything that one suite showed, as Markdown.
 pub fn section(
@@ -19,7 +14,7 @@ pub fn section(
     digest: &str,
     ours: &[Scored],
     others: &[(&str, Vec<Scored>)],
-    timed: &[Timed],
+    origin: Option<&Origin>,
 ) -> String {
     let mut methods: Vec<(&str, &[Scored])> = vec![("veloid", ours)];
     methods.extend(
@@ -30,7 +25,7 @@ pub fn section(
     let mut text = format!(
         "## Suite `{}`\n\n{}",
         order.name(),
-        preface(order, digest, ours, timed)
+        preface(order, digest, ours, origin)
     );
     text += &tables::main_table(&methods, order.clean300);
     text += "\n### Clean rides by noise\n\n";
@@ -45,10 +40,15 @@ pub fn section(
     }
     text += "\n### Every ride that counts and was not answered right\n\n";
     text += &tables::confusions(ours);
+    text += &format!(
+        "\n### Time of a ride, {} at once\n\n",
+        rayon::current_num_threads()
+    );
+    text += &time::table(&ours.iter().map(timed).collect::<Vec<_>>());
     text
 }
 
-fn preface(order: &Order, digest: &str, ours: &[Scored], timed: &[Timed]) -> String {
+fn preface(order: &Order, digest: &str, ours: &[Scored], origin: Option<&Origin>) -> String {
     let sample = if order.one_in > 1 {
         format!(", one in {}", order.one_in)
     } else {
@@ -69,13 +69,17 @@ fn preface(order: &Order, digest: &str, ours: &[Scored], timed: &[Timed]) -> Str
             "Something is concealed in {concealing}; the plain model shows it (held-out RMS at least {SHOWN} x the floor) in {shown}, and these count.\n"
         );
     }
-    for t in timed {
-        text += &format!(
-            "`identify` from start to finish, alone on the machine, ride of {:.0} s: {:.1} s ({}).\n",
-            t.duration_s, t.outcome.seconds, t.outcome.verdict
-        );
-    }
+    text += &origin.map(Origin::line).unwrap_or_default();
     text + "\n"
+}
+
+fn timed(r: &Scored) -> Timed {
+    Timed {
+        class: r.class.clone(),
+        duration_s: r.duration_s,
+        seconds: r.outcome.seconds,
+        verdict: r.outcome.verdict.clone(),
+    }
 }
 
 fn concealed(r: &Scored) -> Option<String> {

@@ -1,15 +1,14 @@
 //! One proof from start to finish.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use serde_json::{Value, json};
 
-use super::document::Timed;
+use super::origin::{self, Origin, OriginError};
 use super::outcome::Outcome;
-use super::score::{Case, Mark, Scored, score};
-use super::{document, run};
+use super::score::{Case, Scored, score};
+use super::{document, run, tables};
 use crate::baselines;
 use crate::refit::known::{self, Known, KnownError};
 use crate::suite::files::{self, FilesError, Order};
@@ -20,18 +19,12 @@ pub enum ProveError {
     Files(#[from] FilesError),
     #[error(transparent)]
     Known(#[from] KnownError),
-    #[error("the key's SHA-256 is {made}, but {committed} was committed")]
-    Commitment { made: String, committed: String },
-    #[error(
-        "{right} of {of} judged rides are right, {percent:.1} %; at least {least} % were demanded\n{text}"
-    )]
-    Short {
-        right: usize,
-        of: usize,
-        percent: f64,
-        least: usize,
-        text: String,
-    },
+    #[error(transparent)]
+    Origin(#[from] OriginError),
+    #[error("seed {0} was used before; a blind run needs one that was not")]
+    Used(u64),
+    #[error("short of what was demanded, by more than so few rides make likely:\n{}\n{text}", rows.join("\n"))]
+    Short { rows: Vec<String>, text: String },
     #[error("cannot write JSON: {0}")]
     Json(#[from] serde_json::Error),
 }
@@ -43,40 +36,43 @@ pub struct Proof {
     /// Rides are made in `work/<suite>`, the key and the outcomes beside it.
     pub work: PathBuf,
     pub docs: Option<PathBuf>,
-    /// SHA-256 of the key that was committed before the run.
-    pub committed: Option<String>,
-    /// Percentage of the clean rides and of those that show what they conceal that must be right.
-    pub least_right: usize,
+    /// Where the binary comes from, for the document.
+    pub origin: Option<Origin>,
+    /// A row fails that falls so far short of its demand that it would do so by chance with less than this.
+    pub doubt: Option<f64>,
 }
 
 impl Proof {
     /// Makes rides, runs the binary, opens the key, scores; returns the tables as Markdown.
     pub fn run(&self) -> Result<String, ProveError> {
+        let digest = self.make()?;
+        self.judge(&digest)
+    }
+
+    /// Makes rides and key; where a document is to be written, the key has to be sealed.
+    pub fn make(&self) -> Result<String, ProveError> {
+        let digest = files::make(&self.work.join(self.order.name()), &self.order)?;
+        println!("SHA-256 of the sealed key: {digest}");
+        if let Some(docs) = &self.docs {
+            origin::sealed(Path::new("."), docs, &digest)?;
+        }
+        Ok(digest)
+    }
+
+    /// Runs the binary on the rides that were made, opens the key, scores.
+    pub fn judge(&self, digest: &str) -> Result<String, ProveError> {
         let suite = self.order.name();
         let folder = self.work.join(suite);
         let begun = Instant::now();
         let stage = |what: &str| eprintln!("{what} after {:.0} s", begun.elapsed().as_secs_f64());
-        let digest = files::make(&folder, &self.order)?;
-        println!("SHA-256 of the sealed key: {digest}");
-        if let Some(committed) = self.committed.as_ref().filter(|c| **c != digest) {
-            return Err(ProveError::Commitment {
-                made: digest,
-                committed: committed.clone(),
-            });
-        }
-        stage("rides made");
         let reports = self.work.join(format!("{suite}_reports"));
-        fs::create_dir_all(&reports).map_err(|source| FilesError::Write {
-            path: reports.clone(),
-            source,
-        })?;
+        files::create_folder(&reports)?;
         let names: Vec<String> = self
             .order
             .cases()
             .iter()
             .map(|(number, _)| format!("{:03}", number + 1))
             .collect();
-        let timing = self.timing(&reports)?;
         let outcomes = run::all(&self.binary, &folder, &reports, &names);
         stage("binary run");
         let baselines = baselines::all(&folder, &names)?;
@@ -101,35 +97,17 @@ impl Proof {
             &self.work.join(format!("{suite}_outcomes.json")),
             &serde_json::to_string(&record)?,
         )?;
-        let text = document::section(&self.order, &digest, &ours, &others, &timing);
+        let text = document::section(&self.order, digest, &ours, &others, self.origin.as_ref());
         if let Some(docs) = &self.docs {
             document::insert(docs, suite, &text)?;
         }
-        let judged = || ours.iter().filter(|r| r.class == "clean" || r.shown);
-        let right = judged().filter(|r| r.mark == Mark::Right).count();
-        let (of, least) = (judged().count(), self.least_right);
-        let percent = 100.0 * right as f64 / of.max(1) as f64;
-        if percent < least as f64 {
-            return Err(ProveError::Short {
-                right,
-                of,
-                percent,
-                least,
-                text,
-            });
+        let rows = self
+            .doubt
+            .map(|doubt| tables::short(&ours, self.order.clean300, doubt));
+        match rows {
+            Some(rows) if !rows.is_empty() => Err(ProveError::Short { rows, text }),
+            _ => Ok(text),
         }
-        Ok(text)
-    }
-
-    /// Wall-clock time of the binary, alone on the machine.
-    fn timing(&self, reports: &Path) -> Result<Vec<Timed>, FilesError> {
-        let folder = self.work.join("timing");
-        let rides = files::make_timing(&folder, self.order.seed)?;
-        let time = |(name, duration_s): &(String, f64)| Timed {
-            duration_s: *duration_s,
-            outcome: run::one(&self.binary, &folder, reports, name),
-        };
-        Ok(rides.iter().map(time).collect())
     }
 }
 

@@ -3,18 +3,19 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use super::score::{Mark, OmissionBias, ParameterError, Scored};
+use super::figure::{Demand, Figure};
+use super::score::{Mark, ParameterError, Scored};
 
 /// One row of the table: what is asked, what was demanded, and each method's figure.
 struct Row {
     what: &'static str,
-    demand: &'static str,
-    figure: fn(&[Scored]) -> String,
+    demand: Demand,
+    figure: fn(&[Scored]) -> Figure,
 }
 
 const CLEAN: Row = Row {
     what: "clean rides called `nothing_missing`",
-    demand: ">= 98 %",
+    demand: Demand::AtLeast(0.98),
     figure: |s| share(of(s, "clean"), |r| r.mark == Mark::Right),
 };
 
@@ -22,47 +23,47 @@ const ROWS: [Row; 20] = [
     CLEAN,
     Row {
         what: "single effect: unique and right",
-        demand: ">= 95 %",
+        demand: Demand::AtLeast(0.95),
         figure: |s| share(of(s, "single"), |r| r.mark == Mark::Right),
     },
     Row {
         what: "single effect: in a set of at most 3",
-        demand: "<= 5 %",
+        demand: Demand::AtMost(0.05),
         figure: |s| share(of(s, "single"), |r| r.mark == Mark::InSet),
     },
     Row {
         what: "single effect: named wrongly and alone",
-        demand: "<= 1 %",
+        demand: Demand::AtMost(0.01),
         figure: |s| share(of(s, "single"), |r| r.mark == Mark::Wrong),
     },
     Row {
         what: "single effect: right, and something more",
-        demand: "",
+        demand: Demand::Nothing,
         figure: |s| share(of(s, "single"), |r| r.mark == Mark::Extra),
     },
     Row {
         what: "single effect: a set without it or of more than 3",
-        demand: "",
+        demand: Demand::Nothing,
         figure: |s| share(of(s, "single"), |r| r.mark == Mark::VagueSet),
     },
     Row {
         what: "single effect: called `unnamed`",
-        demand: "",
+        demand: Demand::Nothing,
         figure: |s| share(of(s, "single"), |r| r.mark == Mark::Unnamed),
     },
     Row {
         what: "single effect: missed",
-        demand: "",
+        demand: Demand::Nothing,
         figure: |s| share(of(s, "single"), |r| r.mark == Mark::Missed),
     },
     Row {
         what: "right axle, of the single-effect rides on which one was given",
-        demand: ">= 99 %",
+        demand: Demand::AtLeast(0.99),
         figure: axle,
     },
     Row {
         what: "two effects: both found",
-        demand: ">= 95 %",
+        demand: Demand::AtLeast(0.95),
         figure: |s| {
             share(of(s, "two"), |r| {
                 matches!(r.mark, Mark::Right | Mark::Extra) || (r.mark == Mark::InSet && both(r))
@@ -71,42 +72,42 @@ const ROWS: [Row; 20] = [
     },
     Row {
         what: "two effects: exactly those",
-        demand: ">= 90 %",
+        demand: Demand::AtLeast(0.9),
         figure: |s| share(of(s, "two"), |r| r.mark == Mark::Right),
     },
     Row {
         what: "not in the library: `unnamed` and located",
-        demand: ">= 95 %",
+        demand: Demand::AtLeast(0.95),
         figure: |s| share(of(s, "outside"), |r| r.mark == Mark::Right),
     },
     Row {
         what: "not in the library: misnamed",
-        demand: "",
+        demand: Demand::Nothing,
         figure: |s| share(of(s, "outside"), |r| r.mark == Mark::Wrong),
     },
     Row {
         what: "held-out RMS over the oracle's, single effect: median",
-        demand: "<= 1.01",
-        figure: |s| quantile(&oracle(s), 0.5, 1.0, 3),
+        demand: Demand::Quantile(0.5, 1.01),
+        figure: |s| errors_of(oracle(s), 0.5, false),
     },
     Row {
         what: "held-out RMS over the oracle's, single effect: 95 % of rides",
-        demand: "<= 1.05",
-        figure: |s| quantile(&oracle(s), 0.95, 1.0, 3),
+        demand: Demand::Quantile(0.95, 1.05),
+        figure: |s| errors_of(oracle(s), 0.95, false),
     },
     Row {
         what: "the effect's parameter: median error",
-        demand: "<= 1.5 %",
-        figure: |s| quantile(&errors(s), 0.5, 100.0, 2),
+        demand: Demand::Quantile(0.5, 0.015),
+        figure: |s| errors_of(errors(s), 0.5, true),
     },
     Row {
         what: "the effect's parameter: error of 90 % of rides",
-        demand: "<= 5 %",
-        figure: |s| quantile(&errors(s), 0.9, 100.0, 2),
+        demand: Demand::Quantile(0.9, 0.05),
+        figure: |s| errors_of(errors(s), 0.9, true),
     },
     Row {
         what: "the effect's parameter: 95 % interval covers",
-        demand: "90-98 %",
+        demand: Demand::Between(0.9, 0.98),
         figure: |s| {
             covered(
                 named(s)
@@ -118,12 +119,12 @@ const ROWS: [Row; 20] = [
     },
     Row {
         what: "bias of k from the omission removed",
-        demand: ">= 90 %",
+        demand: Demand::Removed(0.9),
         figure: |s| removed(s, "k"),
     },
     Row {
         what: "bias of B from the omission removed",
-        demand: ">= 90 %",
+        demand: Demand::Removed(0.9),
         figure: |s| removed(s, "b"),
     },
 ];
@@ -146,22 +147,16 @@ fn both(r: &Scored) -> bool {
     r.truth.iter().all(|t| r.outcome.names().contains(t))
 }
 
-fn share<'a>(rides: impl Iterator<Item = &'a Scored>, holds: impl Fn(&Scored) -> bool) -> String {
-    let all: Vec<&Scored> = rides.collect();
-    ratio(all.iter().filter(|r| holds(r)).count(), all.len())
+fn share<'a>(rides: impl Iterator<Item = &'a Scored>, holds: impl Fn(&Scored) -> bool) -> Figure {
+    covered(rides.map(holds))
 }
 
-fn ratio(count: usize, of: usize) -> String {
-    if of == 0 {
-        "-".to_owned()
-    } else {
-        format!("{:.1} % ({count}/{of})", 100.0 * count as f64 / of as f64)
-    }
+fn errors_of(each: Vec<f64>, at: f64, percent: bool) -> Figure {
+    Figure::Errors { each, at, percent }
 }
 
-fn axle(scored: &[Scored]) -> String {
-    let given: Vec<bool> = of(scored, "single").filter_map(|r| r.right_axle).collect();
-    ratio(given.iter().filter(|right| **right).count(), given.len())
+fn axle(scored: &[Scored]) -> Figure {
+    covered(of(scored, "single").filter_map(|r| r.right_axle))
 }
 
 fn oracle(scored: &[Scored]) -> Vec<f64> {
@@ -176,36 +171,40 @@ fn errors(scored: &[Scored]) -> Vec<f64> {
         .collect()
 }
 
-fn covered(flags: impl Iterator<Item = bool>) -> String {
+fn covered(flags: impl Iterator<Item = bool>) -> Figure {
     let flags: Vec<bool> = flags.collect();
-    ratio(flags.iter().filter(|c| **c).count(), flags.len())
+    Figure::Share {
+        of: flags.len(),
+        hold: flags.iter().filter(|holds| **holds).count(),
+    }
 }
 
-/// Pooled over rides, so that rides on which the omission hardly biased anything hardly count.
-fn removed(scored: &[Scored], which: &str) -> String {
-    let bias: Vec<&OmissionBias> = named(scored)
+/// Summed over rides, so that rides on which the omission hardly biased anything hardly count.
+fn removed(scored: &[Scored], which: &str) -> Figure {
+    let bias = named(scored)
         .flat_map(|r| &r.bias)
-        .filter(|b| b.name == which)
-        .collect();
-    let (before, after): (f64, f64) = bias
-        .iter()
-        .fold((0.0, 0.0), |s, b| (s.0 + b.before, s.1 + b.after));
-    if before == 0.0 {
-        "-".to_owned()
-    } else {
-        format!("{:.1} %", 100.0 * (1.0 - after / before))
-    }
+        .filter(|b| b.name == which);
+    Figure::Sums(bias.map(|b| (b.before, b.after)).collect())
 }
 
-fn quantile(values: &[f64], at: f64, times: f64, digits: usize) -> String {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    if sorted.is_empty() {
-        return "-".to_owned();
-    }
-    let value = sorted[((sorted.len() - 1) as f64 * at).round() as usize];
-    let unit = if times == 100.0 { " %" } else { "" };
-    format!("{:.digits$}{unit}", value * times)
+/// What falls further short of its demand than so few rides do by chance; one line each.
+pub fn short(scored: &[Scored], clean_only: bool, doubt: f64) -> Vec<String> {
+    let line = |row: &Row| {
+        let short = row.demand.short(&(row.figure)(scored), doubt)?;
+        Some(format!(
+            "{}: holds on {} of {}; where {:.0} % do, so few come about with {:.2} %",
+            row.what,
+            short.hold,
+            short.of,
+            100.0 * short.rate,
+            100.0 * short.chance
+        ))
+    };
+    rows(clean_only).iter().filter_map(line).collect()
+}
+
+fn rows(clean_only: bool) -> &'static [Row] {
+    if clean_only { &ROWS[..1] } else { &ROWS }
 }
 
 /// The table of issue 3; one column per method. `clean_only` keeps its first row.
@@ -217,7 +216,7 @@ pub fn main_table(methods: &[(&str, &[Scored])], clean_only: bool) -> String {
     text += "\n|---|---|";
     text += &"---|".repeat(methods.len());
     text.push('\n');
-    for row in if clean_only { &ROWS[..1] } else { &ROWS[..] } {
+    for row in rows(clean_only) {
         let _ = write!(text, "| {} | {} |", row.what, row.demand);
         methods
             .iter()
@@ -321,8 +320,8 @@ pub fn parameters(scored: &[Scored]) -> String {
             text,
             "| `{name}` | {} | {} | {} | {} |",
             all.len(),
-            quantile(&errors, 0.5, 100.0, 2),
-            quantile(&errors, 0.9, 100.0, 2),
+            errors_of(errors.clone(), 0.5, true),
+            errors_of(errors, 0.9, true),
             covered(all.iter().filter_map(|p| p.covered)),
         );
     }
@@ -347,6 +346,7 @@ pub fn parameters(scored: &[Scored]) -> String {
 mod tests {
     use super::*;
     use crate::prove::outcome::Outcome;
+    use crate::prove::score::OmissionBias;
 
     fn ride(class: &str, mark: Mark, shown: bool) -> Scored {
         Scored {
@@ -356,6 +356,7 @@ mod tests {
             outside: None,
             size: 0,
             setting: "road".to_owned(),
+            duration_s: 60.0,
             noise: "white".to_owned(),
             visibility: Some(1.5),
             shown,
@@ -399,5 +400,23 @@ mod tests {
             "{table}"
         );
         assert!(main_table(&[("veloid", &scored)], true).lines().count() == 3);
+    }
+
+    #[test]
+    fn each_row_is_held_to_its_own_demand() {
+        let right = || vec![ride("single", Mark::Right, true); 20];
+        let clean = |missed| {
+            let mark = move |i| if i < missed { Mark::Wrong } else { Mark::Right };
+            (0..10).map(move |i| ride("clean", mark(i), false))
+        };
+        let rides = |missed| right().into_iter().chain(clean(missed)).collect::<Vec<_>>();
+        assert_eq!(short(&rides(1), false, 0.01), [""; 0]);
+        let missed = short(&rides(2), false, 0.01);
+        assert_eq!(missed.len(), 0, "{missed:?}");
+        let missed = short(&rides(3), false, 0.01);
+        assert!(missed[0].starts_with("clean rides called `nothing_missing`: holds on 7 of 10"));
+        assert_eq!(missed.len(), 1, "{missed:?}");
+        let failed = vec![ride("single", Mark::Failed, true); 20];
+        assert!(short(&failed, false, 0.01)[0].starts_with("single effect: unique and right"));
     }
 }

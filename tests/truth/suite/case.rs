@@ -182,16 +182,23 @@ pub fn clean(count: usize, chance: &mut Chance) -> Vec<Case> {
         .collect()
 }
 
-/// Rides of 60 s and of 300 s on a road, on which time is measured.
+/// Rides of 60 s and of 300 s on a road, on which time is measured: the first of each class in a standard plan.
 pub fn timing(chance: &mut Chance) -> Vec<Case> {
-    [60.0, 300.0]
-        .map(|duration_s| Case {
-            effects: vec![(Kind::CoulombFriction, Axle::Front)],
+    let plan = standard(chance);
+    let first = |class, count, duration_s| {
+        let road = plan
+            .iter()
+            .filter(move |c| c.class == class && c.setting == Setting::Road);
+        road.take(count).map(move |case| Case {
             duration_s,
             rate_hz: 100.0,
-            ..Case::new(Class::Single, Setting::Road, Noise::White, chance)
+            ..case.clone()
         })
-        .to_vec()
+    };
+    [Class::Clean, Class::Single, Class::Two, Class::Outside]
+        .into_iter()
+        .flat_map(|class| first(class, 20, 60.0).chain(first(class, 5, 300.0)))
+        .collect()
 }
 
 fn any_noise(chance: &mut Chance) -> Noise {
@@ -292,6 +299,18 @@ fn any_pair(chance: &mut Chance) -> Vec<(Kind, Axle)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn time_is_measured_on_every_class_at_both_lengths() {
+        let cases = timing(&mut Chance::new(1, 0));
+        for class in [Class::Clean, Class::Single, Class::Two, Class::Outside] {
+            let of = |duration_s| {
+                let is = |c: &&Case| c.class == class && c.duration_s == duration_s;
+                cases.iter().filter(is).count()
+            };
+            assert_eq!((of(60.0), of(300.0)), (20, 5), "{}", class.name());
+        }
+    }
 
     #[test]
     fn the_standard_suite_holds_what_the_issue_demands() {

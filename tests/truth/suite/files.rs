@@ -75,22 +75,13 @@ pub fn key_path(folder: &Path) -> Result<PathBuf, FilesError> {
 
 /// Makes the rides in `folder`, the key beside it, and returns the key's SHA-256.
 pub fn make(folder: &Path, order: &Order) -> Result<String, FilesError> {
-    fs::create_dir_all(folder).map_err(|source| FilesError::Write {
-        path: folder.to_owned(),
-        source,
-    })?;
+    create_folder(folder)?;
     let truths: Vec<Value> = order
         .cases()
         .par_iter()
         .map(|(number, case)| {
             let name = format!("{:03}", number + 1);
-            let made = ride::make(case, &name, order.seed, *number);
-            write(&folder.join(format!("ride_{name}.csv")), &made.log.to_csv())?;
-            write(
-                &folder.join(format!("bike_{name}.json")),
-                &format!("{:#}\n", made.bike_file),
-            )?;
-            Ok(made.truth)
+            write_ride(folder, case, &name, order.seed, *number)
         })
         .collect::<Result<_, FilesError>>()?;
     let key = format!(
@@ -118,29 +109,37 @@ fn write_ride(
     Ok(made.truth)
 }
 
-/// Makes the rides on which time is measured; returns their names and durations (s).
-pub fn make_timing(folder: &Path, seed: u64) -> Result<Vec<(String, f64)>, FilesError> {
-    fs::create_dir_all(folder).map_err(|source| FilesError::Write {
-        path: folder.to_owned(),
-        source,
-    })?;
+/// Makes the rides on which time is measured; returns their names, classes and durations (s).
+pub fn make_timing(
+    folder: &Path,
+    seed: u64,
+) -> Result<Vec<(String, &'static str, f64)>, FilesError> {
+    create_folder(folder)?;
     case::timing(&mut Chance::new(seed, 0))
-        .iter()
+        .par_iter()
         .enumerate()
         .map(|(i, case)| {
-            let name = format!("time_{:.0}s", case.duration_s);
+            let name = format!("time_{:03}", i + 1);
             write_ride(folder, case, &name, seed, 1_000_000 + i as u64)?;
-            Ok((name, case.duration_s))
+            Ok((name, case.class.name(), case.duration_s))
         })
         .collect()
 }
 
 /// SHA-256 in hexadecimal.
 pub fn digest(text: &str) -> String {
-    Sha256::digest(text.as_bytes())
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect()
+    hex(&Sha256::digest(text.as_bytes()))
+}
+
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+pub fn create_folder(path: &Path) -> Result<(), FilesError> {
+    fs::create_dir_all(path).map_err(|source| FilesError::Write {
+        path: path.to_owned(),
+        source,
+    })
 }
 
 pub fn write(path: &Path, text: &str) -> Result<(), FilesError> {
@@ -152,6 +151,13 @@ pub fn write(path: &Path, text: &str) -> Result<(), FilesError> {
 
 pub fn read(path: &Path) -> Result<String, FilesError> {
     fs::read_to_string(path).map_err(|source| FilesError::Read {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+pub fn read_bytes(path: &Path) -> Result<Vec<u8>, FilesError> {
+    fs::read(path).map_err(|source| FilesError::Read {
         path: path.to_owned(),
         source,
     })

@@ -1,0 +1,209 @@
+//! Which build is proved, and whether its rides' keys were sealed before.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use sha2::{Digest, Sha256};
+
+use crate::suite::files::{self, FilesError};
+
+#[derive(Debug, thiserror::Error)]
+pub enum OriginError {
+    #[error("{what}: {why}")]
+    Command { what: String, why: String },
+    #[error("the tree is dirty, so no commit says what is proved; commit or stash:\n{0}")]
+    Dirty(String),
+    #[error("no commit has the key's SHA-256 {digest} in {docs}; `veloid-truth seal` writes it")]
+    NotSealed { digest: String, docs: String },
+    #[error("commit {commit} brought the key's SHA-256 and changed more than {docs}: {changed}")]
+    NotAlone {
+        commit: String,
+        docs: String,
+        changed: String,
+    },
+    #[error(transparent)]
+    Files(#[from] FilesError),
+}
+
+/// A binary and where it comes from.
+#[derive(Clone, Debug)]
+pub struct Origin {
+    pub binary: PathBuf,
+    commit: String,
+    sha256: String,
+    built: bool,
+}
+
+impl Origin {
+    /// Builds the program, unless a binary is given, of a tree that is as committed.
+    pub fn of(binary: Option<PathBuf>) -> Result<Self, OriginError> {
+        let commit = committed(Path::new("."))?;
+        let built = binary.is_none();
+        let binary = match binary {
+            Some(binary) => binary,
+            None => build()?,
+        };
+        let bytes = files::read_bytes(&binary)?;
+        Ok(Self {
+            sha256: files::hex(&Sha256::digest(bytes)),
+            binary,
+            commit,
+            built,
+        })
+    }
+
+    /// One line of the document.
+    pub fn line(&self) -> String {
+        let how = if self.built {
+            "built by this run from"
+        } else {
+            "given, and said to be of"
+        };
+        format!(
+            "Binary of SHA-256 `{}`, {how} commit `{}`; {}.\n",
+            self.sha256,
+            self.commit,
+            machine()
+        )
+    }
+}
+
+/// The commit that the tree in `root` is at; refused where anything that git follows differs from it.
+fn committed(root: &Path) -> Result<String, OriginError> {
+    let changed = git(root, &["status", "--porcelain", "--untracked-files=no"])?;
+    if !changed.is_empty() {
+        return Err(OriginError::Dirty(changed));
+    }
+    git(root, &["rev-parse", "--short=12", "HEAD"])
+}
+
+/// Refuses unless a commit brought the key's hash into the document, and nothing else.
+pub fn sealed(root: &Path, docs: &Path, digest: &str) -> Result<(), OriginError> {
+    let name = docs.to_string_lossy().into_owned();
+    let brought = git(
+        root,
+        &["log", "--reverse", "--format=%H", "-S", digest, "--", &name],
+    )?;
+    let not_sealed = || OriginError::NotSealed {
+        digest: digest.to_owned(),
+        docs: name.clone(),
+    };
+    let commit = brought.lines().next().ok_or_else(not_sealed)?;
+    let changed = git(root, &["show", "--format=", "--name-only", commit])?;
+    if changed != name {
+        return Err(OriginError::NotAlone {
+            commit: commit.to_owned(),
+            docs: name,
+            changed: changed.replace('\n', ", "),
+        });
+    }
+    Ok(())
+}
+
+fn build() -> Result<PathBuf, OriginError> {
+    let mut cargo = Command::new("cargo");
+    cargo.args(["build", "--release", "--locked", "-p", "veloid"]);
+    done("cargo build", cargo.stderr(Stdio::inherit()).output())?;
+    let target =
+        std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| "target".into(), PathBuf::from);
+    Ok(target.join("release/veloid"))
+}
+
+fn git(root: &Path, arguments: &[&str]) -> Result<String, OriginError> {
+    let output = Command::new("git")
+        .arg("-C")
+        .arg(root)
+        .args(arguments)
+        .output();
+    done(&format!("git {}", arguments[0]), output)
+}
+
+fn done(what: &str, output: std::io::Result<Output>) -> Result<String, OriginError> {
+    let failed = |why: String| OriginError::Command {
+        what: what.to_owned(),
+        why,
+    };
+    let output = output.map_err(|error| failed(error.to_string()))?;
+    if !output.status.success() {
+        let said = String::from_utf8_lossy(&output.stderr);
+        return Err(failed(format!("{}: {}", output.status, said.trim())));
+    }
+    Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+}
+
+/// The processor, and how many of it.
+fn machine() -> String {
+    let told = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = told
+        .lines()
+        .find_map(|line| Some(line.strip_prefix("model name")?.split_once(": ")?.1))
+        .unwrap_or("processor unknown");
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    format!("{model}, {cores} cores")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A repository of its own.
+    struct Repository(PathBuf);
+
+    impl Repository {
+        fn new(name: &str) -> Self {
+            let folder = std::env::temp_dir().join(format!("veloid-{name}-{}", std::process::id()));
+            std::fs::create_dir_all(folder.join("docs")).expect("a folder");
+            let made = Self(folder);
+            made.git(&["init", "--quiet"]);
+            made
+        }
+
+        fn git(&self, arguments: &[&str]) {
+            let identity = ["-c", "user.name=a", "-c", "user.email=a@b"];
+            git(&self.0, &[&identity, arguments].concat()).expect("git");
+        }
+
+        fn commit(&self, files: &[(&str, &str)]) {
+            for (name, text) in files {
+                std::fs::write(self.0.join(name), text).expect("written");
+            }
+            self.git(&["add", "."]);
+            self.git(&["commit", "--quiet", "--message", "as it is"]);
+        }
+
+        fn sealed(&self, digest: &str) -> Result<(), OriginError> {
+            sealed(&self.0, Path::new("docs/proof.md"), digest)
+        }
+    }
+
+    impl Drop for Repository {
+        fn drop(&mut self) {
+            let _ = std::fs::remove_dir_all(&self.0);
+        }
+    }
+
+    #[test]
+    fn a_key_is_sealed_by_a_commit_of_its_own() {
+        let repository = Repository::new("sealed");
+        repository.commit(&[("docs/proof.md", "Proof"), ("code.rs", "")]);
+        let refused = repository.sealed("c0ffee");
+        assert!(matches!(refused, Err(OriginError::NotSealed { .. })));
+        repository.commit(&[("docs/proof.md", "Proof c0ffee")]);
+        repository.commit(&[("code.rs", "changed later")]);
+        repository.sealed("c0ffee").expect("it is sealed");
+        repository.commit(&[("docs/proof.md", "c0ffee beef"), ("code.rs", "as well")]);
+        let refused = repository.sealed("beef");
+        assert!(matches!(refused, Err(OriginError::NotAlone { .. })));
+        repository.sealed("c0ffee").expect("it still is");
+    }
+
+    #[test]
+    fn what_is_not_committed_is_not_proved() {
+        let repository = Repository::new("dirty");
+        repository.commit(&[("code.rs", "")]);
+        assert_eq!(committed(&repository.0).expect("a commit").len(), 12);
+        std::fs::write(repository.0.join("code.rs"), "changed").expect("written");
+        let refused = committed(&repository.0);
+        assert!(matches!(refused, Err(OriginError::Dirty(what)) if what.contains("code.rs")));
+    }
+}
