@@ -18,6 +18,9 @@ pub mod report;
 pub mod ride;
 mod settings;
 pub mod simulate;
+#[cfg(test)]
+#[path = "../tests/skips.rs"]
+mod skips;
 pub mod swarm;
 
 pub use error::EngineError;

@@ -42,8 +42,7 @@ pub async fn on_each_empty(test: impl AsyncFn(Db)) {
     std::fs::remove_dir_all(folder).unwrap();
 
     let Ok(server) = std::env::var("VELOID_TEST_POSTGRES") else {
-        eprintln!("skipped on PostgreSQL: VELOID_TEST_POSTGRES names none");
-        return;
+        return crate::skips::not_applicable("VELOID_TEST_POSTGRES names no PostgreSQL");
     };
     let mut admin = PgConnection::connect(&format!("{server}/postgres"))
         .await

@@ -12,6 +12,9 @@ mod jobs;
 mod lru;
 mod options;
 mod pages;
+#[cfg(test)]
+#[path = "../tests/skips.rs"]
+mod skips;
 mod store;
 
 use std::process::ExitCode;

@@ -5,6 +5,7 @@ use std::process::Command;
 use serde_json::Value;
 
 use crate::harness::{Server, veloid};
+use crate::skips::skip;
 
 /// The first block of a language.
 fn block(language: &str) -> String {
@@ -55,8 +56,7 @@ fn run(server: &Server, program: &str, script: &str) -> String {
 #[test]
 fn the_example_with_curl_works() {
     if Command::new("curl").arg("--version").output().is_err() {
-        eprintln!("skipped: no curl");
-        return;
+        return skip("no curl");
     }
     let server = ready();
     run(&server, "bash", &format!("set -e\n{}", block("bash")));
@@ -76,8 +76,7 @@ fn the_example_in_python_works() {
         .args(["-c", "import requests"])
         .output();
     if !requests.is_ok_and(|out| out.status.success()) {
-        eprintln!("skipped: no python3 with requests");
-        return;
+        return skip("no python3 with requests");
     }
     let server = ready();
     let said = run(&server, "python3", &block("python"));

@@ -14,6 +14,7 @@ use sqlx::{Connection, SqliteConnection};
 use crate::harness::{Folder, Server};
 use crate::oracle::{Upload, jobs_are, nothing_ran_twice};
 use crate::ride;
+use crate::skips::{not_applicable, skip};
 
 /// A swarm of some seconds.
 const SECONDS: [(&str, &str); 2] = [("iterations", "1000"), ("particles", "60")];
@@ -38,7 +39,7 @@ impl Mount {
         if done.is_ok_and(|output| output.status.success()) {
             return Some(Self(at));
         }
-        eprintln!("skipped: mounting needs root");
+        not_applicable("mounting needs root and its rights");
         None
     }
 
@@ -179,7 +180,7 @@ fn libfaketime() -> Option<String> {
     let paths = folders.map(|folder| folder.path().join("faketime/libfaketimeMT.so.1"));
     let found = paths.into_iter().find(|path| path.exists());
     if found.is_none() {
-        eprintln!("skipped: no libfaketime");
+        skip("no libfaketime");
     }
     Some(found?.to_str()?.to_owned())
 }
@@ -223,7 +224,7 @@ async fn a_clock_that_is_set_stops_nothing() {
 /// A server that panics or hangs where it is told to.
 fn faulty(variable: &str, point: &str, args: &[&str]) -> Option<Server> {
     if !cfg!(debug_assertions) {
-        eprintln!("skipped: a release build has no points to fail at");
+        not_applicable("a release build has no points to fail at");
         return None;
     }
     Some(Server::with_env(args, &[(variable, point)]))

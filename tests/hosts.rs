@@ -12,6 +12,7 @@ use serde_json::Value;
 
 use crate::harness::{Folder, VELOID, identify};
 use crate::ride;
+use crate::skips::{not_applicable, skip};
 
 /// Longer than a worker's lease.
 const OUTAGE: Duration = Duration::from_secs(12);
@@ -50,12 +51,10 @@ struct Host<'a> {
 impl Lab {
     /// None, and a word about it, where namespaces or PostgreSQL cannot be had.
     fn new() -> Option<Self> {
-        let why = if !as_root() {
-            "network namespaces need root"
+        if !as_root() || run("ip", &["netns", "list"]).is_none() {
+            not_applicable("network namespaces need root and its rights");
         } else if server_programs().is_none() {
-            "no PostgreSQL to start"
-        } else if run("ip", &["netns", "list"]).is_none() {
-            "no network namespaces"
+            skip("no PostgreSQL to start");
         } else {
             let lab = Self {
                 prefix: format!("veloid{}", std::process::id()),
@@ -64,8 +63,7 @@ impl Lab {
                 postgres: RefCell::default(),
             };
             return Some(lab.joined());
-        };
-        eprintln!("skipped: {why}");
+        }
         None
     }
 

@@ -107,7 +107,7 @@ async fn the_script_says_which_effects_it_leaves_out() {
 /// What the script makes of ride.csv, where there is an Octave to run it.
 fn octave(server: &Server, script: String) -> Option<String> {
     if Command::new("octave").arg("--version").output().is_err() {
-        eprintln!("skipped: no octave to run the script");
+        crate::skips::skip("no octave to run the script");
         return None;
     }
     server.folder.write("veloid_model.m", script);

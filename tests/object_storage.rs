@@ -17,7 +17,7 @@ impl S3 {
         let mut command = Command::new("moto_server");
         command.args(["-H", "127.0.0.1", "-p", "0"]);
         let Ok(mut child) = command.stderr(Stdio::piped()).spawn() else {
-            eprintln!("skipped: no moto_server");
+            crate::skips::skip("no moto_server");
             return None;
         };
         let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();

@@ -76,8 +76,7 @@ async fn a_worker_beside_the_server_does_the_work() {
 async fn on_sqlite_only_one_process_works() {
     let server = Server::start();
     if std::env::var_os("VELOID_TEST_POSTGRES").is_some() {
-        eprintln!("skipped: PostgreSQL lets many processes work");
-        return;
+        return crate::skips::not_applicable("PostgreSQL lets many processes work");
     }
     let output = server.beside(&["worker"]).output().unwrap();
     assert_eq!(output.status.code(), Some(1));

@@ -1,21 +1,7 @@
 //! Recordings of other people, which lie outside the repository.
 
-use std::path::PathBuf;
-
 use crate::harness::{Folder, identify};
-
-/// A file of ../shared/real, where that folder is at hand.
-fn recording(name: &str) -> Option<PathBuf> {
-    let root = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
-    let found = ["shared/real", "../shared/real"]
-        .map(|folder| root.join(folder).join(name))
-        .into_iter()
-        .find(|path| path.exists());
-    if found.is_none() {
-        eprintln!("skipped: ../shared/real/{name} is not at hand");
-    }
-    found
-}
+use crate::skips::recording;
 
 /// An unknown mass on a cubic spring, driven by a force.
 #[test]

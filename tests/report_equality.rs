@@ -53,8 +53,7 @@ async fn neither_the_database_nor_the_number_of_workers_changes_a_number() {
     let expected = report(&Server::on_sqlite(&["--workers", "2"])).await;
     assert!(expected.contains("\"verdict\":"), "{expected}");
     if std::env::var_os("VELOID_TEST_POSTGRES").is_none() {
-        eprintln!("skipped: no PostgreSQL to compare SQLite with");
-        return;
+        return crate::skips::not_applicable("no PostgreSQL to compare SQLite with");
     }
     for count in [1, 4] {
         let server = Server::with(&["--workers", "0"]);

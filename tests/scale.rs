@@ -52,7 +52,7 @@ ANALYZE;";
 /// A server without workers on PostgreSQL, or none and a word about it.
 fn server() -> Option<Server> {
     if std::env::var_os("VELOID_TEST_POSTGRES").is_none() {
-        eprintln!("skipped: no PostgreSQL");
+        crate::skips::skip("VELOID_TEST_POSTGRES names no PostgreSQL");
         return None;
     }
     let load = std::fs::read_to_string("/proc/loadavg").unwrap();

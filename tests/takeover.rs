@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use crate::harness::{Server, Worker};
 use crate::oracle::{Upload, jobs_are, nothing_ran_twice};
+use crate::skips::not_applicable;
 
 /// Swarms of some seconds each.
 const SECONDS: [(&str, &str); 3] = [("trials", "6"), ("iterations", "5000"), ("particles", "60")];
@@ -55,8 +56,7 @@ fn answering(server: &Server) -> (Worker, String) {
 #[tokio::test]
 async fn rides_outlive_a_change_of_version() {
     let Ok(old) = std::env::var("VELOID_TEST_OLD") else {
-        eprintln!("skipped: VELOID_TEST_OLD names no older build");
-        return;
+        return not_applicable("VELOID_TEST_OLD names no older build");
     };
     // On SQLite one process works, so that the server's own threads have to.
     let threads = if std::env::var_os("VELOID_TEST_POSTGRES").is_some() {
@@ -95,8 +95,7 @@ async fn rides_outlive_a_change_of_version() {
 async fn a_worker_that_stands_still_or_dies_loses_its_work_to_another() {
     let server = Server::with(&["--workers", "0"]);
     if server.database().is_none() {
-        eprintln!("skipped: on SQLite one process works");
-        return;
+        return not_applicable("on SQLite one process works");
     }
     let upload = Upload::new("still", &SECONDS);
     let expected = upload.undisturbed().await;

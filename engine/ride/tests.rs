@@ -3,7 +3,6 @@
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
-use std::path::PathBuf;
 
 use super::*;
 use crate::bicycle::Bike;
@@ -572,14 +571,7 @@ fn options_come_as_json() {
 
 /// Recordings by other people; they lie beside the project and not in it.
 fn real(name: &str) -> Option<Vec<u8>> {
-    let root = std::env::var_os("VELOID_SHARED").map(PathBuf::from);
-    let root =
-        root.unwrap_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared"));
-    let bytes = std::fs::read(root.join("real").join(name)).ok();
-    if bytes.is_none() {
-        eprintln!("skipped: {name} is not at hand");
-    }
-    bytes
+    Some(std::fs::read(crate::skips::recording(name)?).unwrap())
 }
 
 #[test]

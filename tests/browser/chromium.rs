@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
+use crate::skips::skip;
 use fantoccini::elements::Element;
 use fantoccini::{Client, ClientBuilder, Locator};
 use serde_json::{Value, json};
@@ -49,7 +50,7 @@ pub fn axe() -> Option<String> {
     let path = std::env::var_os("VELOID_AXE").map_or(put, PathBuf::from);
     let script = std::fs::read_to_string(&path).ok();
     if script.is_none() {
-        eprintln!("skipped: no axe-core at {}", path.display());
+        skip(&format!("no axe-core at {}", path.display()));
     }
     script
 }
@@ -58,7 +59,7 @@ impl Browser {
     /// None, with a word about it, where there is no Chromium.
     pub async fn start(look: Look) -> Option<Self> {
         let (Some(chromium), Some(driver)) = (found("chromium"), found("chromedriver")) else {
-            eprintln!("skipped: no chromium with chromedriver");
+            skip("no chromium with chromedriver");
             return None;
         };
         let mut driver = Command::new(driver)
