@@ -7,6 +7,7 @@
 //! Everything is SI unless a name says otherwise. No HTTP, SQL or async code lives here.
 
 pub mod bicycle;
+mod checked;
 pub mod diagnosis;
 mod error;
 mod finite;

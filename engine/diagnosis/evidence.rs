@@ -135,7 +135,7 @@ const REACH: f64 = 2.5;
 const LEAST: usize = 3;
 
 impl Surface {
-    /// `motion` is the plain model's, `residual` measured minus simulated.
+    /// `motion` is the plain model's, `residual` measured minus simulated. Empty where the model runs away.
     pub fn of(track: &Track, motion: &Motion, residual: &[f64], plain: &Estimate) -> Self {
         let (step, r) = (track.input.step, residual);
         let (m, k, b) = (plain.mass_kg, plain.k_n_m, plain.b_n_s_m);
@@ -148,6 +148,9 @@ impl Surface {
                 [motion.d[i] - r[i], motion.w[i] - slope, lacking]
             })
             .collect();
+        if points.iter().flatten().any(|x| !x.is_finite()) {
+            return Self::default();
+        }
         let count = points.len().max(1) as f64;
         let axis = |q: usize| -> Vec<f64> {
             let middle = points.iter().map(|p| p[q]).sum::<f64>() / count;

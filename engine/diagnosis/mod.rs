@@ -137,6 +137,9 @@ pub struct ParameterReport {
     pub value: f64,
     /// Null where this ride does not tell it.
     pub std_error: Option<f64>,
+    /// Why there is no standard error.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub not_identifiable: Option<String>,
     pub unit: String,
 }
 
@@ -192,7 +195,7 @@ pub struct SwitchedOff {
     pub why: String,
 }
 
-/// The missing force, estimated without a name. Null where the model runs away.
+/// The missing force, estimated without a name. Empty where the model runs away.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct FreeForm {
@@ -201,10 +204,10 @@ pub struct FreeForm {
     /// Deflection grid (m), rate grid (m/s) and force (N) on them, row by row of rate.
     pub deflection_m: Vec<f64>,
     pub rate_m_s: Vec<f64>,
-    pub force_n: Vec<Vec<Option<f64>>>,
+    pub force_n: Vec<Vec<f64>>,
     /// Force along the ride (N), thinned.
     pub t_s: Vec<f64>,
-    pub force_along_n: Vec<Option<f64>>,
+    pub force_along_n: Vec<f64>,
     /// Held-out error with the free-form force in the model (m).
     pub held_out_rms_m: Option<f64>,
 }

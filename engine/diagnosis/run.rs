@@ -245,7 +245,13 @@ pub fn diagnose(
             );
         }
         diagnosis.held_out.set(axle, judged.held_out);
-        diagnosis.extended.set(axle, Estimate { ..after });
+        if after.is_finite() {
+            diagnosis.extended.set(axle, after.told());
+        } else {
+            diagnosis.warnings.push(format!(
+                "{axle} axle: the extended model's k and B leave the numbers' range"
+            ));
+        }
     }
     if small {
         let left = "a wider law, which is not in the library, explains the ride better than what is named; \
@@ -430,13 +436,11 @@ fn evidence(
 fn warnings(ride: &Ride, scene: &Scene, model: &Model) -> Vec<String> {
     let mut warnings = ride.summary.warnings.clone();
     for (t, track) in scene.tracks.iter().enumerate() {
-        let e = show::estimate(scene, model, t);
-        for (name, value, std_error) in
-            [("B", e.b_n_s_m, e.b_std_n_s_m), ("k", e.k_n_m, e.k_std_n_m)]
-        {
-            if std_error.is_none_or(|e| e > 0.5 * value.abs()) {
+        let e = show::estimate(scene, model, t).told();
+        for (name, why) in [("B", e.b_not_identifiable), ("k", e.k_not_identifiable)] {
+            if let Some(why) = why {
                 warnings.push(format!(
-                    "{} axle: {name} is not identifiable on this ride",
+                    "{} axle: {name} is not identifiable on this ride: {why}",
                     track.axle
                 ));
             }

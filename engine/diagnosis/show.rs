@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use crate::finite::{finite, std_error};
 use crate::report::Estimate;
+use crate::report::identifiable::identified;
 
 use super::adequacy::Motion;
 use super::effects::Values;
@@ -37,7 +38,11 @@ pub fn effect(
     let scale = fit.unit.scale(scene, at);
     let values = fit.point.values[at];
     let reported = (spec.report)(&values, scale);
-    let errors = standard_errors(scene, fit, at, &values, scale);
+    let errors: Vec<Result<f64, String>> = reported
+        .iter()
+        .zip(standard_errors(scene, fit, at, &values, scale))
+        .map(|(r, error)| identified(r.value, error, as_good_as_zero(r.unit), r.unit))
+        .collect();
     let inside = reported.iter().all(|r| r.physical);
     let told = reported
         .iter()
@@ -45,7 +50,7 @@ pub fn effect(
         .map(|(r, error)| match r.name {
             "side" => format!("side {}", r.unit),
             name => {
-                let value = words::with_margin(r.value, *error);
+                let value = words::with_margin(r.value, error.as_ref().ok().copied());
                 format!("{} {value} {}", name.replace('_', " "), r.unit)
             }
         })
@@ -60,12 +65,13 @@ pub fn effect(
     let parameters: BTreeMap<String, ParameterReport> = reported
         .into_iter()
         .zip(errors)
-        .map(|(r, std_error)| {
+        .map(|(r, error)| {
             (
                 r.name.to_owned(),
                 ParameterReport {
                     value: r.value,
-                    std_error,
+                    std_error: error.as_ref().ok().copied(),
+                    not_identifiable: error.err(),
                     unit: r.unit.to_owned(),
                 },
             )
@@ -82,6 +88,14 @@ pub fn effect(
         material: true,
         sentence: format!("{place}, {}: {told}", spec.words),
     })
+}
+
+/// An angle's zero is a direction as any other: it is told to within half a radian or not at all.
+fn as_good_as_zero(unit: &str) -> f64 {
+    match unit {
+        "rad" => 1.0,
+        _ => 0.0,
+    }
 }
 
 /// Standard errors of the reported parameters, by the delta method.
@@ -160,8 +174,7 @@ pub fn estimate(scene: &Scene, model: &Model, track: usize) -> Estimate {
         b_std_n_s_m: error([(1, m), (2, -beta * m * m)]),
         mass_kg: m,
         mass_std_kg: index(2).and_then(|_| error([(2, m * m), (3, 0.0)])),
-        k_bias_percent: None,
-        b_bias_percent: None,
+        ..Estimate::default()
     }
 }
 

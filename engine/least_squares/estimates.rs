@@ -37,6 +37,9 @@ pub fn estimates(
 }
 
 fn push(path: &mut RecursivePath, t: f64, k: f64, b: f64) {
+    if !(k.is_finite() && b.is_finite()) {
+        return;
+    }
     path.t_s.push(t);
     path.k_n_m.push(k);
     path.b_n_s_m.push(b);
@@ -60,6 +63,7 @@ fn estimate([kappa, beta, g]: Theta, covariance: &Matrix3<f64>, mass: Option<f64
         },
         ..Estimate::default()
     }
+    .told()
 }
 
 /// Least squares over both axles at once, each weighted by the inverse variance of its errors, put
@@ -84,13 +88,16 @@ fn joint(
         let own = found.covariance.fixed_view::<2, 2>(0, 0) * (m * m);
         covariance += share * own * share.transpose();
     }
-    let one = |found: &Found| Estimate {
-        k_n_m: pair[0],
-        b_n_s_m: pair[1],
-        k_std_n_m: std_error(covariance[(0, 0)]),
-        b_std_n_s_m: std_error(covariance[(1, 1)]),
-        mass_kg: 1.0 / found.theta[2],
-        ..Estimate::default()
+    let one = |found: &Found| {
+        Estimate {
+            k_n_m: pair[0],
+            b_n_s_m: pair[1],
+            k_std_n_m: std_error(covariance[(0, 0)]),
+            b_std_n_s_m: std_error(covariance[(1, 1)]),
+            mass_kg: 1.0 / found.theta[2],
+            ..Estimate::default()
+        }
+        .told()
     };
     let estimates = PerAxle {
         front: Some(one(front)),

@@ -439,8 +439,7 @@ impl AxleFit {
                 true => None,
                 false => error([0.0, 0.0, m * m]),
             },
-            k_bias_percent: None,
-            b_bias_percent: None,
+            ..Estimate::default()
         }
     }
 }

@@ -35,7 +35,7 @@ fn verdict_name(diagnosis: &Diagnosis) -> Option<String> {
     }
 }
 
-/// Every finite parameter that the report holds.
+/// Every parameter that the report holds.
 fn parameters(report: &Report) -> Vec<Parameter> {
     let swarm = PerAxle {
         front: report.swarm.front.clone(),
@@ -63,10 +63,6 @@ fn parameters(report: &Report) -> Vec<Parameter> {
                 unit: parameter.unit.clone(),
             }));
         }
-    }
-    found.retain(|parameter| parameter.value.is_finite());
-    for parameter in &mut found {
-        parameter.std_error = parameter.std_error.filter(|e| e.is_finite());
     }
     found
 }

@@ -25,7 +25,8 @@ pub struct DiagnosisView {
 pub struct EffectView {
     pub title: String,
     pub axle: &'static str,
-    pub parameters: Vec<(String, Quantity)>,
+    /// Name, value, and why there is no interval.
+    pub parameters: Vec<(String, Quantity, Option<String>)>,
     pub evidence: String,
     pub notes: Vec<&'static str>,
 }
@@ -145,7 +146,7 @@ impl EffectView {
                 },
                 _ => Quantity::new(p.value, p.std_error, &p.unit),
             };
-            (words::plain(name), quantity)
+            (words::plain(name), quantity, p.not_identifiable.clone())
         });
         Self {
             title: words::title(&effect.id),
