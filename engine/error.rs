@@ -18,6 +18,9 @@ pub enum EngineError {
         stage: &'static str,
         problem: String,
     },
+    /// A mistake of this program: a result holds a number that is none.
+    #[error("{stage}: {place} is not a finite number")]
+    NotFinite { stage: &'static str, place: String },
     /// The caller asked to stop.
     #[error("cancelled")]
     Cancelled,

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::EngineError;
 use crate::bicycle::{Bike, PerAxle};
+use crate::checked::checked;
 use crate::diagnosis::{self, Diagnosis};
 use crate::output_error;
 use crate::report::{
@@ -77,14 +78,12 @@ pub fn identify(
     } else {
         None
     };
-    Ok(assemble(
-        ride, bike, settings, observed, conclusion, diagnosis,
-    ))
+    assemble(ride, bike, settings, observed, conclusion, diagnosis)
 }
 
 /// Stage `observe`: what is visible at once.
 pub fn observe(ride: &Ride, bike: &Bike, settings: &Settings) -> Result<Observed, EngineError> {
-    crate::observe::observe(ride, bike, settings)
+    checked("observe", crate::observe::observe(ride, bike, settings)?)
 }
 
 /// Stage `conclude`: after the last trial. `trials` in the order of their index.
@@ -105,7 +104,7 @@ pub fn conclude(
         rear: swarm.rear.as_ref().map(start_from),
     });
     let fits = output_error::fit(ride, bike, settings, &starts)?;
-    let output_error = fits.map(|axle, fit| fit.estimate(bike.mass(axle).is_some()));
+    let output_error = fits.map(|axle, fit| fit.estimate(bike.mass(axle).is_some()).told());
     let judged = |estimates: &PerAxle<Estimate>| {
         estimates.map(|axle, e| e.clone().judged_by(output_error.get(axle)))
     };
@@ -129,13 +128,14 @@ pub fn conclude(
             ("output_error", &output_error),
         ],
     );
-    Ok(Conclusion {
+    let conclusion = Conclusion {
         least_squares: judged(&observed.least_squares),
         instrumental: judged(&observed.instrumental),
         swarm,
         output_error,
         comparison,
-    })
+    };
+    checked("conclude", conclusion)
 }
 
 pub(crate) fn starts_from(estimates: &PerAxle<Estimate>) -> PerAxle<output_error::Start> {
@@ -158,7 +158,8 @@ pub fn diagnose(
     conclusion: &Conclusion,
     progress: &dyn Progress,
 ) -> Result<Diagnosis, EngineError> {
-    diagnosis::diagnose(ride, bike, settings, conclusion, progress)
+    let found = diagnosis::diagnose(ride, bike, settings, conclusion, progress)?;
+    checked("diagnose", found)
 }
 
 /// Puts the stages' results into the report.
@@ -169,8 +170,8 @@ pub fn assemble(
     observed: Observed,
     conclusion: Conclusion,
     diagnosis: Option<Diagnosis>,
-) -> Report {
-    Report {
+) -> Result<Report, EngineError> {
+    let report = Report {
         veloid: env!("CARGO_PKG_VERSION").to_owned(),
         ride: ride.summary.clone(),
         bike: bike.clone(),
@@ -184,5 +185,9 @@ pub fn assemble(
         comparison: conclusion.comparison,
         roll: observed.roll,
         diagnosis,
-    }
+    };
+    checked("report", report)
 }
+
+#[cfg(test)]
+mod tests;

@@ -7,8 +7,10 @@
 //! Everything is SI unless a name says otherwise. No HTTP, SQL or async code lives here.
 
 pub mod bicycle;
+mod checked;
 pub mod diagnosis;
 mod error;
+mod finite;
 mod identify;
 pub mod least_squares;
 mod observe;

@@ -36,6 +36,14 @@ pub fn observe(ride: &Ride, bike: &Bike, settings: &Settings) -> Result<Observed
     })?;
     let (least_squares, recursive) = estimates(&squares, ride, bike);
     let (instrumental, _) = estimates(&instruments, ride, bike);
+    for (found, method) in [
+        (&least_squares, "least squares"),
+        (&instrumental, "instrumental variables"),
+    ] {
+        if let Some((axle, _)) = found.iter().find(|(_, e)| !e.is_finite()) {
+            return Err(undetermined(axle, method));
+        }
+    }
     let front_load = watched.front.as_ref().and_then(|w| {
         let (record, estimate) = (records.front.as_ref()?, instrumental.front.as_ref()?);
         let static_load = bike

@@ -173,7 +173,11 @@ async fn a_job_goes_its_way_and_no_step_twice() {
         assert!(job::succeed(&mut tx, id, Some("named")).await.unwrap());
         assert!(!job::succeed(&mut tx, id, None).await.unwrap());
         assert!(!job::end(&mut tx, id, None).await.unwrap());
-        assert!(!job::reset(&mut tx, id).await.unwrap());
+        assert!(
+            !job::reset(&mut tx, id, [State::Failed, State::Cancelled])
+                .await
+                .unwrap()
+        );
         tx.commit().await.unwrap();
         let job = job::load(&db, id).await.unwrap().unwrap();
         assert_eq!(
@@ -205,7 +209,11 @@ async fn a_cancelled_job_stays_cancelled_until_it_is_begun_anew() {
             assert_eq!(row_state(&queue, row).await, JobState::Cancelled);
         }
         let mut tx = db.begin().await.unwrap();
-        assert!(job::reset(&mut tx, id).await.unwrap());
+        assert!(
+            job::reset(&mut tx, id, [State::Failed, State::Cancelled])
+                .await
+                .unwrap()
+        );
         trial::delete(&mut tx, id).await.unwrap();
         tx.commit().await.unwrap();
         assert_eq!(state(&db, id).await, State::Queued);

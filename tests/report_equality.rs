@@ -28,6 +28,51 @@ async fn the_server_and_the_command_line_report_the_same_numbers() {
     assert_eq!(served.to_string(), written.to_string());
 }
 
+/// z_f of the example turned upside down, and two samples early.
+fn spoilt(by: impl Fn(&[String], usize) -> String) -> Vec<u8> {
+    let table = ride::table(1200, 100.0);
+    let rows: Vec<Vec<&str>> = table.lines().map(|l| l.split(',').collect()).collect();
+    let front: Vec<String> = rows[1..].iter().map(|r| r[3].to_owned()).collect();
+    let mut csv = rows[0].join(",");
+    for (i, row) in rows[1..].iter().enumerate() {
+        let z_f = by(&front, i);
+        csv += &format!("\n{},{},{},{z_f},{}", row[0], row[1], row[2], row[4]);
+    }
+    csv.into_bytes()
+}
+
+/// The plain model of such rides runs away: what it makes of them is unknown, on both ways, and every page stands.
+#[tokio::test]
+async fn rides_that_no_bicycle_makes_end_alike_on_both_ways() {
+    let server = Server::on_sqlite(&["--workers", "2"]);
+    let folder = Folder::new();
+    let bike = folder.write("bike.json", ride::BIKE);
+    let negated = spoilt(|z, i| match z[i].strip_prefix('-') {
+        Some(positive) => positive.to_owned(),
+        None => format!("-{}", z[i]),
+    });
+    let early = spoilt(|z, i| z[(i + 2).min(z.len() - 1)].clone());
+    for csv in [negated, early, ride::table(1200, 100.0).into_bytes()] {
+        let parts = [&ride::QUICK[..3], &[("diagnosis", "true"), ("seed", "7")]].concat();
+        let response = server.upload(csv.clone(), ride::BIKE, &parts).await;
+        assert_eq!(response.status(), 202);
+        let job = response.headers()["location"].to_str().unwrap().to_owned();
+        server.succeeded(&job).await;
+        let served = server.get(&format!("{job}/report")).await;
+        let served: Value = serde_json::from_str(&served.text().await.unwrap()).unwrap();
+
+        let ride = folder.write("ride.csv", &csv);
+        let swarm = ["--trials", "3", "--particles", "12", "--iterations", "8"];
+        let (written, _) = identify(&ride, &bike, &[&["--seed", "7"], &swarm[..]].concat());
+        assert_eq!(served.to_string(), written.to_string());
+
+        let page = job.replace("/v1/jobs", "/jobs");
+        for path in [page, format!("{job}/model"), format!("{job}/series")] {
+            assert_eq!(server.get(&path).await.status(), 200, "{path}");
+        }
+    }
+}
+
 /// The report of one ride, diagnosis and all. PostgreSQL spells numbers in its own way (1e16 as
 /// 10000000000000000), so that each is brought to the spelling of the double it stands for.
 async fn report(server: &Server) -> String {

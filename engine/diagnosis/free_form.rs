@@ -3,8 +3,10 @@
 use super::FreeForm;
 use super::adequacy::{Leftover, Motion};
 use super::scene::Scene;
+use crate::finite::finite;
 
-/// The missing force without a name, on a grid of deflection and rate and along the ride.
+/// The missing force without a name, on a grid of deflection and rate and along the ride. Empty where the model
+/// runs away.
 pub fn free_form(scene: &Scene, m: &Motion, left: &Leftover, t: usize) -> FreeForm {
     const CELLS: usize = 11;
     const POINTS: usize = 400;
@@ -12,6 +14,9 @@ pub fn free_form(scene: &Scene, m: &Motion, left: &Leftover, t: usize) -> FreeFo
     let force: Vec<f64> = (0..scene.samples)
         .map(|i| mass * (m.acceleration[i] - m.linear[i] + left.force[i]))
         .collect();
+    if force.iter().chain(&m.d).chain(&m.w).any(|x| !x.is_finite()) {
+        return FreeForm::default();
+    }
     let rms = |x: &[f64]| (x.iter().map(|x| x * x).sum::<f64>() / x.len().max(1) as f64).sqrt();
     let axis = |x: &[f64]| -> Vec<f64> {
         let top = 2.5 * rms(x);
@@ -65,6 +70,6 @@ pub fn free_form(scene: &Scene, m: &Motion, left: &Leftover, t: usize) -> FreeFo
             .map(|i| i as f64 * scene.step)
             .collect(),
         force_along_n: force.iter().copied().step_by(thin).collect(),
-        held_out_rms_m: left.held_after,
+        held_out_rms_m: finite(left.held_after),
     }
 }

@@ -1,6 +1,7 @@
 //! The diagnosis from start to finish.
 
 use crate::bicycle::{Axle, Bike, PerAxle};
+use crate::finite::finite;
 use crate::identify::{Conclusion, Progress};
 use crate::output_error::{self, Split, colour::Colour, rms_valid};
 use crate::report::Estimate;
@@ -149,13 +150,13 @@ pub fn diagnose(
                     .find(|r| r.term == *term && r.accepted)
                     .map_or(settings.alpha, |r| r.p_value);
                 let separation = less.map(|less| model.likelihood - less.likelihood);
-                show::effect(record, &corrected, term, separation, p)
+                show::effect(record, &corrected, term, separation, finite(p))
             })
             .collect()
     };
     let adequate = judged
         .iter()
-        .all(|j| !j.remains || j.held_out.explained_share >= ADEQUATE);
+        .all(|j| !j.remains || j.held_out.explained_share.is_some_and(|s| s >= ADEQUATE));
     let physical = is_physical(&scene, &plain, &model);
     let explains = !model.terms.is_empty() && adequate && physical;
     let wider = explains && (is_curve(&search, &model) || is_outgrown(&search, &model));
@@ -172,7 +173,9 @@ pub fn diagnose(
         .map(|mut e| {
             e.adequate = verdict != Verdict::Unnamed;
             e.material = judged.iter().any(|j| {
-                j.held_out.extended_rms_m < (1.0 - settings.materiality) * j.held_out.plain_rms_m
+                (j.held_out.extended_rms_m.zip(j.held_out.plain_rms_m)).is_some_and(
+                    |(extended, plain)| extended < (1.0 - settings.materiality) * plain,
+                )
             });
             e
         })
@@ -242,7 +245,13 @@ pub fn diagnose(
             );
         }
         diagnosis.held_out.set(axle, judged.held_out);
-        diagnosis.extended.set(axle, Estimate { ..after });
+        if after.is_finite() {
+            diagnosis.extended.set(axle, after.told());
+        } else {
+            diagnosis.warnings.push(format!(
+                "{axle} axle: the extended model's k and B leave the numbers' range"
+            ));
+        }
     }
     if small {
         let left = "a wider law, which is not in the library, explains the ride better than what is named; \
@@ -350,7 +359,7 @@ fn location(
     if !mismatch {
         return Location {
             mismatch,
-            p_value,
+            p_value: finite(p_value),
             ..Location::default()
         };
     }
@@ -367,9 +376,9 @@ fn location(
         .residuals(&fit.unit, &fit.point, model.substeps(scene, FINE))
         .swap_remove(a);
     if judged.remains {
-        let noise = judged.held_out.noise_floor_m
-            / rms_valid(&left, &track.valid, 0..left.len()).max(1e-300);
-        left.iter_mut().for_each(|x| *x *= noise.min(1.0));
+        let rms = rms_valid(&left, &track.valid, 0..left.len()).max(1e-300);
+        let noise = (judged.held_out.noise_floor_m).map_or(1.0, |floor| (floor / rms).min(1.0));
+        left.iter_mut().for_each(|x| *x *= noise);
     }
     let missing: Vec<f64> = if judged.remains {
         let named = motion
@@ -391,7 +400,7 @@ fn location(
     };
     Location {
         mismatch,
-        p_value,
+        p_value: finite(p_value),
         windows_s: locate::windows(&plain, &left, &track.valid, scene, settings.alpha),
         bands_hz: locate::bands(&plain, &left, scene.step, settings.alpha),
         states: locate::states(&missing, motion, scene, 0..scene.samples),
@@ -427,18 +436,14 @@ fn evidence(
 fn warnings(ride: &Ride, scene: &Scene, model: &Model) -> Vec<String> {
     let mut warnings = ride.summary.warnings.clone();
     for (t, track) in scene.tracks.iter().enumerate() {
-        let e = show::estimate(scene, model, t);
-        if e.b_std_n_s_m > 0.5 * e.b_n_s_m.abs() {
-            warnings.push(format!(
-                "{} axle: B is not identifiable on this ride ({:.0} +- {:.0} N s/m)",
-                track.axle, e.b_n_s_m, e.b_std_n_s_m
-            ));
-        }
-        if e.k_std_n_m > 0.5 * e.k_n_m.abs() {
-            warnings.push(format!(
-                "{} axle: k is not identifiable on this ride ({:.0} +- {:.0} N/m)",
-                track.axle, e.k_n_m, e.k_std_n_m
-            ));
+        let e = show::estimate(scene, model, t).told();
+        for (name, why) in [("B", e.b_not_identifiable), ("k", e.k_not_identifiable)] {
+            if let Some(why) = why {
+                warnings.push(format!(
+                    "{} axle: {name} is not identifiable on this ride: {why}",
+                    track.axle
+                ));
+            }
         }
         let lost = track.valid.iter().filter(|v| !**v).count();
         if lost as f64 > 0.1 * ride.samples as f64 {

@@ -3,7 +3,9 @@
 
 use std::collections::BTreeMap;
 
+use crate::finite::{finite, std_error};
 use crate::report::Estimate;
+use crate::report::identifiable::identified;
 
 use super::adequacy::Motion;
 use super::effects::Values;
@@ -28,7 +30,7 @@ pub fn effect(
     model: &Model,
     term: &Term,
     separation: Option<f64>,
-    p_value: f64,
+    p_value: Option<f64>,
 ) -> Option<EffectReport> {
     let fit = model.fits.iter().find(|f| f.unit.terms.contains(term))?;
     let at = fit.unit.terms.iter().position(|t| t == term)?;
@@ -36,7 +38,11 @@ pub fn effect(
     let scale = fit.unit.scale(scene, at);
     let values = fit.point.values[at];
     let reported = (spec.report)(&values, scale);
-    let errors = standard_errors(scene, fit, at, &values, scale);
+    let errors: Vec<Result<f64, String>> = reported
+        .iter()
+        .zip(standard_errors(scene, fit, at, &values, scale))
+        .map(|(r, error)| identified(r.value, error, as_good_as_zero(r.unit), r.unit))
+        .collect();
     let inside = reported.iter().all(|r| r.physical);
     let told = reported
         .iter()
@@ -44,7 +50,7 @@ pub fn effect(
         .map(|(r, error)| match r.name {
             "side" => format!("side {}", r.unit),
             name => {
-                let value = words::with_margin(r.value, *error);
+                let value = words::with_margin(r.value, error.as_ref().ok().copied());
                 format!("{} {value} {}", name.replace('_', " "), r.unit)
             }
         })
@@ -59,12 +65,13 @@ pub fn effect(
     let parameters: BTreeMap<String, ParameterReport> = reported
         .into_iter()
         .zip(errors)
-        .map(|(r, std_error)| {
+        .map(|(r, error)| {
             (
                 r.name.to_owned(),
                 ParameterReport {
                     value: r.value,
-                    std_error,
+                    std_error: error.as_ref().ok().copied(),
+                    not_identifiable: error.err(),
                     unit: r.unit.to_owned(),
                 },
             )
@@ -75,12 +82,20 @@ pub fn effect(
         axle: term.place,
         parameters,
         p_value,
-        separation: separation.unwrap_or(f64::NAN).max(0.0),
+        separation: separation.and_then(finite).map(|s| s.max(0.0)),
         inside_physical_range: inside,
         adequate: true,
         material: true,
         sentence: format!("{place}, {}: {told}", spec.words),
     })
+}
+
+/// An angle's zero is a direction as any other: it is told to within half a radian or not at all.
+fn as_good_as_zero(unit: &str) -> f64 {
+    match unit {
+        "rad" => 1.0,
+        _ => 0.0,
+    }
 }
 
 /// Standard errors of the reported parameters, by the delta method.
@@ -90,7 +105,7 @@ fn standard_errors(
     at: usize,
     values: &Values,
     scale: &Scale,
-) -> Vec<f64> {
+) -> Vec<Option<f64>> {
     let spec = fit.unit.terms[at].kind.spec();
     let slots = fit.unit.slots(scene);
     let fitted: Vec<(usize, usize)> = slots
@@ -129,11 +144,7 @@ fn standard_errors(
                     }
                 }
             }
-            if variance.is_finite() {
-                variance.max(0.0).sqrt()
-            } else {
-                f64::MAX
-            }
+            std_error(variance)
         })
         .collect()
 }
@@ -154,7 +165,7 @@ pub fn estimate(scene: &Scene, model: &Model, track: usize) -> Estimate {
                 }
             }
         }
-        variance.max(0.0).sqrt()
+        std_error(variance)
     };
     Estimate {
         k_n_m: kappa * m,
@@ -162,9 +173,8 @@ pub fn estimate(scene: &Scene, model: &Model, track: usize) -> Estimate {
         k_std_n_m: error([(0, m), (2, -kappa * m * m)]),
         b_std_n_s_m: error([(1, m), (2, -beta * m * m)]),
         mass_kg: m,
-        mass_std_kg: index(2).map(|_| error([(2, m * m), (3, 0.0)])),
-        k_bias_percent: None,
-        b_bias_percent: None,
+        mass_std_kg: index(2).and_then(|_| error([(2, m * m), (3, 0.0)])),
+        ..Estimate::default()
     }
 }
 
@@ -191,24 +201,24 @@ pub fn consequences(
         force.iter().map(|a| static_load + s.mass * a).collect()
     };
     let (before, after) = (load(plain.1, false), load(extended.1, true));
-    let peak = |x: &[f64]| x.iter().copied().fold(0.0, f64::max);
+    let peak = |x: &[f64]| {
+        let known = x.iter().all(|f| f.is_finite());
+        known.then(|| x.iter().copied().fold(0.0, f64::max))
+    };
     let airborne = after
         .iter()
         .filter(|f| **f <= 1e-3 * s.static_load.abs())
         .count() as f64
         / after.len().max(1) as f64;
-    let percent = |a: f64, b: f64| if b != 0.0 { 100.0 * (a / b - 1.0) } else { 0.0 };
-    let resonance = |e: &Estimate| (e.k_n_m.max(0.0) / e.mass_kg).sqrt() / std::f64::consts::TAU;
+    let percent = |a: f64, b: f64| finite(100.0 * (a / b - 1.0));
+    let resonance =
+        |e: &Estimate| finite((e.k_n_m.max(0.0) / e.mass_kg).sqrt() / std::f64::consts::TAU);
     Consequences {
         k_change_percent: percent(extended.0.k_n_m, plain.0.k_n_m),
         b_change_percent: percent(extended.0.b_n_s_m, plain.0.b_n_s_m),
         peak_load_plain_n: peak(&before),
         peak_load_extended_n: peak(&after),
-        airborne_share: if scene.tracks[track].has_road {
-            airborne
-        } else {
-            0.0
-        },
+        airborne_share: scene.tracks[track].has_road.then_some(airborne),
         resonance_plain_hz: resonance(plain.0),
         resonance_extended_hz: resonance(extended.0),
     }
@@ -235,7 +245,7 @@ pub fn detectable(scene: &Scene, offers: &[Signatures], bound: f64) -> Vec<Detec
                 id: spec.id.to_owned(),
                 axle: offer.term.place,
                 parameter: reported.name.to_owned(),
-                smallest_detectable: reported.value.abs(),
+                smallest_detectable: finite(reported.value.abs()),
                 unit: reported.unit.to_owned(),
             })
         })

@@ -2,6 +2,7 @@ use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use super::{Found, Point, Theta};
 use crate::bicycle::{Bike, PerAxle};
+use crate::finite::std_error;
 use crate::report::{Estimate, RecursivePath};
 use crate::ride::Ride;
 
@@ -36,6 +37,9 @@ pub fn estimates(
 }
 
 fn push(path: &mut RecursivePath, t: f64, k: f64, b: f64) {
+    if !(k.is_finite() && b.is_finite()) {
+        return;
+    }
     path.t_s.push(t);
     path.k_n_m.push(k);
     path.b_n_s_m.push(b);
@@ -45,7 +49,7 @@ fn push(path: &mut RecursivePath, t: f64, k: f64, b: f64) {
 fn estimate([kappa, beta, g]: Theta, covariance: &Matrix3<f64>, mass: Option<f64>) -> Estimate {
     let std = |by: [f64; 3]| {
         let by = Vector3::from(by);
-        by.dot(&(covariance * by)).max(0.0).sqrt()
+        std_error(by.dot(&(covariance * by)))
     };
     Estimate {
         k_n_m: kappa / g,
@@ -53,9 +57,13 @@ fn estimate([kappa, beta, g]: Theta, covariance: &Matrix3<f64>, mass: Option<f64
         k_std_n_m: std([1.0 / g, 0.0, -kappa / (g * g)]),
         b_std_n_s_m: std([0.0, 1.0 / g, -beta / (g * g)]),
         mass_kg: mass.unwrap_or(1.0 / g),
-        mass_std_kg: mass.is_none().then(|| std([0.0, 0.0, -1.0 / (g * g)])),
+        mass_std_kg: match mass {
+            Some(_) => None,
+            None => std([0.0, 0.0, -1.0 / (g * g)]),
+        },
         ..Estimate::default()
     }
+    .told()
 }
 
 /// Least squares over both axles at once, each weighted by the inverse variance of its errors, put
@@ -80,13 +88,16 @@ fn joint(
         let own = found.covariance.fixed_view::<2, 2>(0, 0) * (m * m);
         covariance += share * own * share.transpose();
     }
-    let one = |found: &Found| Estimate {
-        k_n_m: pair[0],
-        b_n_s_m: pair[1],
-        k_std_n_m: covariance[(0, 0)].max(0.0).sqrt(),
-        b_std_n_s_m: covariance[(1, 1)].max(0.0).sqrt(),
-        mass_kg: 1.0 / found.theta[2],
-        ..Estimate::default()
+    let one = |found: &Found| {
+        Estimate {
+            k_n_m: pair[0],
+            b_n_s_m: pair[1],
+            k_std_n_m: std_error(covariance[(0, 0)]),
+            b_std_n_s_m: std_error(covariance[(1, 1)]),
+            mass_kg: 1.0 / found.theta[2],
+            ..Estimate::default()
+        }
+        .told()
     };
     let estimates = PerAxle {
         front: Some(one(front)),

@@ -12,17 +12,39 @@ impl Comparison {
     /// displacement; the model's are the same differences of the simulated one, so that both sides
     /// are seen through one differentiator. Only samples count whose neighbours (velocity: one,
     /// acceleration: two on each side) are valid. The simulated motion begins as suits the measured
-    /// one best.
+    /// one best. A model that runs away along the ride has no row, but a note.
     pub fn of(ride: &Ride, methods: &[(&str, &PerAxle<Estimate>)]) -> Self {
-        let mut rows = Vec::new();
+        let mut found = Self::default();
         for (method, estimates) in methods {
             for (axle, estimate) in estimates.iter() {
                 if let Some(record) = ride.axles.get(axle) {
-                    rows.push(row(method, axle, record, ride.step_s, estimate));
+                    let row = row(method, axle, record, ride.step_s, estimate);
+                    match row.is_finite() {
+                        true => found.rows.push(row),
+                        false => found.notes.push(format!(
+                            "{axle} axle: the model of {} runs away along the ride",
+                            method.replace('_', " ")
+                        )),
+                    }
                 }
             }
         }
-        Self { rows }
+        found
+    }
+}
+
+impl ComparisonRow {
+    fn is_finite(&self) -> bool {
+        [
+            self.position_max_m,
+            self.position_mse_m2,
+            self.velocity_max_m_s,
+            self.velocity_mse_m2_s2,
+            self.acceleration_max_m_s2,
+            self.acceleration_mse_m2_s4,
+        ]
+        .iter()
+        .all(|x| x.is_finite())
     }
 }
 
@@ -123,6 +145,21 @@ mod tests {
             near(row.velocity_mse_m2_s2, square * 2.0 / 0.02_f64.powi(2));
             near(row.acceleration_mse_m2_s4, square * 6.0 / 0.02_f64.powi(4));
         }
+    }
+
+    /// Undamped the wrong way round: the motion grows beyond all numbers.
+    #[test]
+    fn a_model_that_runs_away_has_a_note_in_place_of_a_row() {
+        let ride = Outing::default().ride();
+        let mut methods = both(110e3);
+        methods.front.as_mut().unwrap().b_n_s_m = -2000.0;
+        let found = Comparison::of(&ride, &[("output_error", &methods)]);
+        assert_eq!(found.rows.len(), 1, "{:?}", found.rows);
+        assert_eq!(found.rows[0].axle, Axle::Rear);
+        assert_eq!(
+            found.notes,
+            ["front axle: the model of output error runs away along the ride"]
+        );
     }
 
     #[test]

@@ -1,12 +1,14 @@
 //! The report: the one document that the CLI writes, the API serves and the pages show.
 
 mod comparison;
+pub(crate) mod identifiable;
 mod series;
 
 use serde::{Deserialize, Serialize};
 
 use crate::bicycle::{Bike, PerAxle};
 use crate::diagnosis::Diagnosis;
+use crate::finite::finite;
 use crate::ride::RideSummary;
 use crate::settings::Settings;
 
@@ -38,14 +40,25 @@ pub struct Report {
     pub diagnosis: Option<Diagnosis>,
 }
 
-/// Stiffness and damping of one axle with standard errors.
+/// Stiffness and damping of one axle with their uncertainty.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Estimate {
     pub k_n_m: f64,
     pub b_n_s_m: f64,
-    pub k_std_n_m: f64,
-    pub b_std_n_s_m: f64,
+    /// Standard errors; null where this ride does not tell the value, and for the swarm, which has none.
+    pub k_std_n_m: Option<f64>,
+    pub b_std_n_s_m: Option<f64>,
+    /// Why there is no standard error.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub k_not_identifiable: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub b_not_identifiable: Option<String>,
+    /// Standard deviation over the trials of the swarm: how well they agree, not how well the ride tells the value.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub k_scatter_n_m: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub b_scatter_n_s_m: Option<f64>,
     /// Mass carried (kg): the bike file's, or estimated where that is null.
     pub mass_kg: f64,
     /// Standard error of an estimated mass (kg).
@@ -58,7 +71,7 @@ pub struct Estimate {
 impl Estimate {
     /// With the difference to the reference estimate in percent.
     pub fn judged_by(self, reference: Option<&Estimate>) -> Self {
-        let percent = |value: f64, by: f64| (by != 0.0).then(|| 100.0 * (value / by - 1.0));
+        let percent = |value: f64, by: f64| finite(100.0 * (value / by - 1.0));
         Self {
             k_bias_percent: reference.and_then(|r| percent(self.k_n_m, r.k_n_m)),
             b_bias_percent: reference.and_then(|r| percent(self.b_n_s_m, r.b_n_s_m)),
@@ -143,12 +156,12 @@ impl SwarmReport {
         let (front, rear) = (spread(|t| &t.front), spread(|t| &t.rear));
         let estimate = |of: &Option<(Parameters, f64, f64, Parameters)>,
                         mass: Option<&Estimate>| {
-            let (_, k_std_n_m, b_std_n_s_m, best) = of.as_ref()?;
+            let (_, k_scatter, b_scatter, best) = of.as_ref()?;
             Some(Estimate {
                 k_n_m: best.k_n_m,
                 b_n_s_m: best.b_n_s_m,
-                k_std_n_m: *k_std_n_m,
-                b_std_n_s_m: *b_std_n_s_m,
+                k_scatter_n_m: Some(*k_scatter),
+                b_scatter_n_s_m: Some(*b_scatter),
                 mass_kg: mass?.mass_kg,
                 ..Estimate::default()
             })
@@ -185,6 +198,9 @@ pub struct Trial {
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Comparison {
     pub rows: Vec<ComparisonRow>,
+    /// Why a row is absent.
+    #[serde(default)]
+    pub notes: Vec<String>,
 }
 
 /// Errors of the model simulated with one method's parameters against the measurement.

@@ -16,6 +16,7 @@ pub use benchmark::{Line, benchmark};
 
 use crate::EngineError;
 use crate::bicycle::{Bike, PerAxle};
+use crate::checked::checked;
 use crate::identify::{Observed, Progress};
 use crate::report::Trial;
 use crate::ride::Ride;
@@ -70,7 +71,7 @@ impl Swarm {
     /// One swarm, from the first seed + `index`.
     ///
     /// # Errors
-    /// Cancellation.
+    /// Cancellation; costs that are no numbers.
     pub fn trial(&self, index: usize, progress: &dyn Progress) -> Result<Trial, EngineError> {
         let (particles, groups) = (self.rules.particles, self.unknowns.groups());
         let seed = self.seed.wrapping_add(index as u64);
@@ -89,6 +90,14 @@ impl Swarm {
                 }
             },
             |iteration, best| {
+                if !best.is_finite() {
+                    return Err(EngineError::Diverged {
+                        stage: "swarm",
+                        problem: format!(
+                            "no particle of trial {index} moves within the numbers' range"
+                        ),
+                    });
+                }
                 progress.iteration(index, iteration, best);
                 if progress.cancelled() {
                     return Err(EngineError::Cancelled);
@@ -96,7 +105,7 @@ impl Swarm {
                 Ok(())
             },
         )?;
-        Ok(self.unknowns.trial(seed, course))
+        checked("trial", self.unknowns.trial(seed, course))
     }
 }
 

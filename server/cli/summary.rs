@@ -40,19 +40,26 @@ fn write(out: &mut String, report: &Report) -> std::fmt::Result {
     ] {
         rows(out, method, estimates)?;
     }
+    if let Some(diagnosis) = &report.diagnosis {
+        rows(out, "extended", &diagnosis.extended)?;
+    }
+    writeln!(
+        out,
+        "+/-: one standard error; in brackets the scatter over the trials"
+    )?;
+    not_identifiable(out, report)?;
     let Some(diagnosis) = &report.diagnosis else {
         return Ok(());
     };
-    rows(out, "extended", &diagnosis.extended)?;
     writeln!(out, "\n{}", diagnosis.sentence)?;
     for effect in &diagnosis.effects {
         for (name, parameter) in &effect.parameters {
             writeln!(
                 out,
-                "  {} ({name}): {} +/- {:.2e} {}",
+                "  {} ({name}): {} +/- {} {}",
                 effect.id,
                 Significant(parameter.value),
-                parameter.std_error,
+                spread(parameter.std_error, None),
                 parameter.unit
             )?;
         }
@@ -67,13 +74,42 @@ fn rows(out: &mut String, method: &str, estimates: &PerAxle<Estimate>) -> std::f
     for (axle, e) in estimates.iter() {
         writeln!(
             out,
-            "{method:<16}{:<7}{:>12.6}{:>11.2e}{:>12.6}{:>11.2e}",
+            "{method:<16}{:<7}{:>12.6}{:>11}{:>12.6}{:>11}",
             axle.name(),
             Significant(e.k_n_m),
-            e.k_std_n_m,
+            spread(e.k_std_n_m, e.k_scatter_n_m),
             Significant(e.b_n_s_m),
-            e.b_std_n_s_m
+            spread(e.b_std_n_s_m, e.b_scatter_n_s_m)
         )?;
+    }
+    Ok(())
+}
+
+/// A standard error, or in brackets a scatter over trials.
+fn spread(std_error: Option<f64>, scatter: Option<f64>) -> String {
+    match (std_error, scatter) {
+        (Some(error), _) => format!("{error:.2e}"),
+        (None, Some(scatter)) => format!("({scatter:.1e})"),
+        (None, None) => "unknown".to_owned(),
+    }
+}
+
+/// Why parameters have no standard error.
+fn not_identifiable(out: &mut String, report: &Report) -> std::fmt::Result {
+    let extended = report.diagnosis.as_ref().map(|d| ("extended", &d.extended));
+    let plain = [
+        ("least squares", &report.least_squares),
+        ("instrumental", &report.instrumental),
+        ("output error", &report.output_error),
+    ];
+    for (method, estimates) in plain.into_iter().chain(extended) {
+        for (axle, e) in estimates.iter() {
+            for (name, why) in [("k", &e.k_not_identifiable), ("B", &e.b_not_identifiable)] {
+                if let Some(why) = why {
+                    writeln!(out, "{method}, {axle}: {name} is not identifiable: {why}")?;
+                }
+            }
+        }
     }
     Ok(())
 }

@@ -100,7 +100,8 @@ fn of(bike: &str, rows: &[ParameterRow]) -> BikeHistory {
         let mut rows: Vec<&ParameterRow> = rows
             .iter()
             .filter(|row| {
-                row.axle == axle && row.name == name && row.std_error.is_some_and(|e| e > 0.0)
+                let weighs = row.std_error.is_some_and(|e| e.powi(-2).is_normal());
+                row.axle == axle && row.name == name && weighs
             })
             .collect();
         rows.sort_by_key(|row| (row.identified_at, row.job_id));

@@ -66,7 +66,7 @@ impl Stages {
                         None,
                     )
                 });
-                Ok((conclusion, report))
+                Ok((conclusion, report.transpose()?))
             })
             .await?;
 

@@ -50,14 +50,14 @@ impl Stages {
                 let (bike, settings) = (&request.bike, &request.options.settings);
                 let diagnosis =
                     veloid_engine::diagnose(&ride, bike, settings, &conclusion, progress)?;
-                Ok(veloid_engine::assemble(
+                veloid_engine::assemble(
                     &ride,
                     bike,
                     settings,
                     observed,
                     conclusion,
                     Some(diagnosis),
-                ))
+                )
             })
             .await?;
 

@@ -35,7 +35,7 @@ fn verdict_name(diagnosis: &Diagnosis) -> Option<String> {
     }
 }
 
-/// Every finite parameter that the report holds.
+/// Every parameter that the report holds.
 fn parameters(report: &Report) -> Vec<Parameter> {
     let swarm = PerAxle {
         front: report.swarm.front.clone(),
@@ -59,14 +59,10 @@ fn parameters(report: &Report) -> Vec<Parameter> {
                 axle,
                 name: format!("{}.{name}", effect.id),
                 value: parameter.value,
-                std_error: Some(parameter.std_error),
+                std_error: parameter.std_error,
                 unit: parameter.unit.clone(),
             }));
         }
-    }
-    found.retain(|parameter| parameter.value.is_finite());
-    for parameter in &mut found {
-        parameter.std_error = parameter.std_error.filter(|e| e.is_finite());
     }
     found
 }
@@ -87,13 +83,8 @@ fn of_estimates(method: &'static str, estimates: &PerAxle<Estimate>) -> Vec<Para
                 .mass_std_kg
                 .map(|std| parameter("mass_kg", estimate.mass_kg, Some(std), "kg"));
             [
-                parameter("k_n_m", estimate.k_n_m, Some(estimate.k_std_n_m), "N/m"),
-                parameter(
-                    "b_n_s_m",
-                    estimate.b_n_s_m,
-                    Some(estimate.b_std_n_s_m),
-                    "N s/m",
-                ),
+                parameter("k_n_m", estimate.k_n_m, estimate.k_std_n_m, "N/m"),
+                parameter("b_n_s_m", estimate.b_n_s_m, estimate.b_std_n_s_m, "N s/m"),
             ]
             .into_iter()
             .chain(mass)

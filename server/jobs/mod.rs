@@ -1,6 +1,7 @@
 //! The work: one River kind per stage of an identification. A stage computes on a rayon pool, then
 //! stores its result, completes its River row and queues what comes next in one transaction.
 
+mod anew;
 mod cache;
 mod compute;
 mod conclude;
@@ -9,15 +10,19 @@ mod finish;
 mod hub;
 mod observe;
 mod queue;
+mod repair;
 mod run;
 mod stage;
 mod takeover;
 mod trial;
 
+pub use anew::begin_anew;
 pub use cache::{RideCache, read};
 pub use compute::Compute;
 pub use hub::{Hub, HubEvent};
 pub use queue::{QUICK, Queue};
+#[cfg(test)]
+pub use repair::repair;
 pub use run::{Work, start};
 pub use stage::{Fault, give_up};
 #[cfg(test)]

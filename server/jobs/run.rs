@@ -15,6 +15,7 @@ use super::hub::Hub;
 use super::queue::{
     Conclude, DIAGNOSIS, Diagnose, Observe, POLL, QUICK, Queue, SINGLE, SWARM, Trial,
 };
+use super::repair::repair;
 use super::stage::Fault;
 use super::takeover::sweep;
 use crate::crash;
@@ -83,6 +84,7 @@ pub async fn start(work: Arc<Work>) -> Result<Running, Fault> {
     river::hasten(&mut tx).await?;
     tx.commit().await?;
     sweep(&db, &queue, &hub).await?;
+    repair(&db, &queue).await?;
 
     let river = queue.0.start()?;
     let stop = CancellationToken::new();

@@ -339,14 +339,21 @@ pub async fn end(tx: &mut Tx, id: Uuid, failure: Option<&Failure>) -> sqlx::Resu
     Ok(changed == 1)
 }
 
-/// Puts a failed or cancelled job back to its beginning; false when it is in another state.
-pub async fn reset(tx: &mut Tx, id: Uuid) -> sqlx::Result<bool> {
+/// Puts a job that ended in one of these states back to its beginning; false when it is in another.
+pub async fn reset(tx: &mut Tx, id: Uuid, from: [State; 2]) -> sqlx::Result<bool> {
     const SQL: &str = "\
         UPDATE job SET state = 'queued', stage = 'observe', trials_done = 0, takeovers = 0, \
-                       least_squares = NULL, failure = NULL, started_at = NULL, \
+                       least_squares = NULL, verdict = NULL, failure = NULL, started_at = NULL, \
                        observed_at = NULL, finished_at = NULL, revision = revision + 1 \
-        WHERE id = $1 AND state IN ('failed', 'cancelled')";
-    let changed = on!(tx, t => sqlx::query(SQL).bind(id).execute(&mut **t).await?.rows_affected());
+        WHERE id = $1 AND state IN ($2, $3)";
+    let [one, other] = from.map(State::name);
+    let changed = on!(tx, t => sqlx::query(SQL)
+        .bind(id)
+        .bind(one)
+        .bind(other)
+        .execute(&mut **t)
+        .await?
+        .rows_affected());
     Ok(changed == 1)
 }
 

@@ -33,6 +33,7 @@ mod nodelay {
     pub fn send_at_once(_port: u16) {}
 }
 pub mod parameter;
+pub mod repair;
 pub mod result;
 pub mod ride;
 pub mod river;

@@ -75,6 +75,12 @@ pub struct Key {
     pub name: String,
 }
 
+/// Drops what was identified by a job.
+pub async fn delete(tx: &mut Tx, job: Uuid) -> sqlx::Result<()> {
+    const SQL: &str = "DELETE FROM parameter WHERE job_id = $1";
+    on!(tx, t => sqlx::query(SQL).bind(job).execute(&mut **t).await.map(drop))
+}
+
 pub async fn insert(
     tx: &mut Tx,
     job: Uuid,

@@ -9,9 +9,8 @@ use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::extract::Path;
 use crate::api::problem::{Kind, Problem};
-use crate::crash;
-use crate::jobs::QUICK;
-use crate::store::{job, result, trial, turn};
+use crate::jobs::{QUICK, begin_anew};
+use crate::store::job;
 
 /// Begins a failed or cancelled job anew.
 #[utoipa::path(post, path = "/v1/jobs/{id}/retry", operation_id = "retry_job", tag = "jobs", params(("id" = Uuid, Path)),
@@ -28,7 +27,8 @@ pub async fn retry(
     let before = find(&server.db, &caller.group, id).await?;
     let mut tx = server.db.begin().await?;
     caller.may_queue(&mut tx).await?;
-    if !job::reset(&mut tx, id).await? {
+    let ended = [job::State::Failed, job::State::Cancelled];
+    if !begin_anew(&server.queue, &mut tx, id, ended).await? {
         return Err(Problem::new(
             Kind::WrongState,
             format!(
@@ -37,12 +37,6 @@ pub async fn retry(
             ),
         ));
     }
-    crash::point("in_retry");
-    trial::delete(&mut tx, id).await?;
-    result::clear(&mut tx, id).await?;
-    let row = server.queue.observe(&mut tx, id).await?;
-    job::enter(&mut tx, id, job::Stage::Observe, row).await?;
-    turn::take(&mut tx, id).await?;
     tx.commit().await?;
     server.queue.wake(QUICK);
     let view: JobView = find(&server.db, &caller.group, id).await?;

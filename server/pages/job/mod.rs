@@ -41,6 +41,8 @@ struct Early {
     axle: &'static str,
     k: Quantity,
     b: Quantity,
+    k_unknown: bool,
+    b_unknown: bool,
 }
 
 /// The stages in order, in the words of the page.
@@ -118,8 +120,10 @@ pub async fn page(
         .flat_map(|estimates| estimates.iter());
     let early = early.map(|(axle, e)| Early {
         axle: axle.name(),
-        k: Quantity::new(e.k_n_m, Some(e.k_std_n_m), "N/m"),
-        b: Quantity::new(e.b_n_s_m, Some(e.b_std_n_s_m), "N s/m"),
+        k_unknown: e.k_not_identifiable.is_some(),
+        b_unknown: e.b_not_identifiable.is_some(),
+        k: Quantity::new(e.k_n_m, e.k_std_n_m, "N/m"),
+        b: Quantity::new(e.b_n_s_m, e.b_std_n_s_m, "N s/m"),
     });
     html(&Page {
         early: early.collect(),

@@ -13,6 +13,8 @@ pub struct ReportView {
     pub extended: bool,
     pub methods: Vec<MethodRow>,
     pub comparison: Vec<[String; 8]>,
+    /// Why rows are absent.
+    pub comparison_notes: Vec<String>,
     pub observer: Vec<[String; 7]>,
     pub roll: Option<Vec<String>>,
     pub trials: usize,
@@ -25,6 +27,9 @@ pub struct ResultRow {
     pub axle: &'static str,
     pub k: Quantity,
     pub b: Quantity,
+    /// Why there is no interval.
+    pub k_unknown: Option<String>,
+    pub b_unknown: Option<String>,
     pub mass: Quantity,
     pub mass_known: bool,
 }
@@ -35,6 +40,9 @@ pub struct MethodRow {
     pub axle: &'static str,
     pub k: Quantity,
     pub b: Quantity,
+    /// What stands beside the values: the swarm's scatter, or why there is no interval.
+    pub k_note: Option<String>,
+    pub b_note: Option<String>,
     pub k_bias: String,
     pub b_bias: String,
 }
@@ -52,6 +60,7 @@ impl ReportView {
             extended: extension.is_some(),
             methods: methods(report),
             comparison: comparison(report),
+            comparison_notes: report.comparison.notes.clone(),
             observer: observer(report),
             roll: report.roll.as_ref().map(|roll| roll.notes.clone()),
             trials: report.swarm.trials.len(),
@@ -62,11 +71,11 @@ impl ReportView {
 }
 
 fn k(e: &Estimate) -> Quantity {
-    Quantity::new(e.k_n_m, Some(e.k_std_n_m), "N/m")
+    Quantity::new(e.k_n_m, e.k_std_n_m, "N/m")
 }
 
 fn b(e: &Estimate) -> Quantity {
-    Quantity::new(e.b_n_s_m, Some(e.b_std_n_s_m), "N s/m")
+    Quantity::new(e.b_n_s_m, e.b_std_n_s_m, "N s/m")
 }
 
 impl ResultRow {
@@ -75,6 +84,8 @@ impl ResultRow {
             axle: axle.name(),
             k: k(e),
             b: b(e),
+            k_unknown: e.k_not_identifiable.clone(),
+            b_unknown: e.b_not_identifiable.clone(),
             mass: Quantity::new(e.mass_kg, e.mass_std_kg, "kg"),
             mass_known: e.mass_std_kg.is_none(),
         }
@@ -105,10 +116,19 @@ fn methods(report: &Report) -> Vec<MethodRow> {
         axle: axle.name(),
         k: k(&e),
         b: b(&e),
+        k_note: note(e.k_scatter_n_m, e.k_not_identifiable.is_some()),
+        b_note: note(e.b_scatter_n_s_m, e.b_not_identifiable.is_some()),
         k_bias: percent(e.k_bias_percent),
         b_bias: percent(e.b_bias_percent),
     })
     .collect()
+}
+
+fn note(scatter: Option<f64>, unknown: bool) -> Option<String> {
+    match scatter {
+        Some(scatter) => Some(format!("scatter {}", significant(scatter, 2))),
+        None => unknown.then(|| "not identifiable".to_owned()),
+    }
 }
 
 fn comparison(report: &Report) -> Vec<[String; 8]> {

@@ -6,7 +6,7 @@ use uuid::Uuid;
 
 use super::{MigrateError, POSTGRES, SQLITE, newest};
 use crate::conformance::on_each_empty;
-use crate::jobs::Queue;
+use crate::jobs::{Queue, repair};
 use crate::store::job::{self, Filter, State};
 use crate::store::key::{self, HOME};
 use crate::store::{Db, Tx, bike, idempotency_key, parameter, result, ride, trial};
@@ -173,6 +173,79 @@ async fn is_read(db: &Db, row: i64) {
     tx.commit().await.unwrap();
     let running = job::find(db, HOME, id(4)).await.unwrap().unwrap();
     assert_eq!(running.state, State::Running);
+}
+
+/// A report as it was stored while a model that ran away wrote NaN into it, and one that is sound.
+fn report(position_max: &str) -> String {
+    let outing = veloid_engine::simulate::outing::Outing {
+        duration_s: 5.0,
+        ..Default::default()
+    };
+    let settings = veloid_engine::Settings {
+        trials: 1,
+        particles: 8,
+        iterations: 2,
+        diagnosis: false,
+        ..Default::default()
+    };
+    let bike = r#"{"bike": "lab-7", "mass_front_kg": 23.0, "mass_rear_kg": 63.0}"#;
+    let bike = veloid_engine::bicycle::Bike::from_json(bike).unwrap();
+    let quiet = veloid_engine::Silent;
+    let report = veloid_engine::identify(&outing.ride(), &bike, &settings, &quiet).unwrap();
+    let mut report = serde_json::to_value(report).unwrap();
+    report["comparison"]["rows"][0]["position_max_m"] = serde_json::from_str(position_max).unwrap();
+    report.to_string()
+}
+
+/// Of the jobs that schema 5 has at their end, what cannot be read begins anew, once, and nothing else.
+#[tokio::test]
+async fn jobs_with_numbers_that_are_none_begin_anew() {
+    let null = r#"{"kind": "internal", "detail": "gave up after 3 attempts: database: ... invalid type: null, expected f64 at line 1"}"#;
+    for (stored, failure, states) in [
+        (report("null"), null, [State::Queued, State::Queued]),
+        (
+            report("0.001"),
+            r#"{"kind": "crash", "detail": "null"}"#,
+            [State::Succeeded, State::Failed],
+        ),
+    ] {
+        on_each_empty(async |db| {
+            migrate_to(&db, 5).await;
+            fill(&db, 5).await;
+            let mut tx = db.begin().await.unwrap();
+            for (sql, value) in [
+                (
+                    "UPDATE result SET document = $1 WHERE name = 'report'",
+                    stored.as_str(),
+                ),
+                (
+                    "UPDATE job SET failure = $1 WHERE state = 'failed'",
+                    failure,
+                ),
+            ] {
+                let value: sqlx::types::Json<serde_json::Value> =
+                    sqlx::types::Json(serde_json::from_str(value).unwrap());
+                on!(&mut tx, t => sqlx::query(sql).bind(value).execute(&mut **t).await.map(drop))
+                    .unwrap();
+            }
+            tx.commit().await.unwrap();
+            db.migrate().await.unwrap();
+            let queue = Queue(db.river().build().unwrap());
+            for _ in 0..2 {
+                repair(&db, &queue).await.unwrap();
+                for (number, state) in [2, 3].into_iter().zip(states) {
+                    let job = job::find(&db, HOME, id(number)).await.unwrap().unwrap();
+                    assert_eq!(job.state, state, "job {number}");
+                    assert_eq!(job.verdict.is_some(), job.state == State::Succeeded);
+                }
+            }
+            let left = result::text(&db, id(2), result::REPORT).await.unwrap();
+            assert_eq!(left.is_some(), states[0] == State::Succeeded);
+            let waits = job::find(&db, HOME, id(4)).await.unwrap().unwrap();
+            assert_eq!((waits.state, waits.revision), (State::Queued, 1));
+        })
+        .await;
+    }
 }
 
 #[tokio::test]

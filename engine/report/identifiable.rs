@@ -1,0 +1,104 @@
+//! When an interval says something, and the reason where it does not.
+
+use std::f64::consts::TAU;
+
+use super::Estimate;
+
+/// Largest standard error beside the value itself: from about here on the 95 % interval holds zero and twice the value.
+const MOST: f64 = 0.5;
+/// Rate of an axle (1/s) that counts as not springing or damping at all: slower than a turn in a second, where bicycles
+/// have 5 to 15. A value near zero that is known to within this is known, however large its relative error.
+const NOTHING: f64 = TAU;
+
+/// The standard error of a parameter that the ride tells, or why it does not. `nothing` is a size (in the parameter's
+/// unit) that is as good as zero.
+pub fn identified(
+    value: f64,
+    std_error: Option<f64>,
+    nothing: f64,
+    unit: &str,
+) -> Result<f64, String> {
+    let most = MOST * value.abs().max(nothing);
+    match std_error {
+        Some(error) if error <= most => Ok(error),
+        Some(error) => Err(format!(
+            "its standard error of {error:.2e} {unit} is beyond {most:.2e} {unit}, half of what it amounts to"
+        )),
+        None => Err("the fit gives it no standard error".to_owned()),
+    }
+}
+
+impl Estimate {
+    /// The estimate without the intervals that would only pretend, with the reasons.
+    pub fn told(self) -> Self {
+        let k_nothing = self.mass_kg * NOTHING * NOTHING;
+        let b_nothing = self.mass_kg * NOTHING;
+        let k = identified(self.k_n_m, self.k_std_n_m, k_nothing, "N/m");
+        let b = identified(self.b_n_s_m, self.b_std_n_s_m, b_nothing, "N s/m");
+        Self {
+            k_std_n_m: k.as_ref().ok().copied(),
+            b_std_n_s_m: b.as_ref().ok().copied(),
+            k_not_identifiable: k.err(),
+            b_not_identifiable: b.err(),
+            ..self
+        }
+    }
+
+    /// Whether all that every estimate must have is a number.
+    pub fn is_finite(&self) -> bool {
+        [self.k_n_m, self.b_n_s_m, self.mass_kg]
+            .iter()
+            .all(|x| x.is_finite())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn told(k: f64, k_std: Option<f64>) -> Estimate {
+        Estimate {
+            k_n_m: k,
+            k_std_n_m: k_std,
+            b_n_s_m: 1000.0,
+            b_std_n_s_m: Some(10.0),
+            mass_kg: 25.0,
+            ..Estimate::default()
+        }
+        .told()
+    }
+
+    #[test]
+    fn an_interval_that_says_nothing_is_not_told_but_why() {
+        let wide = told(65_879.0, Some(3e20));
+        assert_eq!((wide.k_std_n_m, wide.b_std_n_s_m), (None, Some(10.0)));
+        assert!(
+            wide.k_not_identifiable
+                .unwrap_or_default()
+                .contains("3.00e20 N/m")
+        );
+        assert!(wide.b_not_identifiable.is_none());
+        assert!(told(65_879.0, None).k_not_identifiable.is_some());
+    }
+
+    #[test]
+    fn the_bound_is_half_of_the_value() {
+        assert_eq!(
+            told(60e3, Some(0.999 * MOST * 60e3)).k_not_identifiable,
+            None
+        );
+        assert!(
+            told(60e3, Some(1.001 * MOST * 60e3))
+                .k_not_identifiable
+                .is_some()
+        );
+    }
+
+    /// A drive has a mass and a damper, and no spring: that is known well, whatever the relative error.
+    #[test]
+    fn none_of_it_is_known_too() {
+        assert_eq!(told(0.5, Some(20.0)).k_std_n_m, Some(20.0));
+        let nothing = 25.0 * NOTHING * NOTHING;
+        assert_eq!(told(0.5, Some(1.001 * MOST * nothing)).k_std_n_m, None);
+    }
+}

@@ -1,0 +1,27 @@
+use uuid::Uuid;
+
+use super::queue::Queue;
+use super::stage::Fault;
+use crate::crash;
+use crate::store::job::{self, Stage, State};
+use crate::store::{Tx, parameter, result, trial, turn};
+
+/// Begins a job that ended in one of these states anew, without what came of it; false when it is in another.
+pub async fn begin_anew(
+    queue: &Queue,
+    tx: &mut Tx,
+    id: Uuid,
+    from: [State; 2],
+) -> Result<bool, Fault> {
+    if !job::reset(tx, id, from).await? {
+        return Ok(false);
+    }
+    crash::point("in_retry");
+    trial::delete(tx, id).await?;
+    result::clear(tx, id).await?;
+    parameter::delete(tx, id).await?;
+    let row = queue.observe(tx, id).await?;
+    job::enter(tx, id, Stage::Observe, row).await?;
+    turn::take(tx, id).await?;
+    Ok(true)
+}

@@ -1,0 +1,35 @@
+//! Earlier versions stored numbers that are none, which JSON keeps as null: their jobs failed when the next stage read
+//! it, or ended with a report that nothing can read. The engine lets no such result out any more.
+
+use veloid_engine::report::Report;
+
+use super::anew::begin_anew;
+use super::queue::{QUICK, Queue};
+use super::stage::Fault;
+use crate::store::job::{self, State};
+use crate::store::{Db, repair, result};
+
+/// Looks at every job that the upgrade lists, each in a transaction of its own, and begins anew what cannot be read.
+pub async fn repair(db: &Db, queue: &Queue) -> Result<(), Fault> {
+    let ended = [State::Failed, State::Succeeded];
+    for id in repair::list(db).await? {
+        let broken = match result::text(db, id, result::REPORT).await? {
+            Some(report) => holds_a_null_for_a_number(&report),
+            None => true,
+        };
+        let mut tx = db.begin().await?;
+        job::lock(&mut tx, id).await?;
+        if repair::strike(&mut tx, id).await? && broken {
+            begin_anew(queue, &mut tx, id, ended).await?;
+            tracing::warn!(job = %id, "begins anew: a number that is none was stored with it");
+        }
+        tx.commit().await?;
+    }
+    queue.wake(QUICK);
+    Ok(())
+}
+
+fn holds_a_null_for_a_number(report: &str) -> bool {
+    let read = serde_json::from_str::<Report>(report);
+    read.is_err_and(|error| error.to_string().contains("invalid type: null"))
+}
