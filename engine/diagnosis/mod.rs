@@ -20,6 +20,7 @@ mod name;
 mod next_ride;
 mod null;
 mod physical;
+mod planned;
 mod refit;
 mod replicate;
 mod resolution;

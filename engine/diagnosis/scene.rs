@@ -106,7 +106,12 @@ impl Track {
     /// Puts another record of the road under the axle.
     pub fn set_road(&mut self, road: &[f64]) {
         let force = self.input.force.as_ref().map(|(f, _)| f.clone());
-        self.input = Input::new(road, force.as_deref(), self.input.step);
+        self.set_inputs(road, force.as_deref());
+    }
+
+    /// Drives the axle by another road and another force.
+    pub fn set_inputs(&mut self, road: &[f64], force: Option<&[f64]>) {
+        self.input = Input::new(road, force, self.input.step);
         self.road_integral = spline_integral(&self.input);
     }
 
