@@ -9,6 +9,7 @@
 pub mod bicycle;
 pub mod diagnosis;
 mod error;
+mod finite;
 mod identify;
 pub mod least_squares;
 mod observe;

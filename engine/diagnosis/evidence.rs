@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::adequacy::Motion;
 use super::scene::Track;
 use super::spectrum::Spectrum;
+use crate::finite::finite;
 use crate::report::Estimate;
 
 /// What a reader must see to believe the verdict.
@@ -25,8 +26,9 @@ pub struct Excerpt {
     pub t_s: Vec<f64>,
     /// Null where the measurement is not to be trusted.
     pub measured_m: Vec<Option<f64>>,
-    pub plain_m: Vec<f64>,
-    pub extended_m: Vec<f64>,
+    /// Null where the model runs away.
+    pub plain_m: Vec<Option<f64>>,
+    pub extended_m: Vec<Option<f64>>,
 }
 
 /// Power spectral density of measured minus simulated displacement, along the whole ride.
@@ -34,8 +36,9 @@ pub struct Excerpt {
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct ResidualSpectrum {
     pub frequency_hz: Vec<f64>,
-    pub plain_m2_hz: Vec<f64>,
-    pub extended_m2_hz: Vec<f64>,
+    /// Null where the model runs away.
+    pub plain_m2_hz: Vec<Option<f64>>,
+    pub extended_m2_hz: Vec<Option<f64>>,
 }
 
 /// The force that the plain spring and damper lack, m r'' + B r' + k r with r measured minus simulated,
@@ -81,7 +84,7 @@ impl Excerpt {
         }
         let window = from..(from + length).min(n);
         let model = |residual: &[f64]| {
-            let value = |i: usize| track.measured[i] - residual[i];
+            let value = |i: usize| finite(track.measured[i] - residual[i]);
             window.clone().map(value).collect()
         };
         Self {
@@ -118,8 +121,8 @@ impl ResidualSpectrum {
             let to = ((from as f64 * ratio).round() as usize).clamp(from + 1, bins);
             let mean = |x: &[f64]| x[from..to].iter().sum::<f64>() / (to - from) as f64;
             spectrum.frequency_hz.push(mean(&plain.hz));
-            spectrum.plain_m2_hz.push(mean(&plain.density));
-            spectrum.extended_m2_hz.push(mean(&left.density));
+            spectrum.plain_m2_hz.push(finite(mean(&plain.density)));
+            spectrum.extended_m2_hz.push(finite(mean(&left.density)));
             from = to;
         }
         spectrum

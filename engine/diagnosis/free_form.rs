@@ -3,6 +3,7 @@
 use super::FreeForm;
 use super::adequacy::{Leftover, Motion};
 use super::scene::Scene;
+use crate::finite::finite;
 
 /// The missing force without a name, on a grid of deflection and rate and along the ride.
 pub fn free_form(scene: &Scene, m: &Motion, left: &Leftover, t: usize) -> FreeForm {
@@ -56,7 +57,13 @@ pub fn free_form(scene: &Scene, m: &Motion, left: &Leftover, t: usize) -> FreeFo
             .iter()
             .map(|r| {
                 r.iter()
-                    .map(|s| if s.1 > 0 { s.0 / s.1 as f64 } else { 0.0 })
+                    .map(|s| {
+                        if s.1 > 0 {
+                            finite(s.0 / s.1 as f64)
+                        } else {
+                            Some(0.0)
+                        }
+                    })
                     .collect()
             })
             .collect(),
@@ -64,7 +71,7 @@ pub fn free_form(scene: &Scene, m: &Motion, left: &Leftover, t: usize) -> FreeFo
             .step_by(thin)
             .map(|i| i as f64 * scene.step)
             .collect(),
-        force_along_n: force.iter().copied().step_by(thin).collect(),
-        held_out_rms_m: left.held_after,
+        force_along_n: force.iter().map(|f| finite(*f)).step_by(thin).collect(),
+        held_out_rms_m: finite(left.held_after),
     }
 }

@@ -1,6 +1,7 @@
 //! Judging what a model leaves on one axle: is it noise, or is a force still missing?
 
 use crate::bicycle::PerAxle;
+use crate::finite::finite;
 use crate::output_error::{self, Split, rms_valid};
 use crate::settings::Settings;
 
@@ -121,10 +122,10 @@ pub fn judge(
         p_value: found.p_value.min(normal_tail(bursts.max(driven.score))),
         remains,
         held_out: HeldOut {
-            plain_rms_m: plain,
-            extended_rms_m: extended,
-            noise_floor_m: floor,
-            explained_share: share,
+            plain_rms_m: finite(plain),
+            extended_rms_m: finite(extended),
+            noise_floor_m: finite(floor),
+            explained_share: finite(share),
             window_s: [at(split.held.start), at(split.held.end)],
         },
         leftover: found,

@@ -119,9 +119,10 @@ pub struct EffectReport {
     pub id: String,
     pub axle: Place,
     pub parameters: BTreeMap<String, ParameterReport>,
-    pub p_value: f64,
-    /// Gain in log likelihood that the ride loses without this effect.
-    pub separation: f64,
+    /// Null where nothing honest can be said.
+    pub p_value: Option<f64>,
+    /// Gain in log likelihood that the ride loses without this effect; null where no model without it could be fitted.
+    pub separation: Option<f64>,
     pub inside_physical_range: bool,
     /// False where this is only the nearest shape.
     pub adequate: bool,
@@ -135,7 +136,8 @@ pub struct EffectReport {
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct ParameterReport {
     pub value: f64,
-    pub std_error: f64,
+    /// Null where this ride does not tell it.
+    pub std_error: Option<f64>,
     pub unit: String,
 }
 
@@ -143,7 +145,8 @@ pub struct ParameterReport {
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Location {
     pub mismatch: bool,
-    pub p_value: f64,
+    /// Null where nothing honest can be said.
+    pub p_value: Option<f64>,
     pub windows_s: Vec<[f64; 2]>,
     pub bands_hz: Vec<[f64; 2]>,
     /// Regions of deflection, rate, speed, wheel and crank angle, in words.
@@ -153,12 +156,13 @@ pub struct Location {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct HeldOut {
-    /// The plain model at its best.
-    pub plain_rms_m: f64,
-    pub extended_rms_m: f64,
-    pub noise_floor_m: f64,
-    /// Share of the explainable held-out variance that the extension removed.
-    pub explained_share: f64,
+    /// The plain model at its best; null, as the extended model's, where it runs away.
+    pub plain_rms_m: Option<f64>,
+    pub extended_rms_m: Option<f64>,
+    /// Null where it is not known.
+    pub noise_floor_m: Option<f64>,
+    /// Share of the explainable held-out variance that the extension removed; null where it is not known.
+    pub explained_share: Option<f64>,
     /// The held-out window (s).
     pub window_s: [f64; 2],
 }
@@ -177,7 +181,8 @@ pub struct Detectable {
     pub id: String,
     pub axle: Place,
     pub parameter: String,
-    pub smallest_detectable: f64,
+    /// Null where no size would have shown on this ride.
+    pub smallest_detectable: Option<f64>,
     pub unit: String,
 }
 
@@ -188,7 +193,7 @@ pub struct SwitchedOff {
     pub why: String,
 }
 
-/// The missing force, estimated without a name.
+/// The missing force, estimated without a name. Null where the model runs away.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct FreeForm {
@@ -197,26 +202,27 @@ pub struct FreeForm {
     /// Deflection grid (m), rate grid (m/s) and force (N) on them, row by row of rate.
     pub deflection_m: Vec<f64>,
     pub rate_m_s: Vec<f64>,
-    pub force_n: Vec<Vec<f64>>,
+    pub force_n: Vec<Vec<Option<f64>>>,
     /// Force along the ride (N), thinned.
     pub t_s: Vec<f64>,
-    pub force_along_n: Vec<f64>,
+    pub force_along_n: Vec<Option<f64>>,
     /// Held-out error with the free-form force in the model (m).
-    pub held_out_rms_m: f64,
+    pub held_out_rms_m: Option<f64>,
 }
 
+/// Null where a model runs away or holds no such number.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Consequences {
     /// Change of k and B when the effects are in the model (%).
-    pub k_change_percent: f64,
-    pub b_change_percent: f64,
+    pub k_change_percent: Option<f64>,
+    pub b_change_percent: Option<f64>,
     /// Largest wheel load along the ride by the plain and the extended model (N).
-    pub peak_load_plain_n: f64,
-    pub peak_load_extended_n: f64,
+    pub peak_load_plain_n: Option<f64>,
+    pub peak_load_extended_n: Option<f64>,
     /// Share of the time that the wheel carries no load, by the extended model.
-    pub airborne_share: f64,
+    pub airborne_share: Option<f64>,
     /// Undamped resonance sqrt(k/m)/2pi by the plain and the extended model (Hz).
-    pub resonance_plain_hz: f64,
-    pub resonance_extended_hz: f64,
+    pub resonance_plain_hz: Option<f64>,
+    pub resonance_extended_hz: Option<f64>,
 }

@@ -28,7 +28,7 @@ pub fn is_physical(scene: &Scene, plain: &Model, model: &Model) -> bool {
         let replaces = |kind| matches!(kind, Kind::BumpStop | Kind::ViscoelasticTyre);
         let replaced = (model.terms.iter()).any(|t| replaces(t.kind) && t.acts_on(track.axle));
         (!replaced || after.k_n_m > 0.15 * before.k_n_m)
-            && after.b_n_s_m > -3.0 * after.b_std_n_s_m - 0.02 * before.b_n_s_m.abs()
+            && after.b_n_s_m > -3.0 * after.b_std_n_s_m.unwrap_or(0.0) - 0.02 * before.b_n_s_m.abs()
     });
     effects && spring
 }

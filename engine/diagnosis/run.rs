@@ -1,6 +1,7 @@
 //! The diagnosis from start to finish.
 
 use crate::bicycle::{Axle, Bike, PerAxle};
+use crate::finite::finite;
 use crate::identify::{Conclusion, Progress};
 use crate::output_error::{self, Split, colour::Colour, rms_valid};
 use crate::report::Estimate;
@@ -151,13 +152,13 @@ pub fn diagnose(
                     .find(|r| r.term == *term && r.accepted)
                     .map_or(settings.alpha, |r| r.p_value);
                 let separation = less.map(|less| model.likelihood - less.likelihood);
-                show::effect(record, &corrected, term, separation, p)
+                show::effect(record, &corrected, term, separation, finite(p))
             })
             .collect()
     };
     let adequate = judged
         .iter()
-        .all(|j| !j.remains || j.held_out.explained_share >= ADEQUATE);
+        .all(|j| !j.remains || j.held_out.explained_share.is_some_and(|s| s >= ADEQUATE));
     let physical = is_physical(&scene, &plain, &model);
     let explains = !model.terms.is_empty() && adequate && physical;
     let wider = explains && (is_curve(&search, &model) || is_outgrown(&search, &model));
@@ -174,7 +175,9 @@ pub fn diagnose(
         .map(|mut e| {
             e.adequate = verdict != Verdict::Unnamed;
             e.material = judged.iter().any(|j| {
-                j.held_out.extended_rms_m < (1.0 - settings.materiality) * j.held_out.plain_rms_m
+                (j.held_out.extended_rms_m.zip(j.held_out.plain_rms_m)).is_some_and(
+                    |(extended, plain)| extended < (1.0 - settings.materiality) * plain,
+                )
             });
             e
         })
@@ -352,7 +355,7 @@ fn location(
     if !mismatch {
         return Location {
             mismatch,
-            p_value,
+            p_value: finite(p_value),
             ..Location::default()
         };
     }
@@ -369,9 +372,9 @@ fn location(
         .residuals(&fit.unit, &fit.point, model.substeps(scene, FINE))
         .swap_remove(a);
     if judged.remains {
-        let noise = judged.held_out.noise_floor_m
-            / rms_valid(&left, &track.valid, 0..left.len()).max(1e-300);
-        left.iter_mut().for_each(|x| *x *= noise.min(1.0));
+        let rms = rms_valid(&left, &track.valid, 0..left.len()).max(1e-300);
+        let noise = (judged.held_out.noise_floor_m).map_or(1.0, |floor| (floor / rms).min(1.0));
+        left.iter_mut().for_each(|x| *x *= noise);
     }
     let missing: Vec<f64> = if judged.remains {
         let named = motion
@@ -393,7 +396,7 @@ fn location(
     };
     Location {
         mismatch,
-        p_value,
+        p_value: finite(p_value),
         windows_s: locate::windows(&plain, &left, &track.valid, scene, settings.alpha),
         bands_hz: locate::bands(&plain, &left, scene.step, settings.alpha),
         states: locate::states(&missing, motion, scene, 0..scene.samples),
@@ -430,17 +433,15 @@ fn warnings(ride: &Ride, scene: &Scene, model: &Model) -> Vec<String> {
     let mut warnings = ride.summary.warnings.clone();
     for (t, track) in scene.tracks.iter().enumerate() {
         let e = show::estimate(scene, model, t);
-        if e.b_std_n_s_m > 0.5 * e.b_n_s_m.abs() {
-            warnings.push(format!(
-                "{} axle: B is not identifiable on this ride ({:.0} +- {:.0} N s/m)",
-                track.axle, e.b_n_s_m, e.b_std_n_s_m
-            ));
-        }
-        if e.k_std_n_m > 0.5 * e.k_n_m.abs() {
-            warnings.push(format!(
-                "{} axle: k is not identifiable on this ride ({:.0} +- {:.0} N/m)",
-                track.axle, e.k_n_m, e.k_std_n_m
-            ));
+        for (name, value, std_error) in
+            [("B", e.b_n_s_m, e.b_std_n_s_m), ("k", e.k_n_m, e.k_std_n_m)]
+        {
+            if std_error.is_none_or(|e| e > 0.5 * value.abs()) {
+                warnings.push(format!(
+                    "{} axle: {name} is not identifiable on this ride",
+                    track.axle
+                ));
+            }
         }
         let lost = track.valid.iter().filter(|v| !**v).count();
         if lost as f64 > 0.1 * ride.samples as f64 {

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::finite::{finite, std_error};
 use crate::report::Estimate;
 
 use super::adequacy::Motion;
@@ -28,7 +29,7 @@ pub fn effect(
     model: &Model,
     term: &Term,
     separation: Option<f64>,
-    p_value: f64,
+    p_value: Option<f64>,
 ) -> Option<EffectReport> {
     let fit = model.fits.iter().find(|f| f.unit.terms.contains(term))?;
     let at = fit.unit.terms.iter().position(|t| t == term)?;
@@ -75,7 +76,7 @@ pub fn effect(
         axle: term.place,
         parameters,
         p_value,
-        separation: separation.unwrap_or(f64::NAN).max(0.0),
+        separation: separation.and_then(finite).map(|s| s.max(0.0)),
         inside_physical_range: inside,
         adequate: true,
         material: true,
@@ -90,7 +91,7 @@ fn standard_errors(
     at: usize,
     values: &Values,
     scale: &Scale,
-) -> Vec<f64> {
+) -> Vec<Option<f64>> {
     let spec = fit.unit.terms[at].kind.spec();
     let slots = fit.unit.slots(scene);
     let fitted: Vec<(usize, usize)> = slots
@@ -129,11 +130,7 @@ fn standard_errors(
                     }
                 }
             }
-            if variance.is_finite() {
-                variance.max(0.0).sqrt()
-            } else {
-                f64::MAX
-            }
+            std_error(variance)
         })
         .collect()
 }
@@ -154,7 +151,7 @@ pub fn estimate(scene: &Scene, model: &Model, track: usize) -> Estimate {
                 }
             }
         }
-        variance.max(0.0).sqrt()
+        std_error(variance)
     };
     Estimate {
         k_n_m: kappa * m,
@@ -162,7 +159,7 @@ pub fn estimate(scene: &Scene, model: &Model, track: usize) -> Estimate {
         k_std_n_m: error([(0, m), (2, -kappa * m * m)]),
         b_std_n_s_m: error([(1, m), (2, -beta * m * m)]),
         mass_kg: m,
-        mass_std_kg: index(2).map(|_| error([(2, m * m), (3, 0.0)])),
+        mass_std_kg: index(2).and_then(|_| error([(2, m * m), (3, 0.0)])),
         k_bias_percent: None,
         b_bias_percent: None,
     }
@@ -191,24 +188,24 @@ pub fn consequences(
         force.iter().map(|a| static_load + s.mass * a).collect()
     };
     let (before, after) = (load(plain.1, false), load(extended.1, true));
-    let peak = |x: &[f64]| x.iter().copied().fold(0.0, f64::max);
+    let peak = |x: &[f64]| {
+        let known = x.iter().all(|f| f.is_finite());
+        known.then(|| x.iter().copied().fold(0.0, f64::max))
+    };
     let airborne = after
         .iter()
         .filter(|f| **f <= 1e-3 * s.static_load.abs())
         .count() as f64
         / after.len().max(1) as f64;
-    let percent = |a: f64, b: f64| if b != 0.0 { 100.0 * (a / b - 1.0) } else { 0.0 };
-    let resonance = |e: &Estimate| (e.k_n_m.max(0.0) / e.mass_kg).sqrt() / std::f64::consts::TAU;
+    let percent = |a: f64, b: f64| finite(100.0 * (a / b - 1.0));
+    let resonance =
+        |e: &Estimate| finite((e.k_n_m.max(0.0) / e.mass_kg).sqrt() / std::f64::consts::TAU);
     Consequences {
         k_change_percent: percent(extended.0.k_n_m, plain.0.k_n_m),
         b_change_percent: percent(extended.0.b_n_s_m, plain.0.b_n_s_m),
         peak_load_plain_n: peak(&before),
         peak_load_extended_n: peak(&after),
-        airborne_share: if scene.tracks[track].has_road {
-            airborne
-        } else {
-            0.0
-        },
+        airborne_share: scene.tracks[track].has_road.then_some(airborne),
         resonance_plain_hz: resonance(plain.0),
         resonance_extended_hz: resonance(extended.0),
     }
@@ -235,7 +232,7 @@ pub fn detectable(scene: &Scene, offers: &[Signatures], bound: f64) -> Vec<Detec
                 id: spec.id.to_owned(),
                 axle: offer.term.place,
                 parameter: reported.name.to_owned(),
-                smallest_detectable: reported.value.abs(),
+                smallest_detectable: finite(reported.value.abs()),
                 unit: reported.unit.to_owned(),
             })
         })

@@ -2,6 +2,7 @@ use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use super::{Found, Point, Theta};
 use crate::bicycle::{Bike, PerAxle};
+use crate::finite::std_error;
 use crate::report::{Estimate, RecursivePath};
 use crate::ride::Ride;
 
@@ -45,7 +46,7 @@ fn push(path: &mut RecursivePath, t: f64, k: f64, b: f64) {
 fn estimate([kappa, beta, g]: Theta, covariance: &Matrix3<f64>, mass: Option<f64>) -> Estimate {
     let std = |by: [f64; 3]| {
         let by = Vector3::from(by);
-        by.dot(&(covariance * by)).max(0.0).sqrt()
+        std_error(by.dot(&(covariance * by)))
     };
     Estimate {
         k_n_m: kappa / g,
@@ -53,7 +54,10 @@ fn estimate([kappa, beta, g]: Theta, covariance: &Matrix3<f64>, mass: Option<f64
         k_std_n_m: std([1.0 / g, 0.0, -kappa / (g * g)]),
         b_std_n_s_m: std([0.0, 1.0 / g, -beta / (g * g)]),
         mass_kg: mass.unwrap_or(1.0 / g),
-        mass_std_kg: mass.is_none().then(|| std([0.0, 0.0, -1.0 / (g * g)])),
+        mass_std_kg: match mass {
+            Some(_) => None,
+            None => std([0.0, 0.0, -1.0 / (g * g)]),
+        },
         ..Estimate::default()
     }
 }
@@ -83,8 +87,8 @@ fn joint(
     let one = |found: &Found| Estimate {
         k_n_m: pair[0],
         b_n_s_m: pair[1],
-        k_std_n_m: covariance[(0, 0)].max(0.0).sqrt(),
-        b_std_n_s_m: covariance[(1, 1)].max(0.0).sqrt(),
+        k_std_n_m: std_error(covariance[(0, 0)]),
+        b_std_n_s_m: std_error(covariance[(1, 1)]),
         mass_kg: 1.0 / found.theta[2],
         ..Estimate::default()
     };

@@ -13,6 +13,7 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use crate::EngineError;
 use crate::bicycle::{Axle, Bike, PerAxle};
+use crate::finite::std_error;
 use crate::report::Estimate;
 use crate::ride::{AxleRecord, Ride};
 use crate::settings::Settings;
@@ -419,22 +420,25 @@ impl AxleFit {
     pub fn estimate(&self, weighed: bool) -> Estimate {
         let p = &self.plain;
         let m = 1.0 / p.per_mass;
-        let variance = |by: [f64; 3]| {
+        let error = |by: [f64; 3]| {
             let mut sum = 0.0;
             for a in 0..3 {
                 for b in 0..3 {
                     sum += by[a] * by[b] * self.covariance[(a, b)];
                 }
             }
-            sum.max(0.0).sqrt()
+            std_error(sum)
         };
         Estimate {
             k_n_m: p.kappa * m,
             b_n_s_m: p.beta * m,
-            k_std_n_m: variance([m, 0.0, -p.kappa * m * m]),
-            b_std_n_s_m: variance([0.0, m, -p.beta * m * m]),
+            k_std_n_m: error([m, 0.0, -p.kappa * m * m]),
+            b_std_n_s_m: error([0.0, m, -p.beta * m * m]),
             mass_kg: m,
-            mass_std_kg: (!weighed).then(|| variance([0.0, 0.0, m * m])),
+            mass_std_kg: match weighed {
+                true => None,
+                false => error([0.0, 0.0, m * m]),
+            },
             k_bias_percent: None,
             b_bias_percent: None,
         }

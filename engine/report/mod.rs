@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bicycle::{Bike, PerAxle};
 use crate::diagnosis::Diagnosis;
+use crate::finite::finite;
 use crate::ride::RideSummary;
 use crate::settings::Settings;
 
@@ -44,8 +45,9 @@ pub struct Report {
 pub struct Estimate {
     pub k_n_m: f64,
     pub b_n_s_m: f64,
-    pub k_std_n_m: f64,
-    pub b_std_n_s_m: f64,
+    /// Standard errors; null where this ride does not tell the value.
+    pub k_std_n_m: Option<f64>,
+    pub b_std_n_s_m: Option<f64>,
     /// Mass carried (kg): the bike file's, or estimated where that is null.
     pub mass_kg: f64,
     /// Standard error of an estimated mass (kg).
@@ -147,8 +149,8 @@ impl SwarmReport {
             Some(Estimate {
                 k_n_m: best.k_n_m,
                 b_n_s_m: best.b_n_s_m,
-                k_std_n_m: *k_std_n_m,
-                b_std_n_s_m: *b_std_n_s_m,
+                k_std_n_m: finite(*k_std_n_m),
+                b_std_n_s_m: finite(*b_std_n_s_m),
                 mass_kg: mass?.mass_kg,
                 ..Estimate::default()
             })

@@ -49,10 +49,10 @@ fn write(out: &mut String, report: &Report) -> std::fmt::Result {
         for (name, parameter) in &effect.parameters {
             writeln!(
                 out,
-                "  {} ({name}): {} +/- {:.2e} {}",
+                "  {} ({name}): {} +/- {} {}",
                 effect.id,
                 Significant(parameter.value),
-                parameter.std_error,
+                error(parameter.std_error),
                 parameter.unit
             )?;
         }
@@ -67,15 +67,19 @@ fn rows(out: &mut String, method: &str, estimates: &PerAxle<Estimate>) -> std::f
     for (axle, e) in estimates.iter() {
         writeln!(
             out,
-            "{method:<16}{:<7}{:>12.6}{:>11.2e}{:>12.6}{:>11.2e}",
+            "{method:<16}{:<7}{:>12.6}{:>11}{:>12.6}{:>11}",
             axle.name(),
             Significant(e.k_n_m),
-            e.k_std_n_m,
+            error(e.k_std_n_m),
             Significant(e.b_n_s_m),
-            e.b_std_n_s_m
+            error(e.b_std_n_s_m)
         )?;
     }
     Ok(())
+}
+
+fn error(std_error: Option<f64>) -> String {
+    std_error.map_or("unknown".to_owned(), |e| format!("{e:.2e}"))
 }
 
 /// A number with as many significant digits as the precision says.

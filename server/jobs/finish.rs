@@ -59,7 +59,7 @@ fn parameters(report: &Report) -> Vec<Parameter> {
                 axle,
                 name: format!("{}.{name}", effect.id),
                 value: parameter.value,
-                std_error: Some(parameter.std_error),
+                std_error: parameter.std_error,
                 unit: parameter.unit.clone(),
             }));
         }
@@ -87,13 +87,8 @@ fn of_estimates(method: &'static str, estimates: &PerAxle<Estimate>) -> Vec<Para
                 .mass_std_kg
                 .map(|std| parameter("mass_kg", estimate.mass_kg, Some(std), "kg"));
             [
-                parameter("k_n_m", estimate.k_n_m, Some(estimate.k_std_n_m), "N/m"),
-                parameter(
-                    "b_n_s_m",
-                    estimate.b_n_s_m,
-                    Some(estimate.b_std_n_s_m),
-                    "N s/m",
-                ),
+                parameter("k_n_m", estimate.k_n_m, estimate.k_std_n_m, "N/m"),
+                parameter("b_n_s_m", estimate.b_n_s_m, estimate.b_std_n_s_m, "N s/m"),
             ]
             .into_iter()
             .chain(mass)

@@ -97,22 +97,22 @@ fn best(report: &Report, axle: Axle) -> Option<&Estimate> {
 }
 
 fn rows(reports: &[Report]) -> Vec<(String, Vec<Option<Cell>>)> {
-    type Pick = fn(&Estimate) -> (f64, f64);
+    type Pick = fn(&Estimate) -> (f64, Option<f64>);
     let picks: [(&str, &str, Pick); 2] = [
         ("stiffness k", "N/m", |e| (e.k_n_m, e.k_std_n_m)),
         ("damping B", "N s/m", |e| (e.b_n_s_m, e.b_std_n_s_m)),
     ];
     let row = |axle: Axle, (name, unit, pick): (&str, &str, Pick)| {
-        let values: Vec<Option<(f64, f64)>> =
+        let values: Vec<Option<(f64, Option<f64>)>> =
             reports.iter().map(|r| best(r, axle).map(pick)).collect();
         let first = values.first().copied().flatten();
-        let cell = |(i, value): (usize, &Option<(f64, f64)>)| {
+        let cell = |(i, value): (usize, &Option<(f64, Option<f64>)>)| {
             let (value, error) = (*value)?;
             let difference = first
                 .filter(|_| i > 0)
-                .map(|(v, e)| (value - v) / error.hypot(e));
+                .and_then(|(v, e)| Some((value - v) / error?.hypot(e?)));
             Some(Cell {
-                quantity: Quantity::new(value, Some(error), unit),
+                quantity: Quantity::new(value, error, unit),
                 clear: difference.is_some_and(|d| d.abs() > CLEAR),
                 difference: difference.filter(|d| d.is_finite()).map(|d| fixed(d, 1)),
             })
@@ -138,7 +138,7 @@ fn effects(reports: &[Report]) -> Vec<(String, Vec<String>)> {
                 format!(
                     "{} {}",
                     words::plain(name),
-                    Quantity::new(p.value, Some(p.std_error), &p.unit)
+                    Quantity::new(p.value, p.std_error, &p.unit)
                 )
             });
             let cells = found

@@ -65,7 +65,7 @@ for (const axle of ['front', 'rear']) {
     const traces = (await reports).flatMap((report, i) => {
       const spectrum = report.diagnosis?.evidence[axle]?.spectrum;
       if (!spectrum) return [];
-      const y = spectrum.extended_m2_hz.map((power) => 1e3 * Math.sqrt(power));
+      const y = spectrum.extended_m2_hz.map((power) => (power === null ? null : 1e3 * Math.sqrt(power)));
       return [{ name: jobs[i].name, x: spectrum.frequency_hz, y, ink: jobs[i].ink }];
     });
     if (!traces.length) return null;

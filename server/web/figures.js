@@ -60,7 +60,7 @@ function worst({ t_s: t, measured_m: measured, plain_m: plain, extended_m: exten
 }
 
 function spectrum({ frequency_hz: x, plain_m2_hz: plain, extended_m2_hz: extended }, named) {
-  const density = (values) => values.map((value) => 1e3 * Math.sqrt(value));
+  const density = (values) => values.map((value) => (value === null ? null : 1e3 * Math.sqrt(value)));
   return {
     x: { label: 'frequency (Hz)', log: true },
     panels: [{ label: 'mm/√Hz', log: true, traces: [

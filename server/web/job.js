@@ -74,6 +74,7 @@ function showEarly(estimates) {
   if (!section.hidden) return;
   const body = section.querySelector('tbody');
   const number = (value, error, unit) => {
+    if (error === null) return `${value.toPrecision(5)} ${unit}`;
     const margin = 1.96 * error;
     const digits = Math.max(0, 1 - Math.floor(Math.log10(margin)));
     return `${value.toFixed(digits)} ± ${margin.toFixed(digits)} ${unit}`;

@@ -12,11 +12,15 @@ const WIDTH: f64 = 250.0;
 
 /// Error before and after, and the noise, as an SVG image.
 pub fn of(axle: &str, held: &HeldOut, extended: bool) -> String {
-    let mut bars = vec![("plain model", "plain", held.plain_rms_m)];
-    if extended {
-        bars.push(("with the effects", "extended", held.extended_rms_m));
-    }
-    bars.push(("noise floor", "noise", held.noise_floor_m));
+    let extension = held.extended_rms_m.filter(|_| extended);
+    let bars: Vec<_> = [
+        ("plain model", "plain", held.plain_rms_m),
+        ("with the effects", "extended", extension),
+        ("noise floor", "noise", held.noise_floor_m),
+    ]
+    .into_iter()
+    .filter_map(|(label, class, rms)| Some((label, class, rms?)))
+    .collect();
     let most = bars
         .iter()
         .map(|(_, _, rms)| *rms)
@@ -49,9 +53,9 @@ mod tests {
     #[test]
     fn the_longest_bar_is_the_largest_error() {
         let held = HeldOut {
-            plain_rms_m: 2e-3,
-            extended_rms_m: 1e-3,
-            noise_floor_m: 5e-4,
+            plain_rms_m: Some(2e-3),
+            extended_rms_m: Some(1e-3),
+            noise_floor_m: Some(5e-4),
             ..HeldOut::default()
         };
         let svg = of("front", &held, true);

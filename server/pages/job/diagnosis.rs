@@ -56,6 +56,11 @@ fn verdict(verdict: Verdict) -> (&'static str, &'static str) {
     }
 }
 
+/// A number where it is known.
+fn known(value: Option<f64>, text: impl Fn(f64) -> String) -> String {
+    value.map_or("unknown".to_owned(), text)
+}
+
 fn place_of(axle: Axle) -> Place {
     match axle {
         Axle::Front => Place::Front,
@@ -97,7 +102,7 @@ impl DiagnosisView {
                         x.axle.name().to_owned(),
                         words::plain(&x.parameter),
                         Quantity {
-                            value: significant(x.smallest_detectable, 3),
+                            value: known(x.smallest_detectable, |size| significant(size, 3)),
                             margin: None,
                             unit: words::unit(&x.unit),
                         }
@@ -127,8 +132,8 @@ impl EffectView {
             notes.push("certain, but too small to matter");
         }
         let chance = match effect.p_value {
-            p if p < 1e-4 => "below 0.0001".to_owned(),
-            p => significant(p, 2),
+            Some(p) if p < 1e-4 => "below 0.0001".to_owned(),
+            p => known(p, |p| significant(p, 2)),
         };
         let parameters = effect.parameters.iter().map(|(name, p)| {
             let quantity = match name.as_str() {
@@ -138,7 +143,7 @@ impl EffectView {
                     margin: None,
                     unit: p.unit.clone(),
                 },
-                _ => Quantity::new(p.value, Some(p.std_error), &p.unit),
+                _ => Quantity::new(p.value, p.std_error, &p.unit),
             };
             (words::plain(name), quantity)
         });
@@ -148,7 +153,7 @@ impl EffectView {
             parameters: parameters.collect(),
             evidence: format!(
                 "By chance alone with probability {chance}; without it the ride loses {} in log likelihood.",
-                fixed(effect.separation, 1)
+                known(effect.separation, |gain| fixed(gain, 1))
             ),
             notes,
         }
@@ -170,13 +175,14 @@ impl AxleView {
         Some(Self {
             axle: axle.name(),
             mismatch: place.mismatch,
-            p_value: significant(place.p_value, 2),
+            p_value: known(place.p_value, |p| significant(p, 2)),
             windows: place.windows_s.iter().map(|w| range(w, "s")).collect(),
             bands: place.bands_hz.iter().map(|b| range(b, "Hz")).collect(),
             states: place.states.clone(),
             bars: bars::of(axle.name(), held, extended),
-            explained: (extended && held.explained_share > 0.0)
-                .then(|| fixed(100.0 * held.explained_share, 1)),
+            explained: (held.explained_share)
+                .filter(|share| extended && *share > 0.0)
+                .map(|share| fixed(100.0 * share, 1)),
             held_out: range(&held.window_s, "s"),
             consequences: d.consequences.get(axle).map_or_else(Vec::new, |c| {
                 let row =
@@ -184,20 +190,20 @@ impl AxleView {
                 let mut rows = vec![
                     row(
                         "Largest wheel load",
-                        format!("{} N", fixed(c.peak_load_plain_n, 0)),
-                        format!("{} N", fixed(c.peak_load_extended_n, 0)),
+                        known(c.peak_load_plain_n, |f| format!("{} N", fixed(f, 0))),
+                        known(c.peak_load_extended_n, |f| format!("{} N", fixed(f, 0))),
                     ),
                     row(
                         "Resonance, undamped",
-                        format!("{} Hz", fixed(c.resonance_plain_hz, 2)),
-                        format!("{} Hz", fixed(c.resonance_extended_hz, 2)),
+                        known(c.resonance_plain_hz, |f| format!("{} Hz", fixed(f, 2))),
+                        known(c.resonance_extended_hz, |f| format!("{} Hz", fixed(f, 2))),
                     ),
                 ];
-                if c.airborne_share > 0.0 {
+                if let Some(share) = c.airborne_share.filter(|share| *share > 0.0) {
                     rows.push(row(
                         "Time without wheel load",
                         "–".to_owned(),
-                        format!("{} %", significant(100.0 * c.airborne_share, 2)),
+                        format!("{} %", significant(100.0 * share, 2)),
                     ));
                 }
                 if extended { rows } else { Vec::new() }

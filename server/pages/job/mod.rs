@@ -118,8 +118,8 @@ pub async fn page(
         .flat_map(|estimates| estimates.iter());
     let early = early.map(|(axle, e)| Early {
         axle: axle.name(),
-        k: Quantity::new(e.k_n_m, Some(e.k_std_n_m), "N/m"),
-        b: Quantity::new(e.b_n_s_m, Some(e.b_std_n_s_m), "N s/m"),
+        k: Quantity::new(e.k_n_m, e.k_std_n_m, "N/m"),
+        b: Quantity::new(e.b_n_s_m, e.b_std_n_s_m, "N s/m"),
     });
     html(&Page {
         early: early.collect(),

@@ -62,11 +62,11 @@ impl ReportView {
 }
 
 fn k(e: &Estimate) -> Quantity {
-    Quantity::new(e.k_n_m, Some(e.k_std_n_m), "N/m")
+    Quantity::new(e.k_n_m, e.k_std_n_m, "N/m")
 }
 
 fn b(e: &Estimate) -> Quantity {
-    Quantity::new(e.b_n_s_m, Some(e.b_std_n_s_m), "N s/m")
+    Quantity::new(e.b_n_s_m, e.b_std_n_s_m, "N s/m")
 }
 
 impl ResultRow {
