@@ -23,12 +23,19 @@ const MATTERS: f64 = 0.27;
 /// Deviations of the residual's kurtosis from which it is no noise of a sensor.
 const BURSTS: f64 = 6.0;
 
+/// Share of the noise that a model must leave: one that leaves less shows that the noise is not what it was said to be.
+const NOISE_AGREES: f64 = 0.9;
+
 /// Judges one track: is anything left, and what was the noise.
 pub struct Judged {
     pub leftover: Leftover,
     /// The least p value of all that was asked.
     pub p_value: f64,
     pub remains: bool,
+    /// What noise would leave (m), and the share of the held-out variance above it that the model removed, as far as the
+    /// model itself tells: for the verdict, not for the report.
+    pub floor: f64,
+    pub share: f64,
     pub held_out: HeldOut,
 }
 
@@ -117,23 +124,38 @@ pub fn judge(
     } else {
         0.0
     };
+    let record = shown.map_or(track, |(record, _)| &record.tracks[t]);
+    let noise = record.sensor_noise();
     let at = |i: usize| scene.step * i as f64;
     Judged {
         p_value: found.p_value.min(normal_tail(bursts.max(driven.score))),
         remains,
+        floor,
+        share,
         held_out: HeldOut {
             plain_rms_m: finite(plain),
             extended_rms_m: finite(extended),
-            noise_floor_m: finite(floor),
-            explained_share: finite(share),
+            noise_floor_m: noise,
+            explained_share: noise.and_then(|noise| explained(plain, extended, noise)),
             window_s: [at(split.held.start), at(split.held.end)],
         },
         leftover: found,
     }
 }
 
+/// Share of the explainable held-out variance that an extension removed, where a sensor's `noise` (m) was measured and
+/// agrees with what is left.
+fn explained(plain: f64, extended: f64, noise: f64) -> Option<f64> {
+    let explainable = plain * plain - noise * noise;
+    let agrees = extended > NOISE_AGREES * noise && explainable > 0.01 * plain * plain;
+    let removed = plain * plain - extended * extended;
+    finite(removed / explainable)
+        .filter(|_| agrees)
+        .map(|share| share.clamp(-1.0, 1.0))
+}
+
 /// RMS of the valid residuals on the held-out part (m).
-fn held_rms((scene, model): (&Scene, &Model), t: usize, split: &Split) -> f64 {
+pub fn held_rms((scene, model): (&Scene, &Model), t: usize, split: &Split) -> f64 {
     let (fit, a) = model.of_track(t);
     let fitter = Fitter {
         scene,
@@ -142,4 +164,20 @@ fn held_rms((scene, model): (&Scene, &Model), t: usize, split: &Split) -> f64 {
     let substeps = model.substeps(scene, FINE);
     let residual = fitter.residuals(&fit.unit, &fit.point, substeps);
     rms_valid(&residual[a], &scene.tracks[t].valid, split.held.clone())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::explained;
+
+    #[test]
+    fn no_share_is_told_without_room_or_against_the_noise() {
+        let share = explained(5e-4, 1e-4, 0.9e-4).unwrap_or_default();
+        assert!((share - 0.24 / 0.2419).abs() < 1e-9, "{share}");
+        assert_eq!(explained(1e-4, 1e-4, 0.999e-4), None);
+        assert_eq!(explained(5e-4, 1e-4, 3e-4), None);
+        assert_eq!(explained(f64::INFINITY, 1e-4, 1e-4), None);
+        let worse = explained(1e-4, 9e-4, 1e-5).unwrap_or_default();
+        assert_eq!(worse, -1.0);
+    }
 }

@@ -3,6 +3,7 @@
 mod adequacy;
 mod bursts;
 mod coherence;
+mod detectable;
 pub mod effects;
 mod evidence;
 mod extend;
@@ -20,6 +21,7 @@ mod name;
 mod next_ride;
 mod null;
 mod physical;
+mod planned;
 mod refit;
 mod replicate;
 mod resolution;
@@ -122,10 +124,9 @@ pub struct EffectReport {
     pub p_value: Option<f64>,
     /// Gain in log likelihood that the ride loses without this effect; null where no model without it could be fitted.
     pub separation: Option<f64>,
-    pub inside_physical_range: bool,
     /// False where this is only the nearest shape.
     pub adequate: bool,
-    /// Whether it changes the held-out error by more than the materiality threshold.
+    /// Whether the held-out error on an axle that it acts on would be larger by the materiality threshold without it.
     pub material: bool,
     /// What this effect is, in a sentence.
     pub sentence: String,
@@ -161,9 +162,11 @@ pub struct HeldOut {
     /// The plain model at its best; null, as the extended model's, where it runs away.
     pub plain_rms_m: Option<f64>,
     pub extended_rms_m: Option<f64>,
-    /// Null where it is not known.
+    /// RMS of the displacement sensor's noise: what the bike file declares, or what the record shows where it holds
+    /// nothing else. Never what a model leaves; null where it is not known.
     pub noise_floor_m: Option<f64>,
-    /// Share of the explainable held-out variance that the extension removed; null where it is not known.
+    /// Share of the explainable held-out variance that the extension removed; null where the floor is, or
+    /// where nothing could be explained.
     pub explained_share: Option<f64>,
     /// The held-out window (s).
     pub window_s: [f64; 2],
@@ -177,14 +180,29 @@ pub struct NextRide {
     pub predicted_separation: f64,
 }
 
+/// Where an effect does more: a stiffer spring is a larger k3, a wheel leaves the ground sooner under a smaller load.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Stronger {
+    #[default]
+    Larger,
+    Smaller,
+}
+
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Detectable {
     pub id: String,
     pub axle: Place,
     pub parameter: String,
-    /// Null where no size would have shown on this ride.
+    /// The weakest size that would have shown, counted from no effect; null where none would.
     pub smallest_detectable: Option<f64>,
+    /// Whether the effect does more when the parameter is larger or smaller than that.
+    #[serde(default)]
+    pub stronger: Stronger,
+    /// Why there is no size.
+    pub reason: Option<String>,
     pub unit: String,
 }
 

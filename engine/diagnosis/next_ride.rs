@@ -2,56 +2,83 @@
 //! refitted to what the first would record, and the rides ranked by the separation that is left.
 
 use crate::simulate::lanes::LANES;
-use crate::simulate::linear::Input;
 
 use super::NextRide;
 use super::extend::Model;
-use super::fit::{Effort, Fitter};
+use super::fit::{Effort, Fitted, Fitter};
 use super::model::Point;
 use super::name::{COARSE, Search};
+use super::planned::{Change, planned};
 use super::scene::Scene;
 
-/// A ride of the catalogue: what to do, and how the present ride's inputs change.
+/// A ride of the catalogue: what to do, and how the present ride changes by it.
 struct Plan {
     what: &'static str,
-    /// Factor on road and force.
-    rougher: f64,
-    /// Factor on the rate at which the inputs pass, and on the speed.
-    faster: f64,
+    change: Change,
 }
 
-const CATALOGUE: [Plan; 6] = [
+const fn plan(what: &'static str, rougher: f64, faster: f64, back: bool) -> Plan {
     Plan {
-        what: "repeat this ride once as it was and identify both together",
-        rougher: 1.0,
-        faster: 1.0,
-    },
-    Plan {
-        what: "ride the same road a quarter slower",
-        rougher: 1.0,
-        faster: 0.75,
-    },
-    Plan {
-        what: "ride the same road a quarter faster",
-        rougher: 1.0,
-        faster: 1.25,
-    },
-    Plan {
-        what: "ride the same road at one and a half times the speed",
-        rougher: 1.0,
-        faster: 1.5,
-    },
-    Plan {
-        what: "ride a road half as rough (or shake half as hard)",
-        rougher: 0.5,
-        faster: 1.0,
-    },
-    Plan {
-        what: "ride a road twice as rough (or shake twice as hard)",
-        rougher: 2.0,
-        faster: 1.0,
-    },
+        what,
+        change: Change {
+            rougher,
+            faster,
+            back,
+        },
+    }
+}
+
+/// Cheapest first: over a road, on a shaker, and where an axle is let go.
+const ROADS: [Plan; 6] = [
+    plan(
+        "record a ride over the same road there and back",
+        1.0,
+        1.0,
+        true,
+    ),
+    plan("ride the same road a quarter slower", 1.0, 0.75, false),
+    plan("ride the same road a quarter faster", 1.0, 1.25, false),
+    plan(
+        "ride the same road at one and a half times the speed",
+        1.0,
+        1.5,
+        false,
+    ),
+    plan("ride a road half as rough", 0.5, 1.0, false),
+    plan("ride a road twice as rough", 2.0, 1.0, false),
 ];
+const SHAKERS: [Plan; 5] = [
+    plan("shake twice as long with the same force", 1.0, 1.0, true),
+    plan(
+        "shake with the same force a quarter slower",
+        1.0,
+        0.75,
+        false,
+    ),
+    plan(
+        "shake with the same force a quarter faster",
+        1.0,
+        1.25,
+        false,
+    ),
+    plan("shake half as hard", 0.5, 1.0, false),
+    plan("shake twice as hard", 2.0, 1.0, false),
+];
+const RELEASES: [Plan; 2] = [
+    plan("let the axle go from half as far", 0.5, 1.0, false),
+    plan("let the axle go from twice as far", 2.0, 1.0, false),
+];
+
+/// The rides that whoever recorded this one can record next.
+fn catalogue(scene: &Scene) -> &'static [Plan] {
+    if scene.tracks.iter().any(|t| t.has_road) {
+        &ROADS
+    } else if scene.tracks.iter().any(|t| t.input.force.is_some()) {
+        &SHAKERS
+    } else {
+        &RELEASES
+    }
+}
 
 /// Gain in log likelihood that counts as parted.
 const PARTED: f64 = 20.0;
@@ -59,11 +86,16 @@ const PARTED: f64 = 20.0;
 /// Names the first ride of the catalogue that parts the model from every rival, or else the best one.
 pub fn propose(search: &Search, model: &Model, rivals: &[&Model]) -> Option<NextRide> {
     let mut best: Option<(f64, &Plan)> = None;
-    for plan in &CATALOGUE {
-        let scene = planned(search.fitter.scene, plan);
+    for plan in catalogue(search.fitter.scene) {
+        let scene = planned(search.fitter.scene, &plan.change);
+        let samples = plan.change.samples(search.fitter.samples);
+        let fitter = Fitter {
+            scene: &scene,
+            samples: samples.min(scene.samples),
+        };
         let least = rivals
             .iter()
-            .map(|r| separation(search, &scene, model, r))
+            .map(|r| separation(&fitter, model, r, &plan.change))
             .fold(f64::INFINITY, f64::min);
         if least.is_finite() && best.is_none_or(|b| least > b.0) {
             best = Some((least, plan));
@@ -80,39 +112,36 @@ pub fn propose(search: &Search, model: &Model, rivals: &[&Model]) -> Option<Next
     })
 }
 
-fn planned(scene: &Scene, plan: &Plan) -> Scene {
-    let mut next = scene.clone();
-    let stretch = |x: &[f64]| -> Vec<f64> {
-        (0..x.len())
-            .map(|i| {
-                let at = (i as f64 * plan.faster).min((x.len() - 1) as f64);
-                let j = (at as usize).min(x.len().saturating_sub(2));
-                x[j] + (at - j as f64) * (x[j + 1] - x[j])
-            })
-            .collect()
-    };
-    next.speed.iter_mut().for_each(|v| *v *= plan.faster);
-    for track in &mut next.tracks {
-        let scaled =
-            |x: &[f64]| -> Vec<f64> { stretch(x).iter().map(|x| x * plan.rougher).collect() };
-        let road = scaled(&track.input.road);
-        let force = track.input.force.as_ref().map(|(f, _)| scaled(f));
-        track.input = Input::new(&road, force.as_deref(), scene.step);
+/// Where a ride begins on a planned ride: as on the present one, but for what is let go from farther or nearer.
+fn begun(scene: &Scene, fit: &Fitted, change: &Change) -> Point {
+    let mut point = fit.point.clone();
+    for (base, t) in point.base.iter_mut().zip(&fit.unit.tracks) {
+        let track = &scene.tracks[*t];
+        if !track.has_road && track.input.force.is_none() {
+            let [kappa, _, _, constant, height, rate] = base;
+            let rest = if *kappa > 0.0 {
+                *constant / *kappa
+            } else {
+                0.0
+            };
+            *height = rest + change.rougher * (*height - rest);
+            *rate *= change.rougher;
+        }
     }
-    next
+    point
 }
 
-/// Half the whitened squared distance between what `model` records on the ride and the nearest that
+/// Half the whitened squared distance between what `model` records on the planned ride and the nearest that
 /// `rival` can come to it.
-fn separation(search: &Search, scene: &Scene, model: &Model, rival: &Model) -> f64 {
-    let mut scene = scene.clone();
-    let samples = search.fitter.samples;
+fn separation(on: &Fitter, model: &Model, rival: &Model, change: &Change) -> f64 {
+    let mut scene = on.scene.clone();
     let substeps = model
         .substeps(&scene, COARSE)
         .max(rival.substeps(&scene, COARSE));
     for t in 0..scene.tracks.len() {
         let (fit, a) = model.of_track(t);
-        let points: [Point; LANES] = std::array::from_fn(|_| fit.point.clone());
+        let point = begun(&scene, fit, change);
+        let points: [Point; LANES] = std::array::from_fn(|_| point.clone());
         let read = fit
             .unit
             .simulate(&scene, &points, None, scene.samples, substeps)
@@ -121,7 +150,7 @@ fn separation(search: &Search, scene: &Scene, model: &Model, rival: &Model) -> f
     }
     let fitter = Fitter {
         scene: &scene,
-        samples,
+        samples: on.samples,
     };
     let effort = Effort {
         iterations: 12,
@@ -138,7 +167,8 @@ fn separation(search: &Search, scene: &Scene, model: &Model, rival: &Model) -> f
                 .iter()
                 .map(|t| model.colour(*t).clone())
                 .collect();
-            let Some(refit) = fitter.fit(&f.unit, f.point.clone(), &colours, effort) else {
+            let Some(refit) = fitter.fit(&f.unit, begun(&scene, f, change), &colours, effort)
+            else {
                 return 0.0;
             };
             let points: [Point; LANES] = std::array::from_fn(|_| refit.point.clone());

@@ -26,25 +26,26 @@ impl Search<'_> {
             .copied()
             .filter(|t| !taken.contains(t))
             .collect();
-        let places = [Place::Front, Place::Rear, Place::Both];
         let substeps = model.substeps(self.fitter.scene, COARSE);
-        let tangents: Vec<Option<Tangent>> = places
-            .par_iter()
-            .map(|p| {
-                let term = open.iter().find(|t| t.place == *p)?;
-                Some(tangent_for(&self.fitter, model, *term, substeps))
-            })
-            .collect();
+        let tangents = self.tangents(model, &open);
         open.par_iter()
             .filter_map(|term| {
-                let at = places.iter().position(|p| *p == term.place)?;
-                Some(
-                    tangents[at]
-                        .as_ref()?
-                        .signatures(&self.fitter, *term, substeps),
-                )
+                let (_, tangent) = tangents.iter().find(|(p, _)| *p == term.place)?;
+                Some(tangent.signatures(&self.fitter, *term, substeps))
             })
             .filter(|s| !s.starts.is_empty())
+            .collect()
+    }
+
+    /// The tangents of the places where some terms act.
+    pub fn tangents(&self, model: &Model, terms: &[Term]) -> Vec<(Place, Tangent)> {
+        let substeps = model.substeps(self.fitter.scene, COARSE);
+        [Place::Front, Place::Rear, Place::Both]
+            .par_iter()
+            .filter_map(|place| {
+                let term = terms.iter().find(|t| t.place == *place)?;
+                Some((*place, tangent_for(&self.fitter, model, *term, substeps)))
+            })
             .collect()
     }
 

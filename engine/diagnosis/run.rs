@@ -10,6 +10,7 @@ use crate::settings::Settings;
 use crate::{EngineError, identify};
 
 use super::adequacy::{Motion, motions};
+use super::detectable::detectable;
 use super::evidence::{Evidence, Excerpt, ResidualSpectrum, Surface};
 use super::extend::{Model, candidates, polish, stable_substeps};
 use super::finer::finer;
@@ -17,8 +18,8 @@ use super::fit::{Effort, Fitter, ORDER};
 use super::foil::{dominates, is_curve, is_outgrown};
 use super::free_form::free_form;
 use super::input_noise;
-use super::judge::{Judged, judge};
-use super::model::{Point, Unit};
+use super::judge::{Judged, held_rms, judge};
+use super::model::{Point, Term, Unit};
 use super::name::{ADEQUATE, FINE, Named, Search};
 use super::physical::is_physical;
 use super::scene::Scene;
@@ -115,7 +116,9 @@ pub fn diagnose(
         scene: record,
         samples: split.train.end,
     };
-    let (shown_plain, shown) = if dithered.is_some() {
+    // Where a record holds nothing outside a band, what was fitted with noise there is the measurement.
+    let banded = ride.axles.iter().any(|(_, record)| record.band.is_some());
+    let (shown_plain, shown) = if dithered.is_some() && !banded {
         let settled = polish(&on_record, &model, search.thorough(&model));
         let mut shown = finer(&on_record, settled.as_ref().unwrap_or(&model));
         // What lies between the samples is no noise: how far it may lead, the dithered fit tells.
@@ -145,18 +148,18 @@ pub fn diagnose(
             .iter()
             .filter_map(|term| {
                 let less = without.iter().find(|m| !m.terms.contains(term));
-                let p = rounds
-                    .iter()
-                    .find(|r| r.term == *term && r.accepted)
-                    .map_or(settings.alpha, |r| r.p_value);
+                // What came in the place of another was never tested by itself.
+                let round = rounds.iter().find(|r| r.term == *term && r.accepted);
+                let p = round.and_then(|r| finite(r.p_value));
                 let separation = less.map(|less| model.likelihood - less.likelihood);
-                show::effect(record, &corrected, term, separation, finite(p))
+                let mut effect = show::effect(record, &corrected, term, separation, p)?;
+                let less = less.unwrap_or(&plain);
+                effect.material = is_material(record, term, &model, less, &split, settings);
+                Some(effect)
             })
             .collect()
     };
-    let adequate = judged
-        .iter()
-        .all(|j| !j.remains || j.held_out.explained_share.is_some_and(|s| s >= ADEQUATE));
+    let adequate = judged.iter().all(|j| !j.remains || j.share >= ADEQUATE);
     let physical = is_physical(&scene, &plain, &model);
     let explains = !model.terms.is_empty() && adequate && physical;
     let wider = explains && (is_curve(&search, &model) || is_outgrown(&search, &model));
@@ -172,16 +175,9 @@ pub fn diagnose(
         .into_iter()
         .map(|mut e| {
             e.adequate = verdict != Verdict::Unnamed;
-            e.material = judged.iter().any(|j| {
-                (j.held_out.extended_rms_m.zip(j.held_out.plain_rms_m)).is_some_and(
-                    |(extended, plain)| extended < (1.0 - settings.materiality) * plain,
-                )
-            });
             e
         })
         .collect::<Vec<_>>();
-    let offers = search.offers(&model, &model.terms);
-    let bound = search.score_bound(&offers);
     let mut diagnosis = Diagnosis {
         verdict,
         sentence: String::new(),
@@ -201,7 +197,7 @@ pub fn diagnose(
             Verdict::Ambiguous => next_ride::propose(&search, &model, &tied),
             _ => None,
         },
-        detectable: show::detectable(&scene, &offers, bound),
+        detectable: detectable(&search, &model),
         switched_off,
         free_form: PerAxle::default(),
         consequences: PerAxle::default(),
@@ -260,6 +256,23 @@ pub fn diagnose(
     }
     diagnosis.sentence = words::sentence(&diagnosis);
     Ok(diagnosis)
+}
+
+/// Whether the held-out error of an axle that `term` acts on is larger by the threshold in the model without it.
+fn is_material(
+    record: &Scene,
+    term: &Term,
+    model: &Model,
+    less: &Model,
+    split: &Split,
+    settings: &Settings,
+) -> bool {
+    let tracks = 0..record.tracks.len();
+    let mut acted = tracks.filter(|t| term.acts_on(record.tracks[*t].axle));
+    acted.any(|t| {
+        let [with, without] = [model, less].map(|m| held_rms((record, m), t, split));
+        with < (1.0 - settings.materiality) * without
+    })
 }
 
 /// The plain model of every track under its own noise.
@@ -352,9 +365,7 @@ fn location(
         (None, false) => rounds
             .iter()
             .find(|r| r.term.acts_on(track.axle))
-            .map_or(judged.leftover.p_value.max(settings.alpha), |r| {
-                r.p_value.max(settings.alpha)
-            }),
+            .map_or(judged.leftover.p_value, |r| r.p_value),
     };
     if !mismatch {
         return Location {
@@ -377,7 +388,7 @@ fn location(
         .swap_remove(a);
     if judged.remains {
         let rms = rms_valid(&left, &track.valid, 0..left.len()).max(1e-300);
-        let noise = (judged.held_out.noise_floor_m).map_or(1.0, |floor| (floor / rms).min(1.0));
+        let noise = (judged.floor / rms).min(1.0);
         left.iter_mut().for_each(|x| *x *= noise);
     }
     let missing: Vec<f64> = if judged.remains {
@@ -435,6 +446,17 @@ fn evidence(
 /// Whether the recording is fit for a verdict.
 fn warnings(ride: &Ride, scene: &Scene, model: &Model) -> Vec<String> {
     let mut warnings = ride.summary.warnings.clone();
+    for fit in &model.fits {
+        for (term, name, value, deviation) in show::unlearned(scene, fit) {
+            warnings.push(format!(
+                "{} ({}): {name} is not identifiable beyond what is expected of any bicycle, {value} ± {:.1} (95 %); k, B and \
+                 the effect's other parameters rest on that",
+                term.kind.id(),
+                term.place.name(),
+                1.96 * deviation
+            ));
+        }
+    }
     for (t, track) in scene.tracks.iter().enumerate() {
         let e = show::estimate(scene, model, t).told();
         for (name, why) in [("B", e.b_not_identifiable), ("k", e.k_not_identifiable)] {

@@ -11,7 +11,7 @@ use crate::simulate::spline::{cubic, slopes};
 
 use super::effects::Need;
 use super::null::normal;
-use super::spectrum::{road_answer, white_floor};
+use super::spectrum::{measured_noise, road_answer, white_floor};
 use super::speed;
 
 /// Typical sizes on one axle, by the plain fit.
@@ -93,6 +93,8 @@ pub struct Track {
     /// Density of white noise in the road channel and the displacement (m^2/Hz, one-sided), at most.
     pub road_floor: f64,
     pub sensor_floor: f64,
+    /// Noise (m, RMS) that the bike file says the displacement sensor has.
+    pub declared_noise: Option<f64>,
     /// The same of the road channel whatever its sensor is said to have: a jittering clock adds to it.
     pub road_most: f64,
     /// The same of the force channel (N^2/Hz).
@@ -103,10 +105,21 @@ pub struct Track {
 }
 
 impl Track {
+    /// Noise (m, RMS) of the displacement sensor, declared or measured; nothing where neither is so.
+    pub fn sensor_noise(&self) -> Option<f64> {
+        self.declared_noise
+            .or_else(|| measured_noise(&self.measured, self.input.step))
+    }
+
     /// Puts another record of the road under the axle.
     pub fn set_road(&mut self, road: &[f64]) {
         let force = self.input.force.as_ref().map(|(f, _)| f.clone());
-        self.input = Input::new(road, force.as_deref(), self.input.step);
+        self.set_inputs(road, force.as_deref());
+    }
+
+    /// Drives the axle by another road and another force.
+    pub fn set_inputs(&mut self, road: &[f64], force: Option<&[f64]>) {
+        self.input = Input::new(road, force, self.input.step);
         self.road_integral = spline_integral(&self.input);
     }
 
@@ -343,6 +356,7 @@ impl Scene {
             road_most: most(&record.road),
             force_most: record.force.as_deref().map_or(0.0, most),
             sensor_floor: floor(&record.displacement, bike.noise_displacement_m),
+            declared_noise: bike.noise_displacement_m,
             input,
             road_integral,
             measured: record.displacement.clone(),

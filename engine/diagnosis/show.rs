@@ -1,5 +1,5 @@
 //! From the fitted models to the report: effects with their uncertainty, held-out errors, what the
-//! omission means, what the ride would have shown.
+//! omission means.
 
 use std::collections::BTreeMap;
 
@@ -8,14 +8,13 @@ use crate::report::Estimate;
 use crate::report::identifiable::identified;
 
 use super::adequacy::Motion;
-use super::effects::Values;
+use super::effects::{Reported, Values};
 use super::extend::Model;
 use super::fit::Fitted;
 use super::model::{Slot, Term};
 use super::scene::{Scale, Scene};
-use super::signature::Signatures;
 use super::words;
-use super::{Consequences, Detectable, EffectName, EffectReport, ParameterReport};
+use super::{Consequences, EffectName, EffectReport, ParameterReport};
 
 pub fn name(term: &Term) -> EffectName {
     EffectName {
@@ -38,17 +37,24 @@ pub fn effect(
     let scale = fit.unit.scale(scene, at);
     let values = fit.point.values[at];
     let reported = (spec.report)(&values, scale);
-    let errors: Vec<Result<f64, String>> = reported
-        .iter()
-        .zip(standard_errors(scene, fit, at, &values, scale))
-        .map(|(r, error)| identified(r.value, error, as_good_as_zero(r.unit), r.unit))
+    let untold: Vec<&str> = unlearned(scene, fit)
+        .filter(|(of, ..)| *of == term)
+        .map(|(_, name, ..)| name)
         .collect();
-    let inside = reported.iter().all(|r| r.physical);
+    let told = |(r, error): (&Reported, Option<f64>)| {
+        if untold.contains(&r.name) {
+            return Err(BEYOND_PRIOR.to_owned());
+        }
+        identified(r.value, error, as_good_as_zero(r.unit), r.unit)
+    };
+    let errors = standard_errors(scene, fit, at, &values, scale);
+    let errors: Vec<Result<f64, String>> = reported.iter().zip(errors).map(told).collect();
     let told = reported
         .iter()
         .zip(&errors)
         .map(|(r, error)| match r.name {
             "side" => format!("side {}", r.unit),
+            name if untold.contains(&name) => format!("{} as expected", name.replace('_', " ")),
             name => {
                 let value = words::with_margin(r.value, error.as_ref().ok().copied());
                 format!("{} {value} {}", name.replace('_', " "), r.unit)
@@ -83,7 +89,6 @@ pub fn effect(
         parameters,
         p_value,
         separation: separation.and_then(finite).map(|s| s.max(0.0)),
-        inside_physical_range: inside,
         adequate: true,
         material: true,
         sentence: format!("{place}, {}: {told}", spec.words),
@@ -96,6 +101,33 @@ fn as_good_as_zero(unit: &str) -> f64 {
         "rad" => 1.0,
         _ => 0.0,
     }
+}
+
+const BEYOND_PRIOR: &str = "not identifiable beyond what is expected of any bicycle";
+
+/// Parameters of a fit's effects of which the ride says less than what was expected before it: term, name, expected value
+/// and its deviation. What the ride says adds to what was expected, so that together they have half its variance
+/// where both say as much.
+pub fn unlearned<'f>(
+    scene: &Scene,
+    fit: &'f Fitted,
+) -> impl Iterator<Item = (&'f Term, &'static str, f64, f64)> {
+    let slots = fit.unit.slots(scene);
+    fit.unit
+        .terms
+        .iter()
+        .enumerate()
+        .flat_map(move |(i, term)| {
+            let spec = term.kind.spec();
+            let slots = slots.clone();
+            let expected = spec.expected.iter().filter(move |(q, _, deviation)| {
+                let slot = slots.iter().position(|s| *s == Slot::Value(i, *q));
+                slot.is_none_or(|s| !(fit.covariance[(s, s)] < 0.5 * deviation * deviation))
+            });
+            expected.map(move |(q, value, deviation)| {
+                (term, spec.parameters[*q].name, *value, *deviation)
+            })
+        })
 }
 
 /// Standard errors of the reported parameters, by the delta method.
@@ -222,32 +254,4 @@ pub fn consequences(
         resonance_plain_hz: resonance(plain.0),
         resonance_extended_hz: resonance(extended.0),
     }
-}
-
-/// The smallest size of each offered effect that this ride would have shown: its expected score
-/// reaches the family-wise threshold `bound` (standard deviations) with 95 % power.
-pub fn detectable(scene: &Scene, offers: &[Signatures], bound: f64) -> Vec<Detectable> {
-    offers
-        .iter()
-        .filter_map(|offer| {
-            let spec = offer.term.kind.spec();
-            let clearest = offer
-                .starts
-                .iter()
-                .max_by(|a, b| a.size.total_cmp(&b.size))?;
-            let track = scene.tracks.iter().find(|t| offer.term.acts_on(t.axle))?;
-            let share = (bound + 1.65) / clearest.size;
-            let mut values = clearest.unit;
-            let amplitude = spec.amplitudes.first().copied().unwrap_or(0);
-            values[amplitude] *= share;
-            let reported = (spec.report)(&values, &track.scale).into_iter().next()?;
-            Some(Detectable {
-                id: spec.id.to_owned(),
-                axle: offer.term.place,
-                parameter: reported.name.to_owned(),
-                smallest_detectable: finite(reported.value.abs()),
-                unit: reported.unit.to_owned(),
-            })
-        })
-        .collect()
 }

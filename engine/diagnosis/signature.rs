@@ -83,9 +83,8 @@ impl Tangent {
         }
     }
 
-    /// Signatures of adding `term` at each of its starts; those without any effect are left out.
-    pub fn signatures(&self, fitter: &Fitter, term: Term, substeps: usize) -> Signatures {
-        let scene = fitter.scene;
+    /// The unit with `term` at zero added, and which of its terms that is.
+    pub fn with(&self, term: Term) -> (Unit, usize, Point) {
         let mut terms = self.unit.terms.clone();
         terms.push(term);
         terms.sort();
@@ -94,11 +93,47 @@ impl Tangent {
             terms,
         };
         let at = unit.terms.iter().position(|t| *t == term).unwrap_or(0);
-        let spec = term.kind.spec();
-        let starts = (spec.starts)(unit.scale(scene, at));
         let mut base = self.point.clone();
         base.values.insert(at, [0.0; MAX_PARAMETERS]);
         base.initial.insert(at, [0.0; 2]);
+        (unit, at, base)
+    }
+
+    /// Length (deviations of the noise) of what `term` adds at each of some values and the model's own parameters
+    /// cannot do; infinite where the integrator does not follow.
+    pub fn lengths(
+        &self,
+        fitter: &Fitter,
+        term: Term,
+        values: &[Values],
+        substeps: usize,
+    ) -> Vec<f64> {
+        let (unit, at, base) = self.with(term);
+        let mut lengths = Vec::new();
+        for chunk in values.chunks(LANES - 1) {
+            let mut points: [Point; LANES] = std::array::from_fn(|_| base.clone());
+            for (lane, values) in chunk.iter().enumerate() {
+                points[lane + 1].values[at] = *values;
+            }
+            for column in self.departures(fitter, &unit, &points, substeps, chunk.len()) {
+                let left = without(&column, &self.basis);
+                let square = dot(&left, &left);
+                lengths.push(if square.is_finite() {
+                    square.sqrt()
+                } else {
+                    f64::INFINITY
+                });
+            }
+        }
+        lengths
+    }
+
+    /// Signatures of adding `term` at each of its starts; those without any effect are left out.
+    pub fn signatures(&self, fitter: &Fitter, term: Term, substeps: usize) -> Signatures {
+        let scene = fitter.scene;
+        let (unit, at, base) = self.with(term);
+        let spec = term.kind.spec();
+        let starts = (spec.starts)(unit.scale(scene, at));
         let promise = |starts: &[Values]| -> Vec<Promise> {
             let mut columns: Vec<Vec<f64>> = Vec::new();
             for chunk in starts.chunks(LANES - 1) {

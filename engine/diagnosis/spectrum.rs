@@ -55,20 +55,26 @@ impl Spectrum {
         })
     }
 
+    /// Median density of a sixth of the spectrum, from a share of its width on.
+    fn median(&self, from: f64) -> f64 {
+        let n = self.hz.len() as f64;
+        let mut band = self.density[(from * n) as usize..((from + 0.16) * n) as usize].to_vec();
+        band.sort_by(f64::total_cmp);
+        band[band.len() / 2]
+    }
+
     /// Density of the white noise in a record: the least median of four bands in its upper half.
     pub fn white_floor(&self) -> f64 {
-        let n = self.hz.len();
-        let median = |from: f64| {
-            let mut band = self.density
-                [(from * n as f64) as usize..((from + 0.16) * n as f64) as usize]
-                .to_vec();
-            band.sort_by(f64::total_cmp);
-            band[band.len() / 2]
-        };
-        [0.4, 0.52, 0.66, 0.82]
-            .map(median)
-            .into_iter()
-            .fold(f64::INFINITY, f64::min)
+        let medians = [0.4, 0.52, 0.66, 0.82].map(|from| self.median(from));
+        medians.into_iter().fold(f64::INFINITY, f64::min)
+    }
+
+    /// The same where the upper bands agree, so that it is noise and not motion or a filter; nothing elsewhere.
+    fn flat_floor(&self) -> Option<f64> {
+        let medians = [0.52, 0.66, 0.82].map(|from| self.median(from));
+        let least = medians.into_iter().fold(f64::INFINITY, f64::min);
+        let most = medians.into_iter().fold(0.0, f64::max);
+        (least > 0.0 && most < FLAT * least).then(|| medians.iter().sum::<f64>() / 3.0 / MEDIAN)
     }
 }
 
@@ -94,6 +100,17 @@ pub fn white_floor(record: &[f64], step: f64) -> f64 {
     Spectrum::new(record, step).map_or(0.0, |s| s.white_floor())
 }
 
+/// The white noise of a record's own sensor (m, RMS), where the record shows it.
+pub fn measured_noise(record: &[f64], step: f64) -> Option<f64> {
+    let density = Spectrum::new(record, step)?.flat_floor()?;
+    Some(deviation(density, step))
+}
+
+/// Ratio of the largest to the least median of bands that hold one white noise: on ten stretches, medians of 60 bins
+/// scatter by some 5 %.
+const FLAT: f64 = 1.25;
+/// Median over mean of densities that are averaged over some ten stretches (chi-square with twenty degrees of freedom).
+const MEDIAN: f64 = 0.967;
 /// Factor by which a measured noise floor may be too low.
 const UNSURE: f64 = 1.3;
 /// Steps of the multiplicative fit of a mixture.
@@ -319,6 +336,23 @@ mod tests {
             "{}",
             s.white_floor()
         );
+    }
+
+    #[test]
+    fn a_sensors_noise_is_measured_where_nothing_else_is_recorded() {
+        let noise: Vec<f64> = white(6000, 4).iter().map(|x| 2e-5 * x).collect();
+        let slow = |i: usize| 1e-2 * (std::f64::consts::TAU * 3.0 * 0.01 * i as f64).sin();
+        let record: Vec<f64> = noise.iter().enumerate().map(|(i, x)| x + slow(i)).collect();
+        let found = measured_noise(&record, 0.01).expect("flat");
+        assert!((found / 2e-5 - 1.0).abs() < 0.08, "{found}");
+        let moving = shaken(6000, 12);
+        assert_eq!(measured_noise(&moving, 0.01), None);
+        let red = Colour {
+            a: vec![-0.9],
+            variance: 1.0,
+        };
+        assert_eq!(measured_noise(&red.colour(&noise), 0.01), None);
+        assert_eq!(measured_noise(&[0.0; 6000], 0.01), None);
     }
 
     #[test]

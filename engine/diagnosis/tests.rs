@@ -1,6 +1,8 @@
 //! The whole diagnosis on rides whose physics is integrated here, apart from the engine's own laws.
 #![allow(clippy::unwrap_used)]
 
+mod banded;
+mod honest;
 mod shaken;
 
 use std::f64::consts::TAU;
@@ -433,10 +435,9 @@ fn carried(
     positions
 }
 
-/// A small wheel under a suspension: its share of the mass and the tyre's stiffness hardly tell from each other.
-#[test]
-fn val_a_small_wheels_mass_leaves_the_tyre_its_stiffness() {
-    let (wheel, omega, zeta) = (0.15, TAU * 9.0, 0.25);
+/// A front axle whose wheel has such a share of the mass, under a suspension of 9 Hz.
+fn carried_by_a_wheel(wheel: f64) -> Ride {
+    let (omega, zeta) = (TAU * 9.0, 0.25);
     let mut ride = Outing::default().ride();
     let mut noise = Normal::new(12);
     ride.axles = ride.axles.map(|axle, record| {
@@ -448,7 +449,13 @@ fn val_a_small_wheels_mass_leaves_the_tyre_its_stiffness() {
         });
         logged(record, moved.iter().map(|[_, upper]| *upper), &mut noise)
     });
-    let d = diagnosed(&ride);
+    ride
+}
+
+/// A small wheel under a suspension: its share of the mass and the tyre's stiffness hardly tell from each other.
+#[test]
+fn val_a_small_wheels_mass_leaves_the_tyre_its_stiffness() {
+    let d = diagnosed(&carried_by_a_wheel(0.15));
     assert_named_alone(&d, "unsprung_mass");
     let front = d.extended.front.as_ref().unwrap();
     assert!((front.k_n_m / K - 1.0).abs() < 0.1, "{front:?}");

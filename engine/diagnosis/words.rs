@@ -83,7 +83,7 @@ fn gains(d: &Diagnosis) -> String {
             let h = d.held_out.get(a)?;
             let (plain, extended) = (h.plain_rms_m?, h.extended_rms_m?);
             let noise = (h.noise_floor_m).map_or(String::new(), |floor| {
-                format!(" (noise {:.4} mm)", 1e3 * floor)
+                format!(" (the sensor's noise is {:.4} mm)", 1e3 * floor)
             });
             (extended < 0.999 * plain).then(|| {
                 format!(

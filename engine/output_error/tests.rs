@@ -53,6 +53,7 @@ fn ride(noise: f64) -> (Ride, Bike) {
                 displacement: z,
                 acceleration: None,
                 valid: vec![true; n],
+                band: None,
             },
         );
     }
@@ -228,6 +229,7 @@ fn drive() -> Ride {
         displacement,
         acceleration: None,
         valid: vec![true; n],
+        band: None,
     };
     Ride {
         axles: PerAxle {

@@ -257,6 +257,7 @@ impl Parts {
             displacement,
             acceleration: self.acceleration,
             valid,
+            band: self.band,
         })
     }
 

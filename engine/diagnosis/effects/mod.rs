@@ -4,6 +4,7 @@
 //! force on the mass, its inertia, states of its own, the road under the wheel, or the sensor. To
 //! add one, write its file and add its line to the list below.
 
+use crate::diagnosis::Stronger;
 use crate::diagnosis::scene::Scale;
 use crate::simulate::lanes::Lanes;
 
@@ -70,6 +71,10 @@ pub struct Spec {
     /// Parameters in which the effect is nearly linear and that are zero without it: their starts are
     /// scaled to the residual. None: starts are taken as they are.
     pub amplitudes: &'static [usize],
+    /// The parameter, fitted and reported under this number, that tells how large the effect is, and whether it does more
+    /// when it is larger.
+    pub told: usize,
+    pub stronger: Stronger,
     /// Parameter sets to start the fit from; with two amplitudes, one of them zero, in pairs.
     pub starts: fn(&Scale) -> Vec<Values>,
     /// Starts between the best start and its neighbours, at the given zoom (1, 2, ..), if any.
@@ -109,6 +114,8 @@ impl Spec {
         needs: &[],
         parameters: &[],
         amplitudes: &[],
+        told: 0,
+        stronger: Stronger::Larger,
         starts: |_| Vec::new(),
         nearer: |_, _, _| Vec::new(),
         report: |_, _| Vec::new(),

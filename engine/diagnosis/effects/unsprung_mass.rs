@@ -39,6 +39,8 @@ impl Effect for UnsprungMass {
         acts: Acts::OneAxle,
         parameters: &[FRACTION, FREQUENCY, DAMPING],
         amplitudes: &[],
+        told: 1,
+        stronger: Stronger::Smaller,
         starts: |s| {
             let f0 = 1.0 / s.period();
             let mut starts = Vec::new();

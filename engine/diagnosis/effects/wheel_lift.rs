@@ -17,6 +17,7 @@ impl Effect for WheelLift {
         needs: &[Need::StaticLoad],
         parameters: &[LOAD],
         amplitudes: &[],
+        stronger: Stronger::Smaller,
         starts: |s| [0.4, 0.7, 1.0].map(|f| [f * s.static_load, 0.0, 0.0, 0.0]).to_vec(),
         report: |p, s| vec![reported(&LOAD, p[0], [0.5 * s.static_load, 2.0 * s.static_load])],
         corners: true,

@@ -1,7 +1,9 @@
 //! The report's diagnosis in words and tables.
 
 use veloid_engine::bicycle::Axle;
-use veloid_engine::diagnosis::{Diagnosis, EffectReport, NextRide, Place, Verdict};
+use veloid_engine::diagnosis::{
+    Detectable, Diagnosis, EffectReport, HeldOut, NextRide, Place, Stronger, Verdict,
+};
 use veloid_engine::report::Report;
 
 use super::bars;
@@ -28,7 +30,7 @@ pub struct EffectView {
     /// Name, value, and why there is no interval.
     pub parameters: Vec<(String, Quantity, Option<String>)>,
     pub evidence: String,
-    pub notes: Vec<&'static str>,
+    pub notes: Vec<String>,
 }
 
 /// What the diagnosis says of one axle.
@@ -94,23 +96,7 @@ impl DiagnosisView {
                 .filter_map(|axle| AxleView::of(d, axle))
                 .collect(),
             next: d.next_ride.clone(),
-            detectable: d
-                .detectable
-                .iter()
-                .map(|x| {
-                    [
-                        words::title(&x.id),
-                        x.axle.name().to_owned(),
-                        words::plain(&x.parameter),
-                        Quantity {
-                            value: known(x.smallest_detectable, |size| significant(size, 3)),
-                            margin: None,
-                            unit: words::unit(&x.unit),
-                        }
-                        .to_string(),
-                    ]
-                })
-                .collect(),
+            detectable: d.detectable.iter().map(detectable).collect(),
             switched_off: d
                 .switched_off
                 .iter()
@@ -120,21 +106,42 @@ impl DiagnosisView {
     }
 }
 
+/// Effect, axle, parameter, and from where on it would have shown.
+fn detectable(x: &Detectable) -> [String; 4] {
+    let size = x.smallest_detectable.map(|size| {
+        let quantity = Quantity {
+            value: significant(size, 3),
+            margin: None,
+            unit: words::unit(&x.unit),
+        };
+        match x.stronger {
+            Stronger::Larger => format!("{quantity} or more"),
+            Stronger::Smaller => format!("{quantity} or less"),
+        }
+    });
+    let why = || x.reason.clone().unwrap_or("not on this ride".to_owned());
+    [
+        words::title(&x.id),
+        x.axle.name().to_owned(),
+        words::plain(&x.parameter),
+        size.unwrap_or_else(why),
+    ]
+}
+
 impl EffectView {
     fn of(effect: &EffectReport) -> Self {
         let mut notes = Vec::new();
         if !effect.adequate {
-            notes.push("only the nearest shape: it does not explain the ride");
-        }
-        if !effect.inside_physical_range {
-            notes.push("outside the range that physics allows");
+            notes.push("only the nearest shape: it does not explain the ride".to_owned());
         }
         if !effect.material {
-            notes.push("certain, but too small to matter");
+            notes.push("certain, but too small to matter".to_owned());
         }
         let chance = match effect.p_value {
-            Some(p) if p < 1e-4 => "below 0.0001".to_owned(),
-            p => known(p, |p| significant(p, 2)),
+            None => "Found in the place of another effect, so that its own chance was not computed"
+                .to_owned(),
+            Some(p) if p < 1e-4 => "By chance alone with probability below 0.0001".to_owned(),
+            Some(p) => format!("By chance alone with probability {}", significant(p, 2)),
         };
         let parameters = effect.parameters.iter().map(|(name, p)| {
             let quantity = match name.as_str() {
@@ -153,12 +160,31 @@ impl EffectView {
             axle: effect.axle.name(),
             parameters: parameters.collect(),
             evidence: format!(
-                "By chance alone with probability {chance}; without it the ride loses {} in log likelihood.",
+                "{chance}; without it the ride loses {} in log likelihood.",
                 known(effect.separation, |gain| fixed(gain, 1))
             ),
             notes,
         }
     }
+}
+
+/// What the effects explain, where it is known what noise leaves to explain; else how far the error falls.
+fn explained(held: &HeldOut) -> Option<String> {
+    if let Some(share) = held.explained_share.filter(|share| *share > 0.0) {
+        let percent = fixed(100.0 * share, 1);
+        return Some(format!(
+            "The effects explain {percent} % of what the sensor's noise leaves to explain."
+        ));
+    }
+    let (plain, extended) = (held.plain_rms_m?, held.extended_rms_m?);
+    let mm = |rms: f64| significant(1e3 * rms, 3);
+    (extended < plain).then(|| {
+        format!(
+            "With the effects the error falls from {} mm to {} mm.",
+            mm(plain),
+            mm(extended)
+        )
+    })
 }
 
 impl AxleView {
@@ -181,9 +207,7 @@ impl AxleView {
             bands: place.bands_hz.iter().map(|b| range(b, "Hz")).collect(),
             states: place.states.clone(),
             bars: bars::of(axle.name(), held, extended),
-            explained: (held.explained_share)
-                .filter(|share| extended && *share > 0.0)
-                .map(|share| fixed(100.0 * share, 1)),
+            explained: extended.then(|| explained(held)).flatten(),
             held_out: range(&held.window_s, "s"),
             consequences: d.consequences.get(axle).map_or_else(Vec::new, |c| {
                 let row =
@@ -210,5 +234,47 @@ impl AxleView {
                 if extended { rows } else { Vec::new() }
             }),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_size_that_would_show_has_a_direction_or_a_reason() {
+        let shown = |size, stronger| {
+            let x = Detectable {
+                id: "wheel_lift".to_owned(),
+                axle: Place::Front,
+                parameter: "static_load".to_owned(),
+                smallest_detectable: size,
+                stronger,
+                reason: None,
+                unit: "N".to_owned(),
+            };
+            let [.., size] = detectable(&x);
+            size.replace('\u{a0}', " ")
+        };
+        assert_eq!(shown(Some(250.0), Stronger::Smaller), "250 N or less");
+        assert_eq!(shown(Some(250.0), Stronger::Larger), "250 N or more");
+        assert_eq!(shown(None, Stronger::Larger), "not on this ride");
+    }
+
+    #[test]
+    fn without_a_measured_floor_no_share_is_told() {
+        let held = |share| HeldOut {
+            plain_rms_m: Some(2e-3),
+            extended_rms_m: Some(1e-3),
+            explained_share: share,
+            ..HeldOut::default()
+        };
+        let told = |share| explained(&held(share)).unwrap_or_default();
+        assert!(told(Some(0.987)).contains("98.7 %"));
+        assert_eq!(
+            told(None),
+            "With the effects the error falls from 2.00 mm to 1.00 mm."
+        );
+        assert_eq!(explained(&HeldOut::default()), None);
     }
 }
