@@ -9,6 +9,8 @@
 pub mod bicycle;
 pub mod diagnosis;
 mod error;
+#[cfg(test)]
+mod hostile;
 mod identify;
 pub mod least_squares;
 mod observe;

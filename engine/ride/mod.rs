@@ -28,7 +28,7 @@ mod unit;
 use serde::{Deserialize, Serialize};
 
 pub use error::{Problem, ReadError};
-pub use options::{Limits, ReadOptions};
+pub use options::{Limits, RATES_HZ, ReadOptions};
 pub use read::{Preview, PreviewGap, parse_only, preview, read};
 
 use crate::bicycle::PerAxle;
