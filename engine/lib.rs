@@ -11,6 +11,8 @@ mod checked;
 pub mod diagnosis;
 mod error;
 mod finite;
+#[cfg(test)]
+mod hostile;
 mod identify;
 pub mod least_squares;
 mod observe;

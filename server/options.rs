@@ -46,6 +46,14 @@ impl ToSchema for Options {
 pub enum OptionsError {
     #[error("options: {0}")]
     Shape(#[from] serde_json::Error),
+    #[error("options: unknown key `{name}`, expected {known}")]
+    Unknown { name: String, known: String },
+    #[error("map: {channel} is given as '{first}' and as '{second}', expected one column")]
+    MappedTwice {
+        channel: String,
+        first: String,
+        second: String,
+    },
     #[error("rows: '{0}', expected FROM:TO with two whole numbers")]
     Rows(String),
     #[error("map: '{0}', expected CHANNEL=COLUMN such as z_f=V2")]
@@ -62,6 +70,16 @@ impl TryFrom<Map<String, Value>> for Options {
 
     /// Reads a flat document; an unknown key or a wrong type is an error that names it.
     fn try_from(document: Map<String, Value>) -> Result<Self, OptionsError> {
+        let known = serde_json::to_value(Self::default())?;
+        let known: Vec<&str> = (known.as_object().into_iter().flatten())
+            .map(|(key, _)| key.as_str())
+            .collect();
+        if let Some(key) = document.keys().find(|key| !known.contains(&key.as_str())) {
+            return Err(OptionsError::Unknown {
+                name: key.chars().take(40).flat_map(char::escape_debug).collect(),
+                known: known.join(", "),
+            });
+        }
         let (reading, settings): (Map<_, _>, Map<_, _>) = document
             .into_iter()
             .partition(|(key, _)| READING.contains(&key.as_str()));
@@ -92,7 +110,8 @@ impl Options {
                     .entry("map")
                     .or_insert_with(|| Value::Object(Map::new()));
                 if let Value::Object(map) = map {
-                    map.insert(channel, Value::String(column));
+                    let before = map.insert(channel.clone(), Value::String(column.clone()));
+                    once(channel, before.as_ref().and_then(Value::as_str), column)?;
                 }
             }
             "rows" => {
@@ -119,6 +138,18 @@ pub fn channel_and_column(text: &str) -> Result<(String, String), OptionsError> 
     text.split_once('=')
         .map(|(channel, column)| (channel.trim().to_owned(), column.trim().to_owned()))
         .ok_or_else(|| OptionsError::Map(text.to_owned()))
+}
+
+/// Refuses a second column for a channel.
+pub fn once(channel: String, first: Option<&str>, second: String) -> Result<(), OptionsError> {
+    match first {
+        Some(first) if first != second => Err(OptionsError::MappedTwice {
+            channel,
+            first: first.to_owned(),
+            second,
+        }),
+        _ => Ok(()),
+    }
 }
 
 /// `FROM:TO` as two row numbers.
@@ -166,7 +197,13 @@ mod tests {
     #[test]
     fn faults_are_named() {
         let message = |pairs: &[(&str, &str)]| parse(pairs).unwrap_err().to_string();
-        assert!(message(&[("sead", "7")]).contains("`sead`"));
+        let unknown = message(&[("sead", "7")]);
+        for word in ["`sead`", "seed", "rate_hz", "map", "held_out"] {
+            assert!(unknown.contains(word), "{unknown}");
+        }
+        let twice = message(&[("map", "z_f=V1"), ("map", "z_f=V2")]);
+        assert!(twice.contains("'V1' and as 'V2'"), "{twice}");
+        assert!(parse(&[("map", "z_f=V1"), ("map", "z_f=V1")]).is_ok());
         assert!(message(&[("seed", "x")]).contains("\"x\""));
         assert!(message(&[("rows", "7")]).contains("FROM:TO"));
         assert!(message(&[("map", "z_f")]).contains("CHANNEL=COLUMN"));

@@ -123,6 +123,24 @@ async fn bikes_and_options_are_checked_before_the_job_is_queued() {
         ("nobody", &[][..], "bad-bike"),
         (half, &[], "bad-bike"),
         ("{", &[], "bad-bike"),
+        (r#"{"bike": "b", "mass_front": 23}"#, &[], "bad-bike"),
+        (r#"{"bike": "b", "mass_front_kg": 1e-300}"#, &[], "bad-bike"),
+        (r#"{"bike": "b", "l_front_m": 808}"#, &[], "bad-bike"),
+        (r#"{"bike": ".."}"#, &[], "bad-bike"),
+        (r#"{"bike": "a\u202eb"}"#, &[], "bad-bike"),
+        (
+            ride::BIKE,
+            &[("map", "z_f=z_f"), ("map", "z_f=z_r")],
+            "bad-option",
+        ),
+        (ride::BIKE, &[("map", "height=z_f")], "unreadable-ride"),
+        (
+            ride::BIKE,
+            &[("options", r#"{"map": {"height": "z_f"}}"#)],
+            "unreadable-ride",
+        ),
+        (ride::BIKE, &[("options", r#"{"sead": 1}"#)], "bad-option"),
+        (ride::BIKE, &[("rate_hz", "1e-10")], "unreadable-ride"),
         (ride::BIKE, &[("particles", "1000000000")], "bad-option"),
         (ride::BIKE, &[("sead", "1")], "bad-option"),
         (ride::BIKE, &[("rows", "7")], "bad-option"),
@@ -223,6 +241,49 @@ fn the_command_line_says_it_in_one_line_and_exits_with_2() {
         assert_eq!(message.lines().count(), 1, "{what}: {message}");
         assert!(message.contains("ride.csv"), "{what}: {message}");
         assert!(output.stdout.is_empty(), "{what}");
+    }
+    let table = folder.write("ride.csv", ride::example());
+    for (bike, args, said) in [
+        (
+            r#"{"owner": "x"}"#,
+            &[][..],
+            "unknown key 'owner', expected bike",
+        ),
+        (
+            r#"{"mass_front_kg": 1e-300}"#,
+            &[],
+            "mass_front_kg is 1e-300, expected 0.1 to 1000",
+        ),
+        (
+            ride::BIKE,
+            &["--map", "height=z_f"],
+            "channel 'height', expected one of t, u_f",
+        ),
+        (
+            ride::BIKE,
+            &["--map", "z_f=z_f", "--map", "z_f=z_r"],
+            "expected one column",
+        ),
+        (
+            ride::BIKE,
+            &["--map", "z_f=V2"],
+            "z_f=V2 finds no such column",
+        ),
+    ] {
+        let bike = folder.write("other.json", bike);
+        let files = [
+            "identify",
+            table.to_str().unwrap(),
+            "--bike",
+            bike.to_str().unwrap(),
+        ];
+        let output = veloid(&[&files[..], args].concat());
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert!(
+            message.contains(said) && message.lines().count() == 1,
+            "{message}"
+        );
     }
     let missing = veloid(&["identify", "/nowhere.csv", "--bike", bike.to_str().unwrap()]);
     assert_eq!(missing.status.code(), Some(2));

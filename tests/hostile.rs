@@ -1,4 +1,4 @@
-//! Files of 10 MB made to do harm: each is refused in one line, within 200 MB of memory. What
+//! Rides whose clocks no logger has harm nobody beside them. And files of 10 MB made to do harm: each is refused in one line, within 200 MB of memory. What
 //! they take is printed; `docs/security.md` has the figures:
 //! `cargo test -p veloid --test blackbox hostile:: -- --nocapture`
 
@@ -8,7 +8,9 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use crate::harness::{Folder, VELOID};
+use serde_json::Value;
+
+use crate::harness::{Folder, Server, VELOID};
 use crate::ride;
 
 const SIZE: usize = 10 << 20;
@@ -246,4 +248,50 @@ fn no_file_of_ten_megabytes_takes_two_hundred() {
         );
         assert!(memory > 0 && memory <= MOST, "{what}: {memory} kB");
     }
+}
+
+/// A ride of 55 kB and such steps (s).
+fn stepped(step_s: f64) -> Vec<u8> {
+    let table = ride::table(800, 200.0);
+    let mut lines = table.lines();
+    let mut text = format!("{}\n", lines.next().unwrap());
+    for (i, line) in lines.enumerate() {
+        let (_, cells) = line.split_once(',').unwrap();
+        let _ = writeln!(text, "{:e},{cells}", i as f64 * step_s);
+    }
+    text.into_bytes()
+}
+
+/// Steps of 1e-13 s once took a server down with all that it had to do, those of 1e-11 s kept threads that nothing
+/// ended, those of 1e-20 s panicked.
+#[tokio::test]
+async fn a_clock_that_no_logger_has_harms_no_other_ride() {
+    let mut server = Server::with(&["--workers", "1"]);
+    let mut queued = Vec::new();
+    for seed in ["1", "2", "3"] {
+        queued.push(
+            server
+                .submit(&[&ride::QUICK[..], &[("seed", seed)]].concat())
+                .await,
+        );
+    }
+    for step_s in [1e-13, 1e-11, 1e-20, 5e-324, 1e-7, 1001.0, 3.2e7] {
+        let response = server
+            .upload(stepped(step_s), ride::BIKE, &ride::QUICK)
+            .await;
+        assert_eq!(response.status(), 422, "{step_s:e}");
+        let problem: Value = response.json().await.unwrap();
+        assert_eq!(
+            problem["place"]["fault"], "rate-out-of-range",
+            "{problem:#}"
+        );
+        assert_eq!(problem["place"]["column"], 1, "{problem:#}");
+        let detail = problem["detail"].as_str().unwrap();
+        assert!(detail.contains("0.001 Hz to 1000000 Hz"), "{detail}");
+    }
+    for job in queued {
+        server.succeeded(&job).await;
+    }
+    assert!(server.is_there());
+    assert_eq!(server.get("/readyz").await.status(), 200);
 }

@@ -6,6 +6,7 @@ pub mod roll;
 use std::collections::BTreeMap;
 use std::fmt;
 
+use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 use crate::EngineError;
@@ -142,10 +143,6 @@ pub struct Bike {
     pub equal_axles: bool,
     /// What the roll equations, paper eqs. (3) to (9), need.
     pub roll: Option<RollParameters>,
-    /// Keys that veloid does not know; reported as ignored.
-    #[serde(flatten)]
-    #[cfg_attr(feature = "openapi", schema(ignore))]
-    pub unknown: BTreeMap<String, serde_json::Value>,
 }
 
 /// Parameters of the roll equations, paper eqs. (4) to (9).
@@ -180,8 +177,132 @@ pub struct RollParameters {
     pub rear_product_inertia_kg_m2: f64,
 }
 
+/// What may stand in a bike file: a hundredth of the lightest wheel's share to a loaded cargo trike, with room for
+/// test rigs; grams and millimetres are beyond.
+const MASS_KG: [f64; 2] = [0.1, 1000.0];
+const LENGTH_M: [f64; 2] = [0.01, 5.0];
+const RADIUS_M: [f64; 2] = [0.02, 2.0];
+const LOAD_N: [f64; 2] = [1.0, 10_000.0];
+const NOISE_M: [f64; 2] = [0.0, 1.0];
+/// Signed lengths, inertias and products of inertia of the roll equations.
+const OFFSET_M: [f64; 2] = [-5.0, 5.0];
+const INERTIA_KG_M2: [f64; 2] = [0.0, 1000.0];
+const PRODUCT_KG_M2: [f64; 2] = [-1000.0, 1000.0];
+const CASTER_RAD: [f64; 2] = [-1.5, 1.5];
+
+fn within(key: &str, value: f64, [low, high]: [f64; 2]) -> Result<(), EngineError> {
+    if (low..=high).contains(&value) {
+        return Ok(());
+    }
+    Err(EngineError::Bike(format!(
+        "{key} is {value:?}, expected {low} to {high}"
+    )))
+}
+
+/// Longest name of a bike (bytes), and most unknown keys that a message names.
+const LONGEST_NAME: usize = 200;
+const MOST_NAMED: usize = 5;
+
+/// A name that can stand in an address and on a page as what it is: no step in a path, nothing unseen, and nothing
+/// that turns the direction of the text around it.
+fn check_name(name: &str) -> Result<(), EngineError> {
+    let problem = if name.len() > LONGEST_NAME {
+        format!(
+            "a name of {} bytes, expected at most {LONGEST_NAME}",
+            name.len()
+        )
+    } else if matches!(name.trim(), "." | "..") {
+        format!("the name '{}', which is a step in a path", name.trim())
+    } else if let Some(c) = name.chars().find(|c| is_unseen(*c)) {
+        format!(
+            "U+{:04X} in the name, expected characters that can be seen",
+            c as u32
+        )
+    } else {
+        return Ok(());
+    };
+    Err(EngineError::Bike(format!("bike: {problem}")))
+}
+
+/// Control characters, line and paragraph separators, marks and overrides of direction (Unicode's Bidi_Control), and
+/// characters without any width that no script is written with.
+fn is_unseen(c: char) -> bool {
+    c.is_control()
+        || matches!(c,
+            '\u{ad}' | '\u{61c}' | '\u{200b}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}'
+            | '\u{2060}'..='\u{206f}' | '\u{feff}' | '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e007f}')
+}
+
+/// At most 40 characters of a text from a file, for messages.
+fn shown(text: &str) -> String {
+    text.chars().take(40).flat_map(char::escape_debug).collect()
+}
+
+fn keys_of(document: &serde_json::Value) -> Vec<String> {
+    let keys = document.as_object().into_iter().flat_map(|map| map.keys());
+    keys.cloned().collect()
+}
+
+impl RollParameters {
+    fn validate(&self) -> Result<(), EngineError> {
+        let values = [
+            ("front_part_mass_kg", self.front_part_mass_kg, MASS_KG),
+            ("rear_part_mass_kg", self.rear_part_mass_kg, MASS_KG),
+            ("front_part_height_m", self.front_part_height_m, LENGTH_M),
+            ("rear_part_height_m", self.rear_part_height_m, LENGTH_M),
+            (
+                "steering_axis_offset_m",
+                self.steering_axis_offset_m,
+                OFFSET_M,
+            ),
+            ("trail_m", self.trail_m, OFFSET_M),
+            ("caster_angle_rad", self.caster_angle_rad, CASTER_RAD),
+            (
+                "longitudinal_distance_m",
+                self.longitudinal_distance_m,
+                OFFSET_M,
+            ),
+            (
+                "wheel_inertia_front_kg_m2",
+                self.wheel_inertia_front_kg_m2,
+                INERTIA_KG_M2,
+            ),
+            (
+                "wheel_inertia_rear_kg_m2",
+                self.wheel_inertia_rear_kg_m2,
+                INERTIA_KG_M2,
+            ),
+            (
+                "front_roll_inertia_kg_m2",
+                self.front_roll_inertia_kg_m2,
+                INERTIA_KG_M2,
+            ),
+            (
+                "front_yaw_inertia_kg_m2",
+                self.front_yaw_inertia_kg_m2,
+                INERTIA_KG_M2,
+            ),
+            (
+                "rear_roll_inertia_kg_m2",
+                self.rear_roll_inertia_kg_m2,
+                INERTIA_KG_M2,
+            ),
+            (
+                "rear_product_inertia_kg_m2",
+                self.rear_product_inertia_kg_m2,
+                PRODUCT_KG_M2,
+            ),
+        ];
+        for (key, value, range) in values {
+            within(&format!("roll.{key}"), value, range)?;
+        }
+        Ok(())
+    }
+}
+
 impl Bike {
-    /// Reads the bike file; the message names line and column of a fault.
+    /// Reads the bike file; the message names line and column of a fault, or the keys that are not known.
+    /// Deserialising by itself is for what was stored, perhaps by another version: it passes over such keys.
     pub fn from_json(text: &str) -> Result<Self, EngineError> {
         if text.len() > LARGEST_FILE {
             return Err(EngineError::Bike(format!(
@@ -189,45 +310,44 @@ impl Bike {
                 text.len()
             )));
         }
-        let bike: Bike =
-            serde_json::from_str(text).map_err(|e| EngineError::Bike(e.to_string()))?;
+        let fault = |e: serde_json::Error| EngineError::Bike(e.to_string());
+        let bike: Bike = serde_json::from_str(text).map_err(fault)?;
+        let keys: BTreeMap<String, IgnoredAny> = serde_json::from_str(text).map_err(fault)?;
+        let known = keys_of(&serde_json::to_value(Self::default()).map_err(fault)?);
+        let unknown: Vec<String> = (keys.keys().filter(|key| !known.contains(key)))
+            .map(|key| format!("'{}'", shown(key)))
+            .take(MOST_NAMED)
+            .collect();
+        if !unknown.is_empty() {
+            return Err(EngineError::Bike(format!(
+                "unknown key {}, expected {}",
+                unknown.join(", "),
+                known.join(", ")
+            )));
+        }
         bike.validate()?;
         Ok(bike)
     }
 
+    /// Refuses what no bicycle, nor any test rig of a part of one, can be.
     pub fn validate(&self) -> Result<(), EngineError> {
-        let positive = [
-            ("mass_front_kg", self.mass_front_kg, 1e6),
-            ("mass_rear_kg", self.mass_rear_kg, 1e6),
-            ("l_front_m", self.l_front_m, 100.0),
-            ("l_rear_m", self.l_rear_m, 100.0),
-            ("wheel_radius_front_m", self.wheel_radius_front_m, 10.0),
-            ("wheel_radius_rear_m", self.wheel_radius_rear_m, 10.0),
-            ("static_load_front_n", self.static_load_front_n, 1e7),
-            ("static_load_rear_n", self.static_load_rear_n, 1e7),
+        check_name(&self.bike)?;
+        let values = [
+            ("mass_front_kg", self.mass_front_kg, MASS_KG),
+            ("mass_rear_kg", self.mass_rear_kg, MASS_KG),
+            ("l_front_m", self.l_front_m, LENGTH_M),
+            ("l_rear_m", self.l_rear_m, LENGTH_M),
+            ("wheel_radius_front_m", self.wheel_radius_front_m, RADIUS_M),
+            ("wheel_radius_rear_m", self.wheel_radius_rear_m, RADIUS_M),
+            ("static_load_front_n", self.static_load_front_n, LOAD_N),
+            ("static_load_rear_n", self.static_load_rear_n, LOAD_N),
+            ("noise_displacement_m", self.noise_displacement_m, NOISE_M),
+            ("noise_road_m", self.noise_road_m, NOISE_M),
         ];
-        for (name, value, most) in positive {
-            if let Some(v) = value
-                && !(v > 0.0 && v <= most)
-            {
-                return Err(EngineError::Bike(format!(
-                    "{name} is {v}, expected more than 0 and at most {most}"
-                )));
-            }
+        for (key, value, range) in values {
+            value.map_or(Ok(()), |v| within(key, v, range))?;
         }
-        for (name, value) in [
-            ("noise_displacement_m", self.noise_displacement_m),
-            ("noise_road_m", self.noise_road_m),
-        ] {
-            if let Some(v) = value
-                && !(0.0..1e6).contains(&v)
-            {
-                return Err(EngineError::Bike(format!(
-                    "{name} is {v} m, expected 0 or more"
-                )));
-            }
-        }
-        Ok(())
+        self.roll.as_ref().map_or(Ok(()), RollParameters::validate)
     }
 
     pub fn mass(&self, axle: Axle) -> Option<f64> {
@@ -276,6 +396,109 @@ mod tests {
         let list = format!("{{\"a\": [0{}]}}", ",0".repeat(LARGEST_FILE));
         let refused = Bike::from_json(&list).unwrap_err().to_string();
         assert!(refused.contains("expected at most 65536"), "{refused}");
+    }
+
+    fn refused(file: &str) -> String {
+        Bike::from_json(file).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn unknown_keys_are_refused_by_name_and_the_known_ones_listed() {
+        let said =
+            refused(r#"{"bike": "b", "mass_front_kg": 23, "wheelbase_m": 1.1, "Owner": {}}"#);
+        assert!(
+            said.contains("unknown key 'Owner', 'wheelbase_m', expected bike"),
+            "{said}"
+        );
+        for known in ["l_front_m", "roll", "equal_axles", "noise_road_m"] {
+            assert!(said.contains(known), "{said}");
+        }
+        let said = refused(r#"{"roll": {"front_part_mass": 5}}"#);
+        assert!(
+            said.contains("`front_part_mass`") && said.contains("`front_part_mass_kg`"),
+            "{said}"
+        );
+        let many: Vec<String> = (0..500)
+            .map(|i| format!("\"{}{i}\": 1", "\u{202e}x".repeat(50)))
+            .collect();
+        let said = refused(&format!("{{{}}}", many.join(",")));
+        assert!(said.len() < 2000 && !said.contains('\u{202e}'), "{said}");
+    }
+
+    /// What another version stored has to be read, whatever keys it knew.
+    #[test]
+    fn stored_bikes_may_have_other_keys() {
+        let stored: Bike = serde_json::from_str(r#"{"bike": "b", "owner": "x"}"#).unwrap();
+        assert_eq!(stored.bike, "b");
+    }
+
+    #[test]
+    fn what_no_bicycle_can_be_is_refused() {
+        for (key, inside, outside) in [
+            ("mass_front_kg", [0.1, 1000.0], [1e-300, 1000.1]),
+            ("mass_rear_kg", [0.1, 1000.0], [0.0, 23_000.0]),
+            ("l_front_m", [0.01, 5.0], [0.0, 808.0]),
+            ("l_rear_m", [0.01, 5.0], [-0.3, 5.1]),
+            ("wheel_radius_front_m", [0.02, 2.0], [1e-9, 340.0]),
+            ("wheel_radius_rear_m", [0.02, 2.0], [0.0, 1e300]),
+            ("static_load_front_n", [1.0, 1e4], [0.0, 1e5]),
+            ("static_load_rear_n", [1.0, 1e4], [-1.0, 1e300]),
+            ("noise_displacement_m", [0.0, 1.0], [-1e-9, 50.0]),
+            ("noise_road_m", [0.0, 1.0], [-1.0, 1e300]),
+        ] {
+            for value in inside {
+                assert!(
+                    Bike::from_json(&format!("{{\"{key}\": {value}}}")).is_ok(),
+                    "{key}: {value}"
+                );
+            }
+            for value in outside {
+                let said = refused(&format!("{{\"{key}\": {value}}}"));
+                assert!(
+                    said.contains(&format!("{key} is {value:?}, expected ")),
+                    "{said}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn names_that_are_not_what_they_look_like_are_refused() {
+        for name in [
+            "",
+            "lab-7",
+            "\u{421}\u{43b}\u{430}\u{432}\u{430} 3",
+            "\u{645}\u{6cc}\u{200c}\u{62e}",
+            "...",
+            "a/b",
+            "x.y",
+        ] {
+            assert!(check_name(name).is_ok(), "{name:?}");
+        }
+        for name in [
+            ".",
+            "..",
+            " .. ",
+            "a\u{202e}b",
+            "a\nb",
+            "\u{7f}",
+            "\u{2066}a",
+            "a\u{200b}",
+            "\u{feff}a",
+            "\u{2028}",
+        ] {
+            let file = serde_json::json!({ "bike": name }).to_string();
+            let said = refused(&file);
+            assert!(
+                said.contains("bike: ") && !said.chars().any(is_unseen),
+                "{said:?}"
+            );
+        }
+        let said = refused(&format!(
+            "{{\"bike\": \"{}\"}}",
+            "x".repeat(LONGEST_NAME + 1)
+        ));
+        assert!(said.contains("201 bytes"), "{said}");
     }
 
     /// What is taken is written, and read again, as the same.

@@ -4,6 +4,9 @@
 
 /// Length (s) over which the residual is smoothed: less than a push of the hands, more than most noise.
 const LENGTH_S: f64 = 0.1;
+/// Samples that a length is told by: above 10 kHz means over several samples stand for them, so that the work for
+/// each does not grow with the rate.
+const FINEST: usize = 1000;
 /// A mean over so many lengths is taken off: slow noise has few independent values.
 const TREND: usize = 4;
 /// Start of a ride (s) that is not looked at.
@@ -17,6 +20,22 @@ const LEAST: f64 = 1e-3;
 /// Excess kurtosis of the smoothed residual (m), over what a variance that grows with the square of the displacement's
 /// `rate` (m/s) brings, as a normal deviate; minus infinity where the record is too short to tell.
 pub fn score(residual: &[f64], rate: &[f64], valid: &[bool], step: f64) -> f64 {
+    let together = (LENGTH_S / step / FINEST as f64)
+        .floor()
+        .min(residual.len() as f64) as usize;
+    if together > 1 {
+        let mean = |x: &[f64]| -> Vec<f64> {
+            let means = x.chunks_exact(together);
+            means
+                .map(|x| x.iter().sum::<f64>() / together as f64)
+                .collect()
+        };
+        let valid: Vec<bool> = valid
+            .chunks_exact(together)
+            .map(|v| v.iter().all(|v| *v))
+            .collect();
+        return score(&mean(residual), &mean(rate), &valid, step * together as f64);
+    }
     let from = ((SETTLING_S / step) as usize).min(residual.len());
     let length = ((LENGTH_S / step).round() as usize).max(2);
     let smooth = smoothed(&residual[from..], length);

@@ -95,7 +95,7 @@ fn without_bias(fitter: &Fitter, fit: &Fitted, substeps: usize, seed: u64) -> Op
         let mean = noisier.iter().map(|p| p.get(slot)).sum::<f64>() / noisier.len() as f64;
         let (_, [low, high]) = fit.unit.range(fitter.scene, slot);
         let value = fit.point.get(slot) - (mean - own.get(slot));
-        better.point.set(slot, value.clamp(low, high));
+        better.point.set(slot, value.max(low).min(high));
     }
     Some(better)
 }

@@ -85,12 +85,23 @@ pub fn least_squares(
 
 /// The samples from `first` that are valid, like all others within `before` and `after` of them.
 fn usable(valid: &[bool], first: usize, before: usize, after: usize) -> Vec<bool> {
-    let n = valid.len();
-    let mut usable: Vec<bool> = (0..n).map(|i| i >= first).collect();
-    for i in (0..n).filter(|i| !valid[*i]) {
-        usable[i.saturating_sub(before)..(i + after + 1).min(n)].fill(false);
-    }
+    let mut usable: Vec<bool> = (0..valid.len()).map(|i| i >= first).collect();
+    keep_away(valid.iter().zip(&mut usable), after);
+    keep_away(valid.iter().zip(&mut usable).rev(), before);
     usable
+}
+
+/// Takes those out that come within `distance` after one that is not valid.
+fn keep_away<'a>(samples: impl Iterator<Item = (&'a bool, &'a mut bool)>, distance: usize) {
+    let mut left = 0_usize;
+    for (valid, usable) in samples {
+        left = if *valid {
+            left.saturating_sub(1)
+        } else {
+            distance.saturating_add(1)
+        };
+        *usable &= left == 0;
+    }
 }
 
 /// Regresses the acceleration `target` on `seen` by means of `instruments`. Unknowns: k/m and B/m; of

@@ -86,7 +86,7 @@ const PATH_POINTS: usize = 300;
 /// Regresses over those of `samples` samples at which `row` gives one.
 ///
 /// `lags`: samples over which errors may be correlated (Newey and West, Econometrica 55, 1987, with
-/// Bartlett's weights).
+/// Bartlett's weights); no more than there are.
 pub fn regress<const P: usize>(
     samples: usize,
     lags: usize,
@@ -104,7 +104,7 @@ pub fn regress<const P: usize>(
     }
     let theta = information.solve()?;
     let inverse = information.inverse()?;
-    let (meat, squares) = spread(samples, lags, &theta, row);
+    let (meat, squares) = spread(samples, lags.min(samples), &theta, row);
     Some(Regression {
         theta,
         covariance: inverse * meat * inverse.transpose(),
@@ -229,6 +229,17 @@ mod tests {
             })
             .count();
         assert!((176..=198).contains(&covered), "{covered} of 200");
+    }
+
+    /// However short a step is beside the memory.
+    #[test]
+    fn lags_are_no_more_than_the_samples() {
+        let rows = rows(60, 0.5, 4);
+        let all = regress(60, 60, |i| Some(rows[i])).unwrap();
+        for lags in [61, 3_000_000_000_000, usize::MAX] {
+            let fit = regress(60, lags, |i| Some(rows[i])).unwrap();
+            assert_eq!(fit.covariance, all.covariance, "{lags}");
+        }
     }
 
     #[test]

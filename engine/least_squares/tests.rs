@@ -47,6 +47,34 @@ fn clean_ride_gives_the_truth() {
     }
 }
 
+/// As by definition: every sample that is not valid takes those around it out.
+#[test]
+fn unusable_are_those_near_what_is_not_valid() {
+    let valid: Vec<bool> = (0..200)
+        .map(|i| i % 37 != 20 && !(90..95).contains(&i))
+        .collect();
+    for (first, before, after) in [
+        (0, 5, 5),
+        (10, 0, 30),
+        (0, 12, 3),
+        (3, 0, 0),
+        (0, usize::MAX, 2),
+        (0, 2, usize::MAX),
+    ] {
+        let want: Vec<bool> = (0..200_usize)
+            .map(|j| {
+                let near = |i: usize| i <= j && j - i <= after || j <= i && i - j <= before;
+                j >= first && !(0..200).any(|i| !valid[i] && near(i))
+            })
+            .collect();
+        assert_eq!(
+            super::usable(&valid, first, before, after),
+            want,
+            "{first} {before} {after}"
+        );
+    }
+}
+
 /// Noise biases the paper's estimate and not the one with instruments.
 #[test]
 fn instruments_take_away_the_bias() {

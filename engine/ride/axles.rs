@@ -264,14 +264,16 @@ impl Parts {
     /// False where the displacement was not measured, or what drives it was not known just before.
     fn trusted(&self, basis: Channel, common: &Common<'_>) -> Vec<bool> {
         let grid = common.grid;
-        let mut valid = vec![true; grid.count];
         let memory = self.band.map_or(0.0, |b| b.memory_s());
+        // Stretches that begin, less those that end, at each sample: they may be many, long and overlap.
+        let mut begun = vec![0_i32; grid.count + 1];
         let mut distrust = |from_s: f64, to_s: f64| {
-            let first = ((from_s - grid.start_s) / grid.step_s).ceil().max(0.0) as usize;
+            let first = ((from_s - grid.start_s) / grid.step_s).ceil().max(0.0);
             let last = ((to_s - grid.start_s) / grid.step_s).floor();
-            if last >= first as f64 {
-                let last = (last as usize).min(grid.count - 1);
-                valid.get_mut(first..=last).unwrap_or_default().fill(false);
+            let last = last.min(grid.count as f64 - 1.0);
+            if last >= first {
+                begun[first as usize] += 1;
+                begun[last as usize + 1] -= 1;
             }
         };
         for Lapse { from_s, to_s, .. } in common.lapses(basis) {
@@ -291,7 +293,13 @@ impl Parts {
             distrust(grid.start_s, grid.start_s + memory);
             distrust(grid.end_s() - memory, grid.end_s());
         }
-        valid
+        let mut distrusted = 0;
+        (begun.iter().take(grid.count))
+            .map(|change| {
+                distrusted += change;
+                distrusted == 0
+            })
+            .collect()
     }
 }
 

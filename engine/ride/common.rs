@@ -4,7 +4,7 @@ use super::channel::Channel;
 use super::checks::is_constant;
 use super::clock::{Clock, Grid};
 use super::error::{Problem, ReadError};
-use super::recording::{Recording, Track, list};
+use super::recording::{Recording, Track, list, short};
 use super::resample::{convert, offset, spline_at, to_own_grid};
 use super::{ReadOptions, axles, checks};
 use crate::bicycle::Axle;
@@ -223,12 +223,6 @@ impl<'a> Common<'a> {
         }
         self.recording.warnings.append(&mut notes);
     }
-}
-
-/// A number with at most three decimals.
-fn short(value: f64) -> String {
-    let text = format!("{value:.3}");
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// Values on `grid`, from samples on their own clock.

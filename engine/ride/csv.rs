@@ -5,10 +5,8 @@ use super::error::{Problem, ReadError};
 use super::header::Offered;
 use super::options::{Limits, ReadOptions};
 use super::source::{Source, binary};
-use super::table::{Spec, Table};
+use super::table::{LARGEST, Spec, Table};
 
-/// Largest magnitude that a measurement may have in the file's unit.
-const LARGEST: f64 = 1e15;
 /// Longest cell (bytes) that can be a number.
 const LONGEST_CELL: usize = 64;
 const SKIP: usize = usize::MAX;

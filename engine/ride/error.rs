@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use super::options::RATES;
+
 /// A rejected ride file: where the fault lies and what was expected instead.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReadError {
@@ -121,6 +123,11 @@ pub enum Problem {
     },
     #[error("the {format} data is damaged: {cause}")]
     Corrupt { format: &'static str, cause: String },
+    #[error(
+        "complex numbers, expected real ones: save real({variable}) or imag({variable}), or abs({variable}) \
+         if it is an amplitude"
+    )]
+    ComplexNumbers { variable: String },
     #[error("MATLAB v7.3 (HDF5), expected v5 or v7: save it with the flag -v7")]
     MatV73,
     #[error("{found} cells, expected {expected}")]
@@ -163,6 +170,11 @@ pub enum Problem {
     TimeBlank,
     #[error("time goes from {before} s to {after} s, expected it to increase")]
     TimeNotIncreasing { before: f64, after: f64 },
+    #[error(
+        "one sample every {:e} s, expected a rate of {RATES}: is the unit of the time right?",
+        six_digits(*step_s)
+    )]
+    RateOutOfRange { step_s: f64 },
     #[error("{repeated} of {stamps} time stamps repeat the one before, expected distinct ones")]
     TimeRepeats { repeated: usize, stamps: usize },
     #[error(
@@ -200,6 +212,10 @@ pub enum Problem {
     NotExcited { channel: &'static str },
 }
 
+fn six_digits(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
+}
+
 impl Problem {
     pub fn kind(&self) -> &'static str {
         match self {
@@ -213,6 +229,7 @@ impl Problem {
             Self::CellTooLong { .. } => "cell-too-long",
             Self::GzipBomb { .. } => "gzip-bomb",
             Self::Corrupt { .. } => "corrupt-file",
+            Self::ComplexNumbers { .. } => "complex-numbers",
             Self::MatV73 => "mat-v73",
             Self::RaggedRow { .. } => "ragged-row",
             Self::CutShort => "cut-short",
@@ -228,6 +245,7 @@ impl Problem {
             Self::TimeMissing { .. } => "time-missing",
             Self::TimeBlank => "time-blank",
             Self::TimeNotIncreasing { .. } | Self::TimeRepeats { .. } => "time-not-increasing",
+            Self::RateOutOfRange { .. } => "rate-out-of-range",
             Self::GapTooLong { .. } => "gap-too-long",
             Self::AxleMissing { .. } => "axle-missing",
             Self::RearRoadMissing { .. } => "rear-road-missing",

@@ -9,7 +9,7 @@ use std::io::Read;
 use super::error::{Problem, ReadError};
 use super::header::Offered;
 use super::options::ReadOptions;
-use super::table::Table;
+use super::table::{LARGEST, Table};
 
 const HEADER: usize = 128;
 const DEEPEST: usize = 4;
@@ -20,6 +20,8 @@ const COMPRESSED: u32 = 15;
 const STRUCTURE: u8 = 2;
 const NUMERIC: std::ops::RangeInclusive<u8> = 6..=15;
 const OPAQUE: u8 = 17;
+/// Flag of an array with an imaginary part.
+const COMPLEX: u32 = 0x800;
 
 pub(super) fn is_mat(bytes: &[u8]) -> bool {
     bytes.starts_with(b"MATLAB ") && matches!(bytes.get(126..HEADER), Some(b"IM" | b"MI"))
@@ -41,7 +43,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadErr
     let file = File { bytes, big_endian };
     let mut offered = Vec::new();
     file.columns(&mut |column, _| {
-        offered.push((column.name.clone(), column.length));
+        offered.push(column.clone());
         Ok(())
     })?;
     if offered.is_empty() {
@@ -54,12 +56,12 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadErr
         }
         .into());
     }
-    let names: Vec<String> = offered.iter().map(|(name, _)| name.clone()).collect();
+    let names: Vec<String> = offered.iter().map(|o| o.name.clone()).collect();
     // Scalars and texts cannot be channels: unnamed, they are not recognised.
     let vectors: Vec<String> = (offered.iter())
-        .map(|(name, length)| {
-            if *length > 1 {
-                name.clone()
+        .map(|o| {
+            if o.length > 1 {
+                o.name.clone()
             } else {
                 String::new()
             }
@@ -74,11 +76,21 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadErr
     let rows = recognised
         .specs
         .iter()
-        .map(|s| offered[s.number - 1].1)
+        .map(|s| offered[s.number - 1].length)
         .max()
         .unwrap_or(0);
     for spec in &recognised.specs {
-        let found = offered[spec.number - 1].1;
+        let Offer {
+            name,
+            length: found,
+            complex,
+        } = &offered[spec.number - 1];
+        if *complex {
+            let variable = name.split('#').next().unwrap_or(name).to_owned();
+            let problem = Problem::ComplexNumbers { variable };
+            return Err(ReadError::from(problem).in_column(spec.number, &spec.header));
+        }
+        let found = *found;
         if found != rows {
             let problem = Problem::RaggedRow {
                 found,
@@ -120,9 +132,17 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadErr
             return Ok(());
         };
         let values: Vec<f64> = numbers.iter().skip(from).take(to - from).collect();
-        if let Some(at) = values.iter().position(|v| !v.is_finite()) {
-            let cell = values[at].to_string();
-            return Err(ReadError::from(Problem::NotFinite { cell })
+        if let Some(at) = values.iter().position(|v| !(v.abs() <= LARGEST)) {
+            let problem = match values[at] {
+                value if value.is_finite() => Problem::OutOfRange {
+                    value,
+                    limit: LARGEST,
+                },
+                other => Problem::NotFinite {
+                    cell: other.to_string(),
+                },
+            };
+            return Err(ReadError::from(problem)
                 .at_sample(from + at + 1)
                 .in_column(number, &spec.header));
         }
@@ -133,9 +153,23 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadErr
 }
 
 /// A column that the file offers; of length 0 if it does not hold numbers.
+#[derive(Clone)]
 struct Offer {
     name: String,
     length: usize,
+    /// Whether an imaginary part goes with it, which no channel has.
+    complex: bool,
+}
+
+impl Offer {
+    /// Something that is no column of numbers.
+    fn other(name: String) -> Self {
+        Self {
+            name,
+            length: 0,
+            complex: false,
+        }
+    }
 }
 
 /// The numbers of a column as they lie in the file.
@@ -220,14 +254,15 @@ fn matrix(
     let Some((_, flags)) = parts.next()? else {
         return Ok(());
     };
-    let class = parts.u32(flags).unwrap_or(0) as u8;
+    let flags = parts.u32(flags).unwrap_or(0);
+    let (class, complex) = (flags as u8, flags & COMPLEX != 0);
     if class == OPAQUE {
         let name = parts
             .next()?
             .map(|(_, name)| text(name))
             .unwrap_or_default();
         let name = format!("{name} (an object or table: save table2struct(T, 'ToScalar', true))");
-        return visit(&Offer { name, length: 0 }, &Numbers::none());
+        return visit(&Offer::other(name), &Numbers::none());
     }
     let shape: Vec<usize> = (parts.expect("its size")?.chunks_exact(4))
         .map(|b| parts.u32(b).unwrap_or(0) as usize)
@@ -248,10 +283,10 @@ fn matrix(
         return Ok(());
     }
     if !NUMERIC.contains(&class) || shape.len() != 2 {
-        return visit(&Offer { name, length: 0 }, &Numbers::none());
+        return visit(&Offer::other(name), &Numbers::none());
     }
     let Some((kind, bytes)) = parts.next()? else {
-        return visit(&Offer { name, length: 0 }, &Numbers::none());
+        return visit(&Offer::other(name), &Numbers::none());
     };
     let numbers = Numbers {
         kind,
@@ -264,14 +299,20 @@ fn matrix(
     }
     if rows == 1 || columns == 1 {
         let length = rows * columns;
-        return visit(&Offer { name, length }, &numbers);
+        let offer = Offer {
+            name,
+            length,
+            complex,
+        };
+        return visit(&offer, &numbers);
     }
     for column in 0..columns.min(1024) {
-        let name = format!("{name}#{}", column + 1);
-        visit(
-            &Offer { name, length: rows },
-            &numbers.part(column * rows, rows),
-        )?;
+        let offer = Offer {
+            name: format!("{name}#{}", column + 1),
+            length: rows,
+            complex,
+        };
+        visit(&offer, &numbers.part(column * rows, rows))?;
     }
     Ok(())
 }
@@ -487,6 +528,67 @@ mod tests {
             (e.kind(), e.sample(), e.column()),
             ("not-finite", Some(2), Some((1, "t")))
         );
+    }
+
+    /// `z_f_mm` of [`PLAIN`] said to be complex; what no channel is read from may be what it likes.
+    #[test]
+    fn a_complex_channel_is_refused_by_name() {
+        let complex = file(&PLAIN.replacen("0a00000000000000", "0a08000000000000", 1));
+        let e = columns(&complex, &[]).unwrap_err();
+        assert_eq!(
+            (e.kind(), e.column()),
+            ("complex-numbers", Some((2, "z_f_mm")))
+        );
+        assert!(e.to_string().contains("save real(z_f_mm)"), "{e}");
+        let note = file(&PLAIN.replacen("7a5f665f6d6d", "6f746865725f", 1));
+        assert!(columns(&note, &[]).is_ok());
+        let note = file(&PLAIN.replacen("7a5f665f6d6d", "6f746865725f", 1).replacen(
+            "0a00000000000000",
+            "0a08000000000000",
+            1,
+        ));
+        assert!(columns(&note, &[]).is_ok());
+        // The second column of a complex matrix.
+        let matrix = matrix(0x806, &[1.0, 2.0, 3.0, 4.0]);
+        let e = columns(&matrix, &[("z_f", "m#2")]).unwrap_err();
+        assert!(e.to_string().contains("save real(m) or imag(m)"), "{e}");
+    }
+
+    /// A matrix `m` of two columns with these flags.
+    fn matrix(flags: u32, numbers: &[f64]) -> Vec<u8> {
+        let element = |kind: u32, data: &[u8]| {
+            let mut out = [kind.to_le_bytes(), (data.len() as u32).to_le_bytes()].concat();
+            out.extend(data);
+            out.resize(out.len().next_multiple_of(8), 0);
+            out
+        };
+        let data: Vec<u8> = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
+        let shape = [
+            (numbers.len() as u32 / 2).to_le_bytes(),
+            2_u32.to_le_bytes(),
+        ]
+        .concat();
+        let parts = [
+            element(6, &u64::from(flags).to_le_bytes()),
+            element(5, &shape),
+            element(1, b"m"),
+            element(9, &data),
+        ]
+        .concat();
+        let mut bytes = file("");
+        bytes.extend(element(14, &parts));
+        bytes
+    }
+
+    #[test]
+    fn numbers_that_no_sensor_gives_are_refused() {
+        let e = |x: f64| {
+            columns(&matrix(6, &[1.0, 2.0, 3.0, x]), &[("z_f", "m#2")])
+                .map_err(|e| (e.kind(), e.sample()))
+        };
+        assert_eq!(e(1e300), Err(("out-of-range", Some(2))));
+        assert_eq!(e(f64::INFINITY), Err(("not-finite", Some(2))));
+        assert!(e(-1e15).is_ok());
     }
 
     #[test]

@@ -29,7 +29,7 @@ use serde::{Deserialize, Serialize};
 
 pub use band::Band;
 pub use error::{Problem, ReadError};
-pub use options::{Limits, ReadOptions};
+pub use options::{Limits, RATES_HZ, ReadOptions};
 pub use read::{Preview, PreviewGap, parse_only, preview, read};
 
 use crate::bicycle::PerAxle;

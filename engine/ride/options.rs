@@ -1,10 +1,21 @@
 //! What the user may say about a ride file.
 
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
 use super::error::Problem;
+
+/// Sampling rates (Hz) that any clock may have, from a time column or from `rate_hz`. Lengths that follow
+/// from a time in seconds stay within reach of the number of samples by it.
+pub const RATES_HZ: RangeInclusive<f64> = 1e-3..=1e6;
+/// [`RATES_HZ`] in words.
+pub(super) const RATES: &str = "0.001 Hz to 1000000 Hz";
+
+/// Rates (Hz) that a ride is logged at, beyond which a time unit is doubted: a bicycle's slowest vertical mode, the
+/// rider's near 2.5 Hz, has two samples a swing at 5 Hz, and vibration recorders end at 51.2 kHz.
+pub(super) const USUAL_HZ: RangeInclusive<f64> = 5.0..=52e3;
 
 /// How to read a ride file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -51,9 +62,9 @@ impl ReadOptions {
             })
         };
         if let Some(rate) = self.rate_hz
-            && !(1e-3..=1e6).contains(&rate)
+            && !RATES_HZ.contains(&rate)
         {
-            return bad("rate_hz", rate.to_string(), "0.001 to 1000000 Hz");
+            return bad("rate_hz", format!("{rate} Hz"), RATES);
         }
         if self.deflection_sign.abs() != 1.0 {
             let value = self.deflection_sign.to_string();

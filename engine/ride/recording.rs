@@ -1,12 +1,14 @@
 //! Channels in SI units, each on its own clock: what a table says once its times are understood.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use super::Column;
 use super::channel::Channel;
+use super::checks::is_constant;
 use super::clock::{Clock, Pace};
 use super::error::{Problem, ReadError};
-use super::options::ReadOptions;
+use super::options::{RATES_HZ, ReadOptions, USUAL_HZ};
 use super::resample::roughness;
 use super::table::{Spec, Table};
 
@@ -68,6 +70,15 @@ impl Recording {
                 known.push(own);
                 known.len() - 1
             });
+            let step_s = out.clocks[clock].grid.step_s;
+            if !RATES_HZ.contains(&(1.0 / step_s)) {
+                let at = match (&known[clock], &stamps) {
+                    (None, Stamps::Listed { spec, .. }) => spec,
+                    _ => &spec,
+                };
+                return Err(ReadError::from(Problem::RateOutOfRange { step_s })
+                    .in_column(at.number, &at.header));
+            }
             let span = out.clocks[clock].grid.end_s() - out.clocks[clock].grid.start_s;
             out.columns.push(Column::new(&spec, values.len(), span));
             let track = Track {
@@ -96,6 +107,7 @@ impl Recording {
         }
         out.settle_jitter();
         out.note_gaps()?;
+        out.note_unusual_rate(&stamps);
         Ok(out)
     }
 
@@ -138,6 +150,7 @@ impl Recording {
         let span = times.last().unwrap_or(&0.0) - times.first().unwrap_or(&0.0);
         self.columns.push(Column::new(&spec, times.len(), span));
         Ok(Stamps::Listed {
+            spec,
             times,
             first_repeat,
         })
@@ -193,6 +206,24 @@ impl Recording {
         }
     }
 
+    /// Doubts the time's unit where nothing that a ride is told by has a usual rate.
+    fn note_unusual_rate(&mut self, stamps: &Stamps) {
+        let essential = self.tracks.values().filter(|t| {
+            t.spec.channel.is_essential() && t.values.len() > 1 && !is_constant(&t.values)
+        });
+        let rate = essential
+            .map(|t| self.clocks[t.clock].grid.rate_hz())
+            .fold(0.0, f64::max);
+        if rate > 0.0 && !USUAL_HZ.contains(&rate) {
+            self.warnings.push(format!(
+                "{stamps} gives {} samples a second, and rides are logged at {} Hz to {} Hz: is its unit right?",
+                short(rate),
+                USUAL_HZ.start(),
+                USUAL_HZ.end()
+            ));
+        }
+    }
+
     fn note_gaps(&mut self) -> Result<(), ReadError> {
         for (index, clock) in self.clocks.iter().enumerate() {
             let missing = clock.missing();
@@ -227,8 +258,21 @@ impl Recording {
     }
 }
 
+/// What the rate follows from, in words.
+impl fmt::Display for Stamps {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Listed { spec, .. } => {
+                write!(f, "{}, read in {},", spec.header, spec.unit.name)
+            }
+            Self::Rate(_) => f.write_str("the option rate_hz"),
+        }
+    }
+}
+
 enum Stamps {
     Listed {
+        spec: Spec,
         times: Vec<f64>,
         first_repeat: Option<usize>,
     },
@@ -301,6 +345,12 @@ impl Column {
             },
         }
     }
+}
+
+/// A number with at most three decimals.
+pub(super) fn short(value: f64) -> String {
+    let text = format!("{value:.3}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// At most twenty names, for messages.

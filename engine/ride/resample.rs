@@ -142,16 +142,24 @@ const KAISER: f64 = 8.0;
 pub(super) const FLAT: f64 = 0.42;
 
 /// Values on the grid `to` from values on the grid `from`: low-passed for the slower of the two by
-/// a Kaiser-windowed sinc, symmetric in time, mirrored at the ends.
+/// a Kaiser-windowed sinc, symmetric in time, mirrored at the ends and held beyond what that gives.
 pub(super) fn convert(values: &[f64], from: Grid, to: Grid) -> Vec<f64> {
     let ratio = (from.step_s / to.step_s).min(1.0);
-    let reach = HALF_WIDTH / ratio;
+    let n = values.len() as f64;
+    // No further than once over the record on either side of it, whatever the two rates are.
+    let reach = (HALF_WIDTH / ratio).min(n);
+    let mut before: Option<(f64, f64)> = None;
     let table: Vec<f64> = (0..=(HALF_WIDTH as usize) * TABLE + 1)
         .map(|i| kernel(i as f64 / TABLE as f64))
         .collect();
     (0..to.count)
         .map(|k| {
-            let x = (to.at(k) - from.start_s) / from.step_s;
+            let x = ((to.at(k) - from.start_s) / from.step_s).clamp(-n, 2.0 * n);
+            if let Some((at, value)) = before
+                && at == x
+            {
+                return value;
+            }
             let (first, last) = ((x - reach).ceil() as isize, (x + reach).floor() as isize);
             let (mut sum, mut weights) = (0.0, 0.0);
             for j in first..=last {
@@ -165,6 +173,7 @@ pub(super) fn convert(values: &[f64], from: Grid, to: Grid) -> Vec<f64> {
                 sum += h * mirrored(values, j);
                 weights += h;
             }
+            before = Some((x, sum / weights));
             sum / weights
         })
         .collect()

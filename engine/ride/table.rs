@@ -4,6 +4,9 @@ use super::channel::Channel;
 use super::error::ReadError;
 use super::unit::Unit;
 
+/// Largest magnitude that a measurement may have in the file's unit.
+pub(super) const LARGEST: f64 = 1e15;
+
 /// What a recognised column is.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Spec {

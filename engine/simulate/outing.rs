@@ -11,7 +11,7 @@ use super::linear::{Input, simulate};
 use super::road::{Bump, Profile, Roughness};
 use crate::EngineError;
 use crate::bicycle::{Axle, PerAxle};
-use crate::ride::{AxleRecord, Ride, RideSummary};
+use crate::ride::{AxleRecord, RATES_HZ, Ride, RideSummary};
 use crate::settings::within;
 
 /// One axle of the simulated bicycle.
@@ -133,7 +133,7 @@ impl Outing {
     /// A number that is out of range.
     pub fn validate(&self) -> Result<(), EngineError> {
         let (least, most) = (f64::MIN_POSITIVE, f64::MAX);
-        within("rate", self.rate_hz, least, 1e6)?;
+        within("rate", self.rate_hz, *RATES_HZ.start(), *RATES_HZ.end())?;
         within(
             "duration x rate",
             self.duration_s * self.rate_hz,

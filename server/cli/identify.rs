@@ -10,7 +10,7 @@ use veloid_engine::{Objective, Progress, Settings};
 
 use super::CliError;
 use super::summary::summary;
-use crate::options::{Options, channel_and_column, rows};
+use crate::options::{Options, channel_and_column, once, rows};
 
 /// Identifies one ride from start to finish, without a server.
 ///
@@ -123,7 +123,8 @@ impl Identify {
         let reading = &mut options.reading;
         for text in &self.map {
             let (channel, column) = channel_and_column(text)?;
-            reading.map.insert(channel, column);
+            let before = reading.map.insert(channel.clone(), column.clone());
+            once(channel, before.as_deref(), column)?;
         }
         reading.rate_hz = self.rate;
         reading.rows = self.rows.as_deref().map(rows).transpose()?;

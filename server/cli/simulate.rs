@@ -140,6 +140,7 @@ impl Simulate {
         let (outing, bike) = (self.outing(), self.bicycle());
         let effects: Vec<Imposed> = self.effect.iter().map(|e| e.0.clone()).collect();
         let ride = ride_csv::text(&impose::ride(&outing, &bike, &effects)?);
+        bike.validate()?;
         if self.ride.as_os_str() == "-" {
             io::stdout().write_all(ride.as_bytes())?;
         } else {

@@ -7,7 +7,7 @@ const K3: Parameter = Parameter {
     name: "k3",
     unit: "N/m^3",
     size: |s| 0.1 * s.k / (4.0 * s.d_rms * s.d_rms),
-    limits: |s| [-0.9 * s.k / (s.d_peak * s.d_peak), 1e3 * s.k / (s.d_rms * s.d_rms)],
+    limits: |s| [-0.9 * s.k.abs() / (s.d_peak * s.d_peak), 1e3 * s.k.abs() / (s.d_rms * s.d_rms)],
 };
 
 impl Effect for CubicStiffness {

@@ -8,7 +8,7 @@ const K2: Parameter = Parameter {
     name: "k2",
     unit: "N/m^2",
     size: |s| 0.1 * s.k / (2.0 * s.d_rms),
-    limits: |s| [-30.0 * s.k / s.d_rms, 30.0 * s.k / s.d_rms],
+    limits: |s| [-30.0 * s.k.abs() / s.d_rms, 30.0 * s.k.abs() / s.d_rms],
 };
 
 impl Effect for ProgressiveStiffness {

@@ -19,8 +19,6 @@ use crate::store::{bike, idempotency_key, ride, turn};
 
 /// Name in the fleet of bikes whose file does not name them.
 const UNNAMED: &str = "unnamed";
-/// Longest name of a bike (bytes).
-const LONGEST_NAME: usize = 200;
 
 /// The job of this upload: a new one, or the one that the same request has already.
 pub async fn submit(
@@ -34,7 +32,7 @@ pub async fn submit(
     let bike = the_bike(server, caller, received.bike.as_deref()).await?;
     let request = Request { bike, options };
 
-    let name = fleet_name(&request.bike)?;
+    let name = fleet_name(&request.bike);
 
     let permit = server.readers.acquire().await.map_err(Problem::internal)?;
     let bytes = received.incoming.contents().await?;
@@ -98,16 +96,10 @@ pub async fn submit(
 }
 
 /// The bike's name in the fleet.
-fn fleet_name(bike: &Bike) -> Result<&str, Problem> {
+fn fleet_name(bike: &Bike) -> &str {
     match bike.bike.trim() {
-        "" => Ok(UNNAMED),
-        name if name.len() > LONGEST_NAME || name.contains(char::is_control) => Err(Problem::new(
-            Kind::BadBike,
-            format!(
-                "bike: expected a name of at most {LONGEST_NAME} bytes without control characters"
-            ),
-        )),
-        name => Ok(name),
+        "" => UNNAMED,
+        name => name,
     }
 }
 
