@@ -29,5 +29,6 @@ mod report_equality;
 mod ride;
 mod scale;
 mod simulate;
+mod strangers;
 mod takeover;
 mod upload;

@@ -6,6 +6,7 @@ mod compute;
 mod conclude;
 mod diagnose;
 mod finish;
+mod gate;
 mod hub;
 mod observe;
 mod queue;
@@ -16,6 +17,7 @@ mod trial;
 
 pub use cache::{RideCache, read};
 pub use compute::Compute;
+pub use gate::Gate;
 pub use hub::{Hub, HubEvent};
 pub use queue::{QUICK, Queue};
 pub use run::{Work, start};
