@@ -14,7 +14,7 @@ use crate::jobs::{Hub, Queue, give_up, sweep};
 use crate::options::Options;
 use crate::store::job::{self, Failure, Filter, NewJob, Request, Stage, State};
 use crate::store::key::HOME;
-use crate::store::{Db, bike, idempotency_key, on, result, ride, trial, turn, worker};
+use crate::store::{Db, bike, idempotency_key, loss, on, result, ride, trial, turn, worker};
 
 fn home() -> Filter<'static> {
     Filter {
@@ -299,8 +299,26 @@ async fn what_is_queued_is_there_with_its_transaction_or_not_at_all() {
     .await;
 }
 
+/// Lets the process die that has a row of a job's trials; the row that took over, if one did.
+async fn dies_with(db: &Db, queue: &Queue, id: Uuid, held: i64, is_alone: bool) -> Option<i64> {
+    begun_by(db, held, "dead").await;
+    let mut tx = db.begin().await.unwrap();
+    let before = trial::unfinished(&mut tx, id).await.unwrap();
+    if is_alone {
+        assert!(loss::alone(&mut tx, id, held).await.unwrap());
+    }
+    tx.commit().await.unwrap();
+    sweep(db, queue, &Hub::new()).await.unwrap();
+    assert_eq!(row_state(queue, held).await, JobState::Discarded);
+    let mut tx = db.begin().await.unwrap();
+    let rows = trial::unfinished(&mut tx, id).await.unwrap();
+    tx.commit().await.unwrap();
+    assert_eq!(rows.len(), TRIALS);
+    rows.into_iter().find(|row| !before.contains(row))
+}
+
 #[tokio::test]
-async fn work_is_taken_over_from_the_dead_alone_and_three_times_at_most() {
+async fn work_is_taken_over_from_the_dead_alone_and_who_was_beside_them_is_not_to_blame() {
     on_each(async |db| {
         let (queue, hub) = (queue(&db), Hub::new());
         let (id, rows) = in_trials(&db, &queue, 1).await;
@@ -312,23 +330,78 @@ async fn work_is_taken_over_from_the_dead_alone_and_three_times_at_most() {
         sweep(&db, &queue, &hub).await.unwrap();
         assert_eq!(row_state(&queue, held).await, JobState::Running);
 
-        for takeover in 1..=4 {
-            begun_by(&db, held, "dead").await;
-            sweep(&db, &queue, &hub).await.unwrap();
-            assert_eq!(row_state(&queue, held).await, JobState::Discarded);
-            let mut tx = db.begin().await.unwrap();
-            let unfinished = trial::unfinished(&mut tx, id).await.unwrap();
-            tx.commit().await.unwrap();
-            assert_eq!(unfinished.len(), TRIALS);
-            if takeover <= 3 {
-                let new = unfinished.iter().find(|row| !rows.contains(row));
-                held = *new.unwrap();
-                assert_eq!(row_state(&queue, held).await, JobState::Available);
+        for death in 1..=20 {
+            held = dies_with(&db, &queue, id, held, false).await.unwrap();
+            assert_eq!(row_state(&queue, held).await, JobState::Available);
+            let standing = loss::standing(&db, id).await.unwrap();
+            assert_eq!(standing.is_suspect(), death >= 2);
+        }
+        let job = job::load(&db, id).await.unwrap().unwrap();
+        assert_eq!(job.state, State::Running);
+    })
+    .await;
+}
+
+#[tokio::test]
+async fn a_job_that_is_alone_when_three_processes_die_is_the_cause() {
+    on_each(async |db| {
+        let queue = queue(&db);
+        let (id, rows) = in_trials(&db, &queue, 1).await;
+        let (other, _) = queued(&db, &queue).await;
+        let mut held = rows[3];
+        // What it has done since the last death speaks for it.
+        for (deaths, progress) in [(4, true), (5, false)] {
+            for death in 1..=deaths {
+                let new = dies_with(&db, &queue, id, held, death > 2).await;
+                assert_eq!(new.is_none(), death == 5);
+                held = new.unwrap_or(held);
+                let behind = loss::standing(&db, other).await.unwrap();
+                assert_eq!(behind.gives_way(), (3..5).contains(&death));
+                assert!(!behind.is_suspect());
+                assert!(!loss::standing(&db, id).await.unwrap().gives_way());
+            }
+            if progress {
+                let mut tx = db.begin().await.unwrap();
+                assert!(!job::count_trials(&mut tx, id, 1).await.unwrap());
+                tx.commit().await.unwrap();
+                assert!(!loss::standing(&db, id).await.unwrap().is_suspect());
             }
         }
         let job = job::load(&db, id).await.unwrap().unwrap();
         assert_eq!(job.state, State::Failed);
-        assert_eq!(job.failure.unwrap().kind, "crash");
+        let failure = job.failure.unwrap();
+        assert_eq!(failure.kind, "crash");
+        assert!(
+            failure.detail.starts_with("5 processes"),
+            "{}",
+            failure.detail
+        );
+        assert_eq!(state(&db, other).await, State::Queued);
+    })
+    .await;
+}
+
+#[tokio::test]
+async fn one_row_of_a_suspect_at_a_time_has_a_process_to_itself() {
+    on_each(async |db| {
+        let queue = queue(&db);
+        let (id, rows) = in_trials(&db, &queue, 1).await;
+        let alone = async |row| {
+            let mut tx = db.begin().await.unwrap();
+            let noted = loss::alone(&mut tx, id, row).await.unwrap();
+            tx.commit().await.unwrap();
+            noted
+        };
+        begun_by(&db, rows[0], "here").await;
+        begun_by(&db, rows[1], "there").await;
+        assert!(alone(rows[0]).await);
+        assert!(alone(rows[0]).await, "a retry of the same row");
+        assert!(!alone(rows[1]).await);
+        let mut tx = db.begin().await.unwrap();
+        loss::survived(&mut tx, id, rows[1]).await.unwrap();
+        loss::survived(&mut tx, id, rows[0]).await.unwrap();
+        tx.commit().await.unwrap();
+        assert!(alone(rows[1]).await);
     })
     .await;
 }

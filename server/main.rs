@@ -8,6 +8,7 @@ mod conformance;
 mod crash;
 mod files;
 mod fleet;
+mod http;
 mod jobs;
 mod lru;
 mod options;

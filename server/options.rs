@@ -2,6 +2,8 @@
 //! and how to read the file, in one flat set of keys that the CLI, the API's `options` document, its
 //! query parameters and the web form share.
 
+use std::sync::LazyLock;
+
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use utoipa::openapi::schema::AdditionalProperties;
@@ -65,6 +67,12 @@ pub enum OptionsError {
 /// Keys of [`ReadOptions`]; every other key is a setting.
 const READING: [&str; 5] = ["map", "rate_hz", "rows", "deflection_sign", "band_hz"];
 
+/// Keys of [`Settings`].
+static SETTINGS: LazyLock<Vec<String>> = LazyLock::new(|| match Settings::schema() {
+    RefOr::T(Schema::Object(object)) => object.properties.into_keys().collect(),
+    _ => Vec::new(),
+});
+
 impl TryFrom<Map<String, Value>> for Options {
     type Error = OptionsError;
 
@@ -125,6 +133,15 @@ impl Options {
             }
         }
         Ok(())
+    }
+
+    /// All keys.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        SETTINGS.iter().map(String::as_str).chain(READING)
+    }
+
+    pub fn is_known(key: &str) -> bool {
+        Self::names().any(|name| name == key)
     }
 
     /// Checks every range.
@@ -192,6 +209,24 @@ mod tests {
         let again: Options =
             serde_json::from_str(&serde_json::to_string(&document).unwrap()).unwrap();
         assert_eq!(again, document);
+    }
+
+    #[test]
+    fn every_key_is_known() {
+        let document = serde_json::to_value(Options::default()).unwrap();
+        for key in document.as_object().unwrap().keys() {
+            assert!(Options::is_known(key), "{key}");
+        }
+        for key in Options::names() {
+            let odd = Map::from_iter([(key.to_owned(), Value::Object(Map::new()))]);
+            let fault = Options::try_from(odd).map_err(|fault| fault.to_string());
+            assert!(
+                fault.as_ref().is_ok_and(|_| key == "map")
+                    || fault.is_err_and(|fault| !fault.contains("unknown field")),
+                "{key}"
+            );
+        }
+        assert!(!Options::is_known("sead"));
     }
 
     #[test]

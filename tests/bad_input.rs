@@ -223,6 +223,81 @@ async fn strange_addresses_and_methods_are_problems_too() {
     }
 }
 
+/// A mistyped filter would give everything.
+#[tokio::test]
+async fn unknown_query_parameters_are_refused_by_name() {
+    let server = Server::start();
+    let job = server.submit(&[]).await;
+    server.succeeded(&job).await;
+    let document = server.json("/openapi.json").await;
+    let mut asked = 0;
+    for (path, item) in document["paths"].as_object().unwrap() {
+        let address = path
+            .replace("/v1/jobs/{id}", &job)
+            .replace("{bike}", "lab-7")
+            .replace("{name}", "lab-7")
+            .replace("{id}", "01890000-0000-7000-8000-000000000000");
+        for (method, operation) in item.as_object().unwrap() {
+            let method = method.to_uppercase().parse().unwrap();
+            let url = server.address(&format!("{address}?naem=k"));
+            let response = server.client.request(method, url).send().await.unwrap();
+            assert_eq!(response.status(), 400, "{path}");
+            let problem: Value = response.json().await.unwrap();
+            assert_eq!(problem["type"], "urn:veloid:problem:bad-request");
+            let detail = problem["detail"].as_str().unwrap();
+            assert!(detail.contains("unknown parameter `naem`"), "{detail}");
+            let parameters = operation["parameters"].as_array();
+            for known in parameters.into_iter().flatten() {
+                let name = known["name"].as_str().unwrap();
+                assert!(known["in"] != "query" || detail.contains(&format!("`{name}`")));
+            }
+            asked += 1;
+        }
+    }
+    assert!(asked > 20, "{asked}");
+    for page in ["/jobs", "/parameters", "/"] {
+        let response = server.get(&format!("{page}?naem=k")).await;
+        assert_eq!(response.status(), 400, "{page}");
+        assert!(response.text().await.unwrap().contains("naem"), "{page}");
+        let response = server.get(&format!("{page}?bike=lab-7&theme=dark")).await;
+        assert_eq!(response.status(), 200, "{page}");
+    }
+    // Options may stand in the query of an upload.
+    let raw = |query: &str| {
+        let url = server.address(&format!("/v1/rides/preview?{query}"));
+        server.client.post(url).body(ride::example()).send()
+    };
+    assert_eq!(raw("name=a.csv&seed=3").await.unwrap().status(), 200);
+    assert_eq!(raw("sead=3").await.unwrap().status(), 400);
+}
+
+#[tokio::test]
+async fn a_day_is_taken_wherever_a_time_is() {
+    let server = Server::start();
+    let job = server.submit(&[]).await;
+    server.succeeded(&job).await;
+    let count = async |query: &str| {
+        let mut counts = Vec::new();
+        for list in ["/v1/parameters", "/v1/bikes/lab-7/history"] {
+            let list = server.json(&format!("{list}?{query}")).await;
+            counts.push(list["items"].as_array().unwrap().len());
+        }
+        assert_eq!(counts[0], counts[1], "{query}");
+        counts[0]
+    };
+    let all = count("limit=1000").await;
+    assert!(all > 0);
+    let items = server.json("/v1/parameters").await;
+    let day = &items["items"][0]["identified_at"].as_str().unwrap()[..10];
+    assert_eq!(count(&format!("limit=1000&from={day}&to={day}")).await, all);
+    assert_eq!(count("from=2999-01-01").await, 0);
+    assert_eq!(count("to=2001-01-01").await, 0);
+    for bad in ["2026-02-30", "2026-9-1", "2026-09-01T00:00"] {
+        let response = server.get(&format!("/v1/parameters?from={bad}")).await;
+        assert_eq!(response.status(), 400, "{bad}");
+    }
+}
+
 #[test]
 fn the_command_line_says_it_in_one_line_and_exits_with_2() {
     let folder = Folder::new();

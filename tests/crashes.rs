@@ -4,6 +4,7 @@
 use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
 use std::process::Stdio;
+use std::time::Duration;
 
 use futures_util::StreamExt;
 use futures_util::stream::iter;
@@ -47,8 +48,9 @@ const IN_DIAGNOSIS: [&str; 4] = [
     "after_result:5",
 ];
 
-/// Points that only a cancel, a second start, a stop or a failure passes; a test for each is below.
-const APART: [&str; 5] = [
+/// Points that only a diagnosis, a cancel, a second start, a stop or a failure passes; a test for each is below.
+const APART: [&str; 6] = [
+    "in_diagnose",
     "in_end",
     "after_cancel",
     "in_retry",
@@ -244,4 +246,62 @@ async fn who_stops_may_die_of_it() {
     assert_eq!(server.terminate(), None, "killed by a signal");
     server.restart_with_env(&[]);
     ends_well(&server, &upload, Some(&job)).await;
+}
+
+/// Whether another process on the same data dies too, before a job is given up.
+async fn dies_again(server: &Server) -> bool {
+    let mut heir = server.beside(&["serve", "--listen", "127.0.0.1:0", "--workers", "2"]);
+    heir.stdout(Stdio::null()).stderr(Stdio::null());
+    let mut heir = heir.spawn().unwrap();
+    loop {
+        if let Some(died) = heir.try_wait().unwrap() {
+            assert!(died.signal().is_some(), "{died}");
+            return true;
+        }
+        if server
+            .count("SELECT COUNT(*) FROM job WHERE state = 'failed'")
+            .await
+            == 1
+        {
+            heir.kill().unwrap();
+            heir.wait().unwrap();
+            return false;
+        }
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
+}
+
+/// A job that ends each process that works on it: five, in the last three of which nothing runs beside it.
+/// Those that waited meanwhile are none the worse for it.
+#[tokio::test]
+async fn a_job_that_kills_its_process_each_time_is_found_out() {
+    let Some(mut server) = doomed(&["--workers", "2"], "in_diagnose") else {
+        return;
+    };
+    let mut others = Vec::new();
+    for seed in ["1", "2"] {
+        let upload = Upload::new(
+            seed,
+            &[("seed", seed), ("iterations", "300"), ("trials", "8")],
+        );
+        let expected = upload.undisturbed().await;
+        let job = upload.send(&server).await.unwrap();
+        others.push((upload, job, expected));
+    }
+    let poison = Upload::new("poison", &[("diagnosis", "true")]);
+    let job = poison.send(&server).await.unwrap();
+    server.dies().await;
+    let mut deaths = 1;
+    while dies_again(&server).await {
+        deaths += 1;
+    }
+    assert_eq!(deaths, 5);
+    server.restart_with_env(&[]);
+    let view = server.finished(&job).await;
+    assert_eq!(view["state"], "failed");
+    assert_eq!(view["failure"]["kind"], "crash");
+    for (upload, job, expected) in &others {
+        upload.succeeded_once(&server, job, expected).await;
+    }
+    nothing_ran_twice(&server).await;
 }

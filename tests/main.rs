@@ -31,5 +31,6 @@ mod said;
 mod scale;
 mod simulate;
 mod skips;
+mod strangers;
 mod takeover;
 mod upload;

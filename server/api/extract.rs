@@ -19,14 +19,16 @@ pub struct Query<T>(pub T);
 impl<T: DeserializeOwned, S: Sync> FromRequestParts<S> for Query<T> {
     type Rejection = Problem;
 
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Problem> {
+        Self::read(parts.uri.query().unwrap_or_default())
+    }
+}
+
+impl<T: DeserializeOwned> Query<T> {
     /// A NUL becomes the replacement character: no text in the database holds either, and PostgreSQL
     /// takes no NUL in a parameter.
-    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Problem> {
-        let query = parts
-            .uri
-            .query()
-            .unwrap_or_default()
-            .replace("%00", "%EF%BF%BD");
+    pub fn read(query: &str) -> Result<Self, Problem> {
+        let query = query.replace("%00", "%EF%BF%BD");
         let uri = format!("/?{query}").parse().map_err(|_| bad_query())?;
         Ok(Self(axum::extract::Query::try_from_uri(&uri)?.0))
     }

@@ -7,6 +7,7 @@ pub mod extract;
 pub mod fleet;
 pub mod health;
 pub mod jobs;
+mod known;
 pub mod list;
 pub mod parameters;
 mod parquet;

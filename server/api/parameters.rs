@@ -11,10 +11,12 @@ use super::access::Caller;
 use super::extract::Query;
 use super::list::{Page, limit_to, next_link, without_cursor};
 use super::problem::{Kind, Problem};
+use super::time::Bound;
 use super::{App, Server, parquet, time};
 use crate::store::parameter::{self, Filter, Key, ParameterRow};
 
 #[derive(Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct Params {
     /// Only of this bike.
@@ -31,11 +33,11 @@ pub struct Params {
     pub verdict: Option<String>,
     /// Only of this job.
     pub job: Option<Uuid>,
-    /// Identified at this time or later (RFC 3339).
-    #[param(format = DateTime)]
+    /// Identified at this time or later (RFC 3339); a day, such as 2026-09-01, from its beginning (UTC).
+    #[param(schema_with = time::schema)]
     pub from: Option<String>,
-    /// Identified before this time (RFC 3339).
-    #[param(format = DateTime)]
+    /// Identified before this time (RFC 3339); a day, such as 2026-09-30, to its end (UTC).
+    #[param(schema_with = time::schema)]
     pub to: Option<String>,
     #[param(inline)]
     pub format: Option<Format>,
@@ -168,10 +170,9 @@ pub async fn rows(
     params: &Params,
     limit: i64,
 ) -> Result<Vec<ParameterRow>, Problem> {
-    let at = |name, text: &Option<String>| {
-        text.as_deref()
-            .map(|text| time::parse(name, text))
-            .transpose()
+    let at = |name, text: &Option<String>, bound| {
+        let text = text.as_deref();
+        text.map(|text| time::parse(name, text, bound)).transpose()
     };
     let after = params
         .cursor
@@ -187,8 +188,8 @@ pub async fn rows(
         effect: params.effect.as_deref(),
         verdict: params.verdict.as_deref(),
         job: params.job,
-        from_ms: at("from", &params.from)?,
-        to_ms: at("to", &params.to)?,
+        from_ms: at("from", &params.from, Bound::From)?,
+        to_ms: at("to", &params.to, Bound::To)?,
         after: after.as_ref(),
     };
     Ok(parameter::page(&server.db, &filter, limit + 1).await?)

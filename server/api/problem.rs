@@ -44,6 +44,8 @@ pub enum Kind {
     MethodNotAllowed,
     #[serde(rename = "urn:veloid:problem:too-large")]
     TooLarge,
+    #[serde(rename = "urn:veloid:problem:too-slow")]
+    TooSlow,
     #[serde(rename = "urn:veloid:problem:unreadable-ride")]
     UnreadableRide,
     #[serde(rename = "urn:veloid:problem:bad-bike")]
@@ -80,6 +82,7 @@ impl Kind {
                 "The address does not know this method",
             ),
             Kind::TooLarge => (StatusCode::PAYLOAD_TOO_LARGE, "The upload is too large"),
+            Kind::TooSlow => (StatusCode::REQUEST_TIMEOUT, "The request came too slowly"),
             Kind::UnreadableRide => (
                 StatusCode::UNPROCESSABLE_ENTITY,
                 "The ride file cannot be used",
@@ -261,12 +264,6 @@ impl From<ReadError> for Problem {
             header: column.map(|(_, header)| header.to_owned()),
         }));
         problem
-    }
-}
-
-impl From<multer::Error> for Problem {
-    fn from(error: multer::Error) -> Self {
-        Self::new(Kind::BadRequest, format!("form: {error}"))
     }
 }
 

@@ -16,7 +16,7 @@ use veloid_engine::diagnosis::{Excerpt, ResidualSpectrum, Surface};
 
 use super::problem::{Kind, Problem};
 use super::security::secured;
-use super::{Server, access, bikes, fleet, health, jobs, parameters, rides, telemetry};
+use super::{Server, access, bikes, fleet, health, jobs, known, parameters, rides, telemetry};
 use crate::pages;
 
 #[derive(OpenApi)]
@@ -75,6 +75,7 @@ pub fn document() -> Document {
 pub fn router(server: Arc<Server>) -> Router {
     let (router, mut document) = routes().split_for_parts();
     secured(&mut document);
+    let known = known::of(&document);
     // Shared: what a handler holds is cloned for every connection.
     let document = Arc::new(document);
     let openapi = move || {
@@ -83,6 +84,7 @@ pub fn router(server: Arc<Server>) -> Router {
     };
     let swagger = SwaggerUi::new("/docs").config(Config::from("/openapi.json"));
     router
+        .route_layer(from_fn_with_state(known, known::check))
         .merge(pages::routes())
         .route("/openapi.json", get(openapi))
         .with_state(Arc::clone(&server))

@@ -14,6 +14,7 @@ use super::storage::Storage;
 use super::worker::{WorkLimits, asked_to_stop, cores};
 use crate::api::access::{Access, Limits, Mode};
 use crate::api::{self, Server};
+use crate::http::{self, HttpLimits};
 use crate::jobs::{self, Hub, Queue, RideCache};
 use crate::lru::Lru;
 use crate::pages;
@@ -43,6 +44,8 @@ pub struct Serve {
     /// Largest upload (bytes).
     #[arg(long, env = "VELOID_MAX_UPLOAD", default_value_t = 256 << 20)]
     max_upload: u64,
+    #[command(flatten)]
+    http: HttpLimits,
     #[command(flatten)]
     entry: Entry,
     /// Upload an example ride through the API and print the address of its result.
@@ -128,16 +131,20 @@ impl Serve {
         let listener = TcpListener::bind(self.listen).await?;
         let address = listener.local_addr()?;
         println!("veloid listens on http://{address}");
-        let served = axum::serve(listener, api::router(server))
-            .with_graceful_shutdown(stop.clone().cancelled_owned());
-        let mut http = tokio::spawn(served.into_future());
+        let served = http::serve(
+            listener,
+            api::router(server),
+            self.http.granted(),
+            stop.clone(),
+        );
+        let mut served = tokio::spawn(served);
         if self.demo {
             tokio::spawn(demo::run(format!("http://{address}")));
         }
 
         tokio::select! {
             asked = asked_to_stop() => asked?,
-            ended = &mut http => return ended.map_err(std::io::Error::other)?.map_err(CliError::from),
+            ended = &mut served => return Ok(ended.map_err(std::io::Error::other)?),
         }
         eprintln!("veloid stops");
         stop.cancel();
@@ -145,7 +152,7 @@ impl Serve {
             running.stop().await?;
         }
         // Whoever still downloads after that is cut off.
-        let _ = tokio::time::timeout(DRAIN, http).await;
+        let _ = tokio::time::timeout(DRAIN, served).await;
         drop(lock);
         Ok(())
     }

@@ -9,12 +9,14 @@ use clap::Args;
 use metrics_exporter_prometheus::PrometheusHandle;
 use tokio::net::TcpListener;
 use tokio::signal::unix::{SignalKind, signal};
+use tokio_util::sync::CancellationToken;
 
 use super::CliError;
 use super::metrics;
 use super::storage::Storage;
 use crate::files::Files;
-use crate::jobs::{self, Compute, Hub, RideCache, Work};
+use crate::http::{self, HttpLimits};
+use crate::jobs::{self, Compute, Gate, Hub, RideCache, Work};
 use crate::lru::Lru;
 use crate::store::Db;
 
@@ -34,6 +36,8 @@ pub struct Worker {
     /// Address on which to answer /healthz, /readyz and /metrics; by default none.
     #[arg(long, env = "VELOID_LISTEN")]
     listen: Option<SocketAddr>,
+    #[command(flatten)]
+    http: HttpLimits,
 }
 
 #[derive(Args, Clone, Copy)]
@@ -57,6 +61,7 @@ impl WorkLimits {
             rides: rides.clone(),
             swarms: Lru::new(SWARMS),
             compute: Compute::new(threads)?,
+            gate: Gate::default(),
             hub: hub.clone(),
             limit: Duration::from_secs(self.stage_timeout),
         }))
@@ -75,8 +80,9 @@ impl Worker {
         let running = jobs::start(work).await?;
         if let Some(address) = self.listen {
             let listener = TcpListener::bind(address).await?;
-            let signs = axum::serve(listener, signs(db, metrics));
-            tokio::spawn(signs.into_future());
+            let never = CancellationToken::new();
+            let limits = self.http.granted();
+            tokio::spawn(http::serve(listener, signs(db, metrics), limits, never));
         }
         eprintln!("veloid works with {threads} threads");
         asked_to_stop().await?;

@@ -30,8 +30,8 @@ impl Worker<Conclude> for Stages {
         job: Job<Conclude>,
     ) -> Result<WorkOutcome, BoxError> {
         let id = job.args.job;
-        let outcome = self.conclude(&context, id).await;
-        self.0.settle(&context, &job.row, id, outcome).await
+        let stage = self.conclude(&context, id);
+        self.0.attempt(&context, &job.row, id, stage).await
     }
 }
 

@@ -7,6 +7,7 @@ use super::finish::finish;
 use super::queue::Diagnose;
 use super::run::Stages;
 use super::stage::{Fault, backoff, complete};
+use crate::crash;
 use crate::store::result;
 
 /// Last stage: what physics the model leaves out. Ends the job.
@@ -28,8 +29,8 @@ impl Worker<Diagnose> for Stages {
         job: Job<Diagnose>,
     ) -> Result<WorkOutcome, BoxError> {
         let id = job.args.job;
-        let outcome = self.diagnose(&context, id).await;
-        self.0.settle(&context, &job.row, id, outcome).await
+        let stage = self.diagnose(&context, id);
+        self.0.attempt(&context, &job.row, id, stage).await
     }
 }
 
@@ -39,6 +40,7 @@ impl Stages {
         let Some(job) = work.active(id).await? else {
             return Ok(());
         };
+        crash::point("in_diagnose");
         let ride = work.ride(&job).await?;
         let observed: Observed = result::get(&work.db, id, result::OBSERVED).await?;
         let conclusion: Conclusion = result::get(&work.db, id, result::CONCLUSION).await?;

@@ -7,6 +7,7 @@ mod compute;
 mod conclude;
 mod diagnose;
 mod finish;
+mod gate;
 mod hub;
 mod observe;
 mod queue;
@@ -19,6 +20,7 @@ mod trial;
 pub use anew::begin_anew;
 pub use cache::{RideCache, read};
 pub use compute::Compute;
+pub use gate::Gate;
 pub use hub::{Hub, HubEvent};
 pub use queue::{QUICK, Queue};
 #[cfg(test)]

@@ -36,8 +36,8 @@ impl Worker<Observe> for Stages {
 
     async fn work(&self, context: WorkContext, job: Job<Observe>) -> Result<WorkOutcome, BoxError> {
         let id = job.args.job;
-        let outcome = self.observe(&context, id).await;
-        self.0.settle(&context, &job.row, id, outcome).await
+        let stage = self.observe(&context, id);
+        self.0.attempt(&context, &job.row, id, stage).await
     }
 }
 

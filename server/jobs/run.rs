@@ -11,6 +11,7 @@ use veloid_engine::swarm::Swarm;
 
 use super::cache::RideCache;
 use super::compute::{Compute, QUICK_THREADS};
+use super::gate::Gate;
 use super::hub::Hub;
 use super::queue::{
     Conclude, DIAGNOSIS, Diagnose, Observe, POLL, QUICK, Queue, SINGLE, SWARM, Trial,
@@ -46,6 +47,7 @@ pub struct Work {
     /// What the trials of a job share.
     pub swarms: Lru<Swarm>,
     pub compute: Compute,
+    pub gate: Gate,
     pub hub: Hub,
     /// Time that one stage may take.
     pub limit: Duration,

@@ -35,6 +35,9 @@ pub enum Fault {
     /// Asked to stop: the job was cancelled, or this process shuts down.
     #[error("stopped")]
     Stopped,
+    /// Another job has to go first.
+    #[error("another job goes first")]
+    GivesWay,
     #[error("the queue's row has no client")]
     NoClient,
     #[error("file store: {0}")]
@@ -136,6 +139,7 @@ impl Work {
         let fault = match outcome {
             Ok(()) => return Ok(WorkOutcome::Complete),
             Err(Fault::Stopped) => return Err(WorkCancelled.into()),
+            Err(Fault::GivesWay) => return Ok(WorkOutcome::Snooze(PAUSE)),
             // The attempt is not to blame.
             Err(fault) if fault.is_outage() => return Ok(WorkOutcome::Snooze(PAUSE)),
             Err(Fault::Queue(riverqueue::Error::JobNotRunning { state })) => {

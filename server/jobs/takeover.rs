@@ -11,12 +11,10 @@ use super::hub::Hub;
 use super::queue::{DIAGNOSIS, QUICK, Queue, SWARM, Trial};
 use super::stage::{Fault, give_up};
 use crate::crash;
-use crate::store::job::{self, Failure, Stage};
+use crate::store::job::{self, Failure};
+use crate::store::loss::{self, Verdict};
 use crate::store::river::{self, Orphan};
 use crate::store::{Db, Tx, trial};
-
-/// Times that a process may go while it works on a job before the job is held to be the cause.
-const MOST: i64 = 3;
 
 /// What all kinds of work have in their arguments.
 #[derive(Deserialize)]
@@ -77,16 +75,21 @@ async fn take_over(
         return Ok(0);
     }
     crash::point("in_takeover");
-    let Some(takeovers) = job::count_takeover(tx, id).await? else {
-        return Ok(orphaned.len());
-    };
-    if takeovers > MOST {
-        let detail = format!("{takeovers} times the process that worked on it was gone");
-        give_up(queue, tx, id, Some(&Failure::new("crash", detail))).await?;
-        return Ok(orphaned.len());
+    let rows: Vec<i64> = orphaned.iter().map(|orphan| orphan.id).collect();
+    match loss::count(tx, id, &rows).await? {
+        Verdict::Goes => {}
+        Verdict::Ended => return Ok(orphaned.len()),
+        Verdict::Guilty(deaths) => {
+            let detail = format!(
+                "{deaths} processes that worked on it died, the last of them with nothing beside it"
+            );
+            tracing::error!(job = %id, deaths, "job ends the processes that work on it; it fails");
+            give_up(queue, tx, id, Some(&Failure::new("crash", detail))).await?;
+            return Ok(orphaned.len());
+        }
     }
     for orphan in &orphaned {
-        let (stage, row) = match orphan.kind.as_str() {
+        let row = match orphan.kind.as_str() {
             "trial" => {
                 let trials: Trial =
                     serde_json::from_str(&orphan.args).map_err(riverqueue::Error::from)?;
@@ -94,12 +97,12 @@ async fn take_over(
                 trial::hand_over(tx, id, orphan.id, row).await?;
                 continue;
             }
-            "observe" => (Stage::Observe, queue.observe(tx, id).await?),
-            "conclude" => (Stage::Conclude, queue.conclude(tx, id).await?),
-            "diagnose" => (Stage::Diagnose, queue.diagnose(tx, id).await?),
+            "observe" => queue.observe(tx, id).await?,
+            "conclude" => queue.conclude(tx, id).await?,
+            "diagnose" => queue.diagnose(tx, id).await?,
             _ => continue,
         };
-        job::enter(tx, id, stage, row).await?;
+        job::hand_over(tx, id, row).await?;
     }
     river::line_up(tx, id).await?;
     Ok(orphaned.len())

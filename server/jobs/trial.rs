@@ -29,8 +29,8 @@ impl Worker<Trial> for Stages {
 
     async fn work(&self, context: WorkContext, job: Job<Trial>) -> Result<WorkOutcome, BoxError> {
         let id = job.args.job;
-        let outcome = self.trials(&context, id, job.args.indices()).await;
-        self.0.settle(&context, &job.row, id, outcome).await
+        let stage = self.trials(&context, id, job.args.indices());
+        self.0.attempt(&context, &job.row, id, stage).await
     }
 }
 

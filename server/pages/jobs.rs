@@ -26,6 +26,7 @@ pub const VERDICTS: [&str; 4] = ["nothing_missing", "named", "ambiguous", "unnam
 
 /// The filter, blank where the form's field was.
 #[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Params {
     state: Option<String>,
     bike: Option<String>,

@@ -3,7 +3,10 @@
 use askama::Template;
 use axum::extract::FromRequestParts;
 use axum::http::StatusCode;
+use axum::http::request::Parts;
 use axum::response::{Html, IntoResponse, Response};
+
+use serde::de::DeserializeOwned;
 
 use crate::api::extract;
 use crate::api::problem::Problem;
@@ -42,9 +45,19 @@ impl<E: Into<Problem>> From<E> for Fault {
 pub struct Path<T>(pub T);
 
 /// Query parameters of a page.
-#[derive(FromRequestParts)]
-#[from_request(via(extract::Query), rejection(Fault))]
 pub struct Query<T>(pub T);
+
+impl<T: DeserializeOwned, S: Sync> FromRequestParts<S> for Query<T> {
+    type Rejection = Fault;
+
+    /// The theme may be asked for on every page (`web/theme.js`).
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Fault> {
+        let query = parts.uri.query().unwrap_or_default();
+        let own = query.split('&').filter(|pair| !pair.starts_with("theme="));
+        let own = own.collect::<Vec<_>>().join("&");
+        Ok(Self(extract::Query::read(&own)?.0))
+    }
+}
 
 #[derive(Template)]
 #[template(path = "problem.html")]

@@ -59,7 +59,7 @@ impl From<ParameterRow> for Row {
     }
 }
 
-/// A blank field asks for nothing; a day is meant from its beginning.
+/// A blank field asks for nothing.
 fn tidied(mut params: Params) -> Params {
     for field in [
         &mut params.bike,
@@ -76,15 +76,10 @@ fn tidied(mut params: Params) -> Params {
             .map(|text| text.trim().to_owned())
             .filter(|text| !text.is_empty());
     }
-    for day in [&mut params.from, &mut params.to] {
-        if let Some(text) = day.as_mut().filter(|text| text.len() == 10) {
-            text.push_str("T00:00:00Z");
-        }
-    }
     params
 }
 
-/// The query without what is blank, days as times, and without the cursor.
+/// The query without what is blank and without the cursor.
 fn query(params: &Params) -> String {
     let mut query = form_urlencoded::Serializer::new(String::new());
     for (name, value) in [
@@ -132,7 +127,7 @@ pub async fn list(
         ],
         dates: vec![
             ("from", "From", day(&params.from)),
-            ("to", "Before", day(&params.to)),
+            ("to", "To", day(&params.to)),
         ],
         next: page.next.map(|next| {
             let next: String = form_urlencoded::byte_serialize(next.as_bytes()).collect();

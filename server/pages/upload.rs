@@ -43,6 +43,7 @@ struct Number {
 }
 
 #[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Params {
     /// Bike to choose beforehand.
     bike: Option<String>,

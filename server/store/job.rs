@@ -266,7 +266,7 @@ pub async fn observed(
 ) -> sqlx::Result<bool> {
     const SQL: &str = "\
         UPDATE job SET stage = 'trial', river_id = NULL, least_squares = $2, observed_at = $3, \
-                       revision = revision + 1 \
+                       lost = 0, revision = revision + 1 \
         WHERE id = $1 AND state = 'running' AND stage = 'observe'";
     let changed = on!(tx, t => sqlx::query(SQL)
         .bind(id)
@@ -281,7 +281,7 @@ pub async fn observed(
 /// Counts more finished trials; true for the one who finds the last of a running job among them.
 pub async fn count_trials(tx: &mut Tx, id: Uuid, more: i64) -> sqlx::Result<bool> {
     const SQL: &str = "\
-        UPDATE job SET trials_done = trials_done + $2, revision = revision + 1 \
+        UPDATE job SET trials_done = trials_done + $2, lost = 0, revision = revision + 1 \
         WHERE id = $1 AND state = 'running' RETURNING trials_done, trials_total";
     let counts: Option<(i64, i64)> =
         on!(tx, t => sqlx::query_as(SQL).bind(id).bind(more).fetch_optional(&mut **t).await)?;
@@ -291,7 +291,7 @@ pub async fn count_trials(tx: &mut Tx, id: Uuid, more: i64) -> sqlx::Result<bool
 /// Turns a job that is not at its end to a stage that the River row `river_id` works on.
 pub async fn enter(tx: &mut Tx, id: Uuid, stage: Stage, river_id: i64) -> sqlx::Result<()> {
     const SQL: &str = "\
-        UPDATE job SET stage = $2, river_id = $3, revision = revision + 1 \
+        UPDATE job SET stage = $2, river_id = $3, lost = 0, revision = revision + 1 \
         WHERE id = $1 AND state IN ('queued', 'running')";
     on!(tx, t => sqlx::query(SQL)
         .bind(id)
@@ -300,6 +300,14 @@ pub async fn enter(tx: &mut Tx, id: Uuid, stage: Stage, river_id: i64) -> sqlx::
         .execute(&mut **t)
         .await
         .map(drop))
+}
+
+/// Gives the stage of a job that is not at its end to another River row.
+pub async fn hand_over(tx: &mut Tx, id: Uuid, river_id: i64) -> sqlx::Result<()> {
+    const SQL: &str = "\
+        UPDATE job SET river_id = $2, revision = revision + 1 \
+        WHERE id = $1 AND state IN ('queued', 'running')";
+    on!(tx, t => sqlx::query(SQL).bind(id).bind(river_id).execute(&mut **t).await.map(drop))
 }
 
 /// Ends a running job well; false when it is not running.
@@ -342,7 +350,7 @@ pub async fn end(tx: &mut Tx, id: Uuid, failure: Option<&Failure>) -> sqlx::Resu
 /// Puts a job that ended in one of these states back to its beginning; false when it is in another.
 pub async fn reset(tx: &mut Tx, id: Uuid, from: [State; 2]) -> sqlx::Result<bool> {
     const SQL: &str = "\
-        UPDATE job SET state = 'queued', stage = 'observe', trials_done = 0, takeovers = 0, \
+        UPDATE job SET state = 'queued', stage = 'observe', trials_done = 0, takeovers = 0, lost = 0, \
                        least_squares = NULL, verdict = NULL, failure = NULL, started_at = NULL, \
                        observed_at = NULL, finished_at = NULL, revision = revision + 1 \
         WHERE id = $1 AND state IN ($2, $3)";
@@ -355,14 +363,6 @@ pub async fn reset(tx: &mut Tx, id: Uuid, from: [State; 2]) -> sqlx::Result<bool
         .await?
         .rows_affected());
     Ok(changed == 1)
-}
-
-/// Counts a takeover of work from a process that is gone; the count so far.
-pub async fn count_takeover(tx: &mut Tx, id: Uuid) -> sqlx::Result<Option<i64>> {
-    const SQL: &str = "\
-        UPDATE job SET takeovers = takeovers + 1 \
-        WHERE id = $1 AND state IN ('queued', 'running') RETURNING takeovers";
-    on!(tx, t => sqlx::query_scalar(SQL).bind(id).fetch_optional(&mut **t).await)
 }
 
 /// Number of jobs that are not at their end.

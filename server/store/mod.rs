@@ -25,6 +25,7 @@ mod connect;
 pub mod idempotency_key;
 pub mod job;
 pub mod key;
+pub mod loss;
 mod migrate;
 #[cfg(target_os = "linux")]
 mod nodelay;

@@ -1,3 +1,4 @@
+mod body;
 pub mod file;
 pub mod get;
 pub mod preview;

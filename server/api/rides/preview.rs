@@ -12,10 +12,16 @@ use crate::options::Options;
 ///
 /// Takes what `POST /v1/rides` takes; the bike may be left out.
 #[utoipa::path(post, path = "/v1/rides/preview", operation_id = "preview_ride", tag = "rides",
+    params(
+        ("bike" = Option<String>, Query, description = "Not looked at"),
+        ("name" = Option<String>, Query, description = "File name, with a raw body"),
+        ("options" = Option<String>, Query, description = "Options (JSON), with a raw body; each may be a parameter of its own"),
+        ("again" = Option<bool>, Query, description = "Not looked at")),
     request_body(content((super::upload::Upload = "multipart/form-data"), (String = "text/csv"), (Vec<u8> = "application/octet-stream"))),
     responses(
         (status = 200, description = "What was understood", body = Preview),
         (status = 400, description = "Malformed request", body = Problem, content_type = "application/problem+json"),
+        (status = 408, description = "The body came too slowly", body = Problem, content_type = "application/problem+json"),
         (status = 413, description = "Too large", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "The file is no table, or an option is not allowed", body = Problem, content_type = "application/problem+json")))]
 pub async fn preview(

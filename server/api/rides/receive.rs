@@ -5,10 +5,11 @@ use std::time::Duration;
 use axum::body::{BodyDataStream, Bytes};
 use axum::extract::Request;
 use axum::http::{HeaderMap, header};
-use futures_util::{Stream, StreamExt};
-use multer::{Field, Multipart};
+use futures_util::{Stream, StreamExt, TryStreamExt};
+use multer::Multipart;
 use serde_json::{Map, Value};
 
+use super::body::{ALLOWANCE, BodyError, Pieces, Unparsed};
 use crate::api::Server;
 use crate::api::access::Caller;
 use crate::api::problem::{Kind, Problem};
@@ -17,8 +18,11 @@ use crate::options::Options;
 
 /// Most that a part other than the file may hold (bytes).
 const SMALL: usize = 64 << 10;
-/// What is still read, and for how long, of a body that is refused (bytes).
-const DRAIN: usize = 1 << 30;
+/// Most parts of a form.
+const PARTS: usize = 64;
+/// Most of a part's name that a problem repeats (characters).
+const SHOWN: usize = 80;
+/// For how long a body that is refused is still read.
 const DRAIN_TIME: Duration = Duration::from_secs(20);
 
 /// An upload that has arrived but is not kept yet.
@@ -45,17 +49,18 @@ pub async fn receive(
     let (headers, query) = (&head.headers, head.uri.query());
     let outcome = parts(&server.files, limit, headers, query, &mut body).await;
     if outcome.is_err() {
-        // The client may still be sending; closing on it now could cost it the answer.
-        tokio::spawn(tokio::time::timeout(DRAIN_TIME, drain(body)));
+        // The client may still be sending; closing on it now could cost it the answer. A refused body
+        // costs no more than one that is taken.
+        tokio::spawn(tokio::time::timeout(DRAIN_TIME, drain(body, limit)));
     }
     outcome?.done()
 }
 
-async fn drain(mut body: BodyDataStream) {
+async fn drain(mut body: BodyDataStream, limit: u64) {
     let mut read = 0;
     while let Some(Ok(chunk)) = body.next().await {
-        read += chunk.len();
-        if read > DRAIN {
+        read += chunk.len() as u64;
+        if read > limit {
             return;
         }
     }
@@ -70,7 +75,7 @@ async fn parts(
 ) -> Result<Parts, Problem> {
     let text = |name| headers.get(name).and_then(|value| value.to_str().ok());
     let length: Option<u64> = text(header::CONTENT_LENGTH).and_then(|text| text.parse().ok());
-    if length.is_some_and(|length| length > limit + SMALL as u64 * 4) {
+    if length.is_some_and(|length| length > limit.saturating_add(ALLOWANCE)) {
         return Err(too_large(limit));
     }
     let mut parts = Parts::default();
@@ -81,8 +86,9 @@ async fn parts(
     let kind = text(header::CONTENT_TYPE).unwrap_or_default();
     if kind.starts_with("multipart/form-data") {
         let boundary = multer::parse_boundary(kind)?;
-        from_form(files, limit, Multipart::new(body, boundary), &mut parts).await?;
+        from_form(files, limit, body, boundary, &mut parts).await?;
     } else {
+        let body = body.map_err(BodyError::from);
         parts.incoming = Some(store(files, limit, body).await?);
     }
     Ok(parts)
@@ -91,13 +97,29 @@ async fn parts(
 async fn from_form(
     files: &Files,
     limit: u64,
-    mut form: Multipart<'_>,
+    body: &mut BodyDataStream,
+    boundary: String,
     parts: &mut Parts,
 ) -> Result<(), Problem> {
+    let unparsed = Unparsed::default();
+    let mut form = Multipart::new(Pieces::new(body, limit, unparsed.clone()), boundary);
+    let mut count = 0;
     while let Some(field) = form.next_field().await? {
+        unparsed.clear();
+        count += 1;
+        if count > PARTS {
+            let detail = format!("the form has more than {PARTS} parts");
+            return Err(Problem::new(Kind::TooLarge, detail));
+        }
         let key = field.name().unwrap_or_default().to_owned();
+        let file_name = field.file_name().map(str::to_owned);
+        let chunks = field.inspect(|_| unparsed.clear());
         if key != "file" {
-            let value = small(&key, field).await?;
+            // Before it is read: nobody could use it.
+            if !is_known(&key) {
+                return Err(unknown(&key));
+            }
+            let value = small(&key, chunks).await?;
             parts.add(&key, &value)?;
             continue;
         }
@@ -107,10 +129,8 @@ async fn from_form(
                 "two parts named `file`, expected one; send one request per ride",
             ));
         }
-        if let Some(name) = field.file_name() {
-            parts.name = Some(name.to_owned());
-        }
-        parts.incoming = Some(store(files, limit, field).await?);
+        parts.name = file_name.or(parts.name.take());
+        parts.incoming = Some(store(files, limit, chunks).await?);
     }
     Ok(())
 }
@@ -119,14 +139,12 @@ async fn from_form(
 async fn store<S, E>(files: &Files, limit: u64, stream: S) -> Result<Incoming, Problem>
 where
     S: Stream<Item = Result<Bytes, E>>,
-    E: std::fmt::Display,
+    Problem: From<E>,
 {
     let mut incoming = files.begin().await?;
     let mut stream = std::pin::pin!(stream);
     while let Some(chunk) = stream.next().await {
-        let chunk = chunk.map_err(|error| {
-            Problem::new(Kind::BadRequest, format!("the upload broke off: {error}"))
-        })?;
+        let chunk = chunk?;
         if incoming.bytes() + chunk.len() as u64 > limit {
             return Err(too_large(limit));
         }
@@ -135,9 +153,13 @@ where
     Ok(incoming)
 }
 
-async fn small(key: &str, mut field: Field<'_>) -> Result<String, Problem> {
-    let mut bytes = Vec::new();
-    while let Some(chunk) = field.chunk().await? {
+async fn small<S>(key: &str, stream: S) -> Result<String, Problem>
+where
+    S: Stream<Item = multer::Result<Bytes>>,
+{
+    let (mut bytes, mut stream) = (Vec::new(), std::pin::pin!(stream));
+    while let Some(chunk) = stream.next().await {
+        let chunk = chunk?;
         if bytes.len() + chunk.len() > SMALL {
             return Err(Problem::new(
                 Kind::TooLarge,
@@ -148,6 +170,26 @@ async fn small(key: &str, mut field: Field<'_>) -> Result<String, Problem> {
     }
     String::from_utf8(bytes)
         .map_err(|_| Problem::new(Kind::BadRequest, format!("part `{key}` is not UTF-8 text")))
+}
+
+/// What an upload may hold besides the file and the options.
+const OWN: [&str; 4] = ["bike", "name", "again", "options"];
+
+fn is_known(key: &str) -> bool {
+    OWN.contains(&key) || Options::is_known(key)
+}
+
+fn unknown(key: &str) -> Problem {
+    let mut shown: String = key.chars().take(SHOWN).collect();
+    if shown.len() < key.len() {
+        shown.push_str("...");
+    }
+    let known: Vec<&str> = OWN.into_iter().chain(Options::names()).collect();
+    let known = known.join("`, `");
+    Problem::new(
+        Kind::BadOption,
+        format!("unknown part `{shown}`, expected `file`, `{known}`"),
+    )
 }
 
 fn too_large(limit: u64) -> Problem {

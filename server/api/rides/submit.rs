@@ -15,7 +15,7 @@ use crate::files::hex;
 use crate::jobs;
 use crate::options::Options;
 use crate::store::job::{self, NewJob, Request};
-use crate::store::{bike, idempotency_key, ride, turn};
+use crate::store::{Tx, bike, idempotency_key, ride, turn};
 
 /// Name in the fleet of bikes whose file does not name them.
 const UNNAMED: &str = "unnamed";
@@ -39,27 +39,30 @@ pub async fn submit(
     let parsed = jobs::read(bytes, received.name.clone(), request.clone()).await??;
     drop(permit);
 
+    let fingerprint = fingerprint(&received.incoming.sha256(), &request);
+    let again = received.again;
+    let of_key = async |tx: &mut Tx| job_of_key(tx, caller, key, &fingerprint).await;
+    let equal = async |tx: &mut Tx| match again {
+        true => Ok(None),
+        false => job::find_equal(tx, &caller.group, &fingerprint).await,
+    };
+
+    // Before it is kept: what is refused must not stay on disk.
+    let mut tx = server.db.begin_lax().await?;
+    if of_key(&mut tx).await?.is_none() && equal(&mut tx).await?.is_none() {
+        caller.may_queue(&mut tx).await?;
+    }
+    drop(tx);
+
     let kept = server.files.keep(received.incoming).await?;
     crash::point("after_file");
-    let fingerprint = fingerprint(&kept.sha256, &request);
 
+    // Others may have sent something meanwhile.
     let mut tx = server.db.begin().await?;
-    if let Some(key) = key
-        && let Some((used_for, id)) = idempotency_key::find(&mut tx, &caller.group, key).await?
-    {
-        if used_for == fingerprint {
-            return Ok(id);
-        }
-        return Err(Problem::new(
-            Kind::IdempotencyKeyReused,
-            format!("the key was used for job {id} with another file, bike or options"),
-        ));
+    if let Some(id) = of_key(&mut tx).await? {
+        return Ok(id);
     }
-    let equal = match received.again {
-        true => None,
-        false => job::find_equal(&mut tx, &caller.group, &fingerprint).await?,
-    };
-    let id = match equal {
+    let id = match equal(&mut tx).await? {
         Some(id) => id,
         None => {
             caller.may_queue(&mut tx).await?;
@@ -93,6 +96,23 @@ pub async fn submit(
     server.rides.put(&kept.sha256, &request, Arc::new(parsed));
     server.queue.wake(jobs::QUICK);
     Ok(id)
+}
+
+/// The job that the idempotency key was used for.
+async fn job_of_key(
+    tx: &mut Tx,
+    caller: &Caller,
+    key: Option<&str>,
+    fingerprint: &str,
+) -> Result<Option<Uuid>, Problem> {
+    let Some(key) = key else { return Ok(None) };
+    match idempotency_key::find(tx, &caller.group, key).await? {
+        Some((used_for, id)) if used_for != fingerprint => Err(Problem::new(
+            Kind::IdempotencyKeyReused,
+            format!("the key was used for job {id} with another file, bike or options"),
+        )),
+        used => Ok(used.map(|(_, id)| id)),
+    }
 }
 
 /// The bike's name in the fleet.

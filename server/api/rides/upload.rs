@@ -44,6 +44,7 @@ pub struct Upload {
             description = "The same key with the same content gives the same job"),
         ("bike" = Option<String>, Query, description = "Bike file (JSON) or name, with a raw body"),
         ("name" = Option<String>, Query, description = "File name, with a raw body"),
+        ("options" = Option<String>, Query, description = "Options (JSON), with a raw body; each may be a parameter of its own"),
         ("again" = Option<bool>, Query, description = "Identify again")),
     request_body(content((Upload = "multipart/form-data"), (String = "text/csv"), (Vec<u8> = "application/octet-stream"))),
     responses(
@@ -51,6 +52,7 @@ pub struct Upload {
             ("Location" = String, description = "Address of the job"),
             ("Retry-After" = u32, description = "Seconds to wait before asking again"))),
         (status = 400, description = "Malformed request", body = Problem, content_type = "application/problem+json"),
+        (status = 408, description = "The body came too slowly", body = Problem, content_type = "application/problem+json"),
         (status = 413, description = "Too large", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "Ride, bike or options cannot be used", body = Problem, content_type = "application/problem+json"),
         (status = 503, description = "The queue is full", body = Problem, content_type = "application/problem+json", headers(("Retry-After" = u32)))))]

@@ -1,0 +1,100 @@
+use std::time::Duration;
+
+use clap::Args;
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+
+/// Descriptors of this process besides connections: files, database, listener.
+const OTHERS: u64 = 256;
+
+/// What strangers may hold open, and for how long.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct HttpLimits {
+    /// Connections at a time. Beyond it, those make room that ask for nothing.
+    #[arg(long, env = "VELOID_CONNECTIONS", default_value_t = 2048, value_parser = count)]
+    pub connections: usize,
+    /// Connections of one address at a time; half of all unless given. Behind a proxy, where all have its
+    /// address: as many as of all.
+    #[arg(long, env = "VELOID_CONNECTIONS_PER_ADDRESS", value_parser = count)]
+    pub connections_per_address: Option<usize>,
+    /// Time that the head of a request may take to come, and that a connection may wait for one (s).
+    #[arg(long, env = "VELOID_HEADER_TIMEOUT", default_value_t = 15, value_parser = seconds)]
+    header_timeout: u64,
+    /// Time within which something more of a request's body has to come (s).
+    #[arg(long, env = "VELOID_BODY_TIMEOUT", default_value_t = 30, value_parser = seconds)]
+    body_timeout: u64,
+    /// Rate at which a request's body has to come at least, once it was waited for as long as
+    /// `--body-timeout` says (bytes/s); 0 lets any rate pass.
+    #[arg(long, env = "VELOID_BODY_RATE", default_value_t = 1000)]
+    pub body_rate: u64,
+}
+
+fn count(text: &str) -> Result<usize, String> {
+    ranged(text, 1..=1_000_000).map(|count| count as usize)
+}
+
+fn seconds(text: &str) -> Result<u64, String> {
+    ranged(text, 1..=86_400)
+}
+
+fn ranged(text: &str, range: std::ops::RangeInclusive<u64>) -> Result<u64, String> {
+    let number = text.parse().ok().filter(|number| range.contains(number));
+    number.ok_or_else(|| format!("expected {} to {}", range.start(), range.end()))
+}
+
+#[cfg(test)]
+impl Default for HttpLimits {
+    fn default() -> Self {
+        Self {
+            connections: 2048,
+            connections_per_address: None,
+            header_timeout: 15,
+            body_timeout: 30,
+            body_rate: 1000,
+        }
+    }
+}
+
+impl HttpLimits {
+    pub fn per_address(&self) -> usize {
+        let half = (self.connections / 2).max(1);
+        self.connections_per_address.unwrap_or(half)
+    }
+
+    pub fn header_timeout(&self) -> Duration {
+        Duration::from_secs(self.header_timeout)
+    }
+
+    pub fn body_timeout(&self) -> Duration {
+        Duration::from_secs(self.body_timeout)
+    }
+
+    /// The limits that this process can keep: asks the system for as many descriptors as they need, and
+    /// keeps to what it grants.
+    pub fn granted(mut self) -> Self {
+        let needed = self.connections as u64 + OTHERS;
+        let limit = getrlimit(Resource::Nofile);
+        if limit.current.is_none_or(|current| current >= needed) {
+            return self;
+        }
+        let wanted = limit.maximum.map_or(needed, |most| most.min(needed));
+        let raised = Rlimit {
+            current: Some(wanted),
+            maximum: limit.maximum,
+        };
+        let granted = match setrlimit(Resource::Nofile, raised) {
+            Ok(()) => wanted,
+            Err(_) => limit.current.unwrap_or(wanted),
+        };
+        if granted < needed {
+            let connections = granted.saturating_sub(OTHERS).max(1) as usize;
+            tracing::warn!(
+                asked = self.connections,
+                connections,
+                descriptors = granted,
+                "the system grants too few descriptors for so many connections"
+            );
+            self.connections = connections;
+        }
+        self
+    }
+}

@@ -1,0 +1,104 @@
+//! HTTP on a socket: `axum::serve` with bounds on what strangers may hold open. See docs/security.md.
+
+mod connections;
+mod limits;
+mod pace;
+
+use std::convert::Infallible;
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::Router;
+use axum::body::Body;
+use hyper::Request;
+use hyper::body::Incoming;
+use hyper::server::conn::http1;
+use hyper::service::{Service, service_fn};
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
+use tokio::net::{TcpListener, TcpStream};
+use tokio_util::sync::CancellationToken;
+use tokio_util::task::TaskTracker;
+
+pub use self::limits::HttpLimits;
+pub use self::pace::Slow;
+
+use self::connections::{Connections, Held, Seat};
+use self::pace::{Pace, Paced};
+
+/// What is read of a request before it is understood (bytes): a line of 64 KiB, which is the longest that
+/// hyper takes, and as much of headers.
+const HEAD: usize = 128 << 10;
+/// Wait before another connection is taken after one could not be, most likely for want of a descriptor.
+const PAUSE: Duration = Duration::from_millis(100);
+
+/// Serves until it is told to stop, and then until the answers in progress are sent.
+pub async fn serve(
+    listener: TcpListener,
+    router: Router,
+    limits: HttpLimits,
+    stop: CancellationToken,
+) {
+    let connections = Arc::new(Connections::new(&limits));
+    let answers = TaskTracker::new();
+    while let Some(accepted) = stop.run_until_cancelled(listener.accept()).await {
+        let (stream, peer) = match accepted {
+            Ok(accepted) => accepted,
+            Err(error) => {
+                tracing::warn!(%error, "a connection was not taken");
+                tokio::time::sleep(PAUSE).await;
+                continue;
+            }
+        };
+        match Connections::admit(&connections, peer.ip()) {
+            Some(seat) => {
+                answers.spawn(answer(stream, seat, router.clone(), limits, stop.clone()));
+            }
+            None => {
+                metrics::counter!("veloid_connections_refused_total").increment(1);
+            }
+        }
+    }
+    drop(listener);
+    answers.close();
+    answers.wait().await;
+}
+
+/// Answers what comes on one connection.
+async fn answer(
+    stream: TcpStream,
+    seat: Seat,
+    router: Router,
+    limits: HttpLimits,
+    stop: CancellationToken,
+) {
+    let (seat, router) = (Arc::new(seat), TowerToHyperService::new(router));
+    let gone = seat.gone();
+    let pace = Pace::from(&limits);
+    let service = service_fn(move |request: Request<Incoming>| {
+        seat.asks();
+        let seat = Arc::clone(&seat);
+        let response = router.call(request.map(|body| Body::new(Paced::new(body, pace))));
+        async move {
+            let response = response.await?;
+            Ok::<_, Infallible>(response.map(|body| Held::new(body, seat)))
+        }
+    });
+    let connection = http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(limits.header_timeout())
+        .max_buf_size(HEAD)
+        .serve_connection(TokioIo::new(stream), service);
+    let mut connection = std::pin::pin!(connection);
+    let ended = tokio::select! {
+        ended = connection.as_mut() => ended,
+        () = gone.cancelled() => return,
+        () = stop.cancelled() => {
+            connection.as_mut().graceful_shutdown();
+            connection.await
+        }
+    };
+    if let Err(error) = ended {
+        tracing::debug!(%error, "connection");
+    }
+}

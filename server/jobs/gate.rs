@@ -1,0 +1,101 @@
+//! Who may compute beside whom. Attempts run side by side, but those of a suspect (`store/loss.rs`), which
+//! have the process to themselves: should it die then, nobody else can have been the cause.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use riverqueue::{BoxError, JobRow as RiverRow, WorkContext, WorkOutcome};
+use tokio::sync::{OwnedRwLockReadGuard, OwnedRwLockWriteGuard, RwLock};
+use uuid::Uuid;
+
+use super::run::Work;
+use super::stage::Fault;
+use crate::store::{Db, loss};
+
+/// Wait before the database is asked again whose turn it is.
+const LOOK: Duration = Duration::from_millis(50);
+/// An attempt that may not begin for so long goes back, or those who have to go first might find no slot.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+#[derive(Clone, Default)]
+pub struct Gate(Arc<RwLock<()>>);
+
+/// Leave to compute, for as long as it is held.
+#[expect(dead_code, reason = "held, not looked at")]
+enum Leave {
+    Beside(OwnedRwLockReadGuard<()>),
+    Alone(OwnedRwLockWriteGuard<()>),
+}
+
+impl Gate {
+    /// Waits until the row's job may compute.
+    async fn enter(&self, db: &Db, job: Uuid, row: i64) -> Result<Leave, Fault> {
+        let until = Instant::now() + PATIENCE;
+        loop {
+            let beside = Arc::clone(&self.0).read_owned().await;
+            let standing = loss::standing(db, job).await?;
+            if standing.is_suspect() {
+                drop(beside);
+                let alone = Arc::clone(&self.0).write_owned().await;
+                if !gives_way(db, loss::standing(db, job).await?) && note(db, job, row).await? {
+                    return Ok(Leave::Alone(alone));
+                }
+            } else if !gives_way(db, standing) {
+                return Ok(Leave::Beside(beside));
+            }
+            if Instant::now() >= until {
+                return Err(Fault::GivesWay);
+            }
+            tokio::time::sleep(LOOK).await;
+        }
+    }
+}
+
+/// On SQLite the next process begins with what was alone when the last one died. Where many work,
+/// the others need not wait.
+fn gives_way(db: &Db, standing: loss::Standing) -> bool {
+    db.is_sqlite() && standing.gives_way()
+}
+
+async fn note(db: &Db, job: Uuid, row: i64) -> Result<bool, Fault> {
+    let mut tx = db.begin_lax().await?;
+    let noted = loss::alone(&mut tx, job, row).await?;
+    tx.commit().await?;
+    Ok(noted)
+}
+
+impl Work {
+    /// One attempt at a stage, once it may begin, and what its end means to River.
+    pub(super) async fn attempt(
+        &self,
+        context: &WorkContext,
+        row: &RiverRow,
+        job: Uuid,
+        stage: impl Future<Output = Result<(), Fault>>,
+    ) -> Result<WorkOutcome, BoxError> {
+        let entered = self.gate.enter(&self.db, job, row.id);
+        let entered = context
+            .cancellation_token()
+            .run_until_cancelled(entered)
+            .await;
+        let outcome = match entered.unwrap_or(Err(Fault::Stopped)) {
+            Ok(leave) => {
+                let outcome = stage.await;
+                if matches!(leave, Leave::Alone(_))
+                    && let Err(error) = self.survived(job, row.id).await
+                {
+                    tracing::warn!(%error, %job, "that the process lives was not noted");
+                }
+                outcome
+            }
+            Err(fault) => Err(fault),
+        };
+        self.settle(context, row, job, outcome).await
+    }
+
+    async fn survived(&self, job: Uuid, row: i64) -> sqlx::Result<()> {
+        let mut tx = self.db.begin_lax().await?;
+        loss::survived(&mut tx, job, row).await?;
+        tx.commit().await
+    }
+}
