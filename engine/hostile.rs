@@ -73,7 +73,7 @@ impl Table {
             for (c, name) in self.columns.iter().enumerate() {
                 let blank =
                     i % self.blank == c + 1 || *name == "v" && i < self.late.min(self.rows - 2);
-                let cell = (!blank).then(|| self.value(c, i).to_string());
+                let cell = (!blank).then(|| format!("{:e}", self.value(c, i)));
                 let _ = write!(text, ",{}", cell.unwrap_or_default());
             }
             text.push('\n');
@@ -101,20 +101,31 @@ impl Table {
     }
 }
 
+/// One of the usual values, and now and then a strange one.
+fn mostly<T: Clone + std::fmt::Debug + 'static>(
+    usual: &[T],
+    strange: &[T],
+) -> impl Strategy<Value = T> {
+    prop_oneof![4 => select(usual.to_vec()), 1 => select(strange.to_vec())]
+}
+
 fn tables() -> impl Strategy<Value = Table> {
     let clock = (
-        select(vec!["s", "s", "ms", "us", "ns", "min"]),
-        select(vec![0.0, 0.0, -1e9, 1.7e9, 1e15]),
-        select(vec![
-            1e-323, 1e-300, 1e-20, 1e-13, 1e-11, 1e-7, 1e-6, 1e-4, 0.01, 0.01, 0.01, 0.2, 10.0,
-            1000.0, 1001.0, 3.2e7, 1e12, 1e300,
-        ]),
-        select(vec![1000usize, 1000, 50, 9, 2]),
-        select(vec![1.0, 1e-9, 1e-3, 1.4, 3.0, 1e5, 3.2e9]),
+        mostly(&["s"], &["ms", "us", "ns", "min"]),
+        mostly(&[0.0, 12.5], &[-1e9, 1.7e9, 1e15]),
+        mostly(
+            &[0.01, 0.01, 0.2, 1e-4],
+            &[
+                1e-323, 1e-300, 1e-20, 1e-13, 1e-11, 1e-7, 1e-6, 10.0, 1000.0, 1001.0, 3.2e7, 1e12,
+                1e300,
+            ],
+        ),
+        mostly(&[1000_usize], &[50, 9, 2]),
+        mostly(&[1.4, 3.0], &[1e-9, 1e-3, 1e5, 3.2e9]),
     );
     let cells = (
-        select(vec![1000usize, 1000, 7, 3]),
-        select(vec![0usize, 0, 40, 1000]),
+        mostly(&[1000_usize], &[7, 3]),
+        mostly(&[0_usize], &[40, 1000]),
         select(vec![
             &["u_f", "z_f"][..],
             &["u_f", "z_f", "v", "z_r"],
@@ -126,10 +137,11 @@ fn tables() -> impl Strategy<Value = Table> {
             ],
         ]),
         prop::collection::vec(
-            select(vec![
-                1e-323, 1e-300, 1e-150, 1e-12, 1e-3, 1e-3, 0.01, 1.0, 1e6, 1e14, 1e300,
-            ]),
-            1..5,
+            mostly(
+                &[1e-3, 0.01, 1.0],
+                &[1e-323, 1e-300, 1e-150, 1e-12, 1e6, 1e14, 1e300],
+            ),
+            1..4,
         ),
         prop::collection::vec(0u8..6, 1..5),
     );
@@ -151,8 +163,8 @@ fn tables() -> impl Strategy<Value = Table> {
 }
 
 fn bikes() -> impl Strategy<Value = Bike> {
-    let mass = || select(vec![Some(0.1), Some(23.0), Some(23.0), Some(1000.0), None]);
-    let length = || select(vec![Some(0.01), Some(0.5), Some(5.0), None]);
+    let mass = || mostly(&[Some(23.0)], &[Some(0.1), Some(1000.0), None]);
+    let length = || mostly(&[Some(0.5)], &[Some(0.01), Some(5.0), None]);
     (
         mass(),
         mass(),
@@ -196,7 +208,7 @@ fn whole(table: &Table, bike: &Bike, options: &ReadOptions, diagnosis: bool) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
     fn hostile_clocks_and_values_end(table in tables(), bike in bikes(), options in options()) {
@@ -208,6 +220,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
 
     #[test]
+    #[ignore = "what a diagnosis of such rides takes is not measured yet: run by name"]
     fn hostile_clocks_and_values_are_diagnosed_or_refused(table in tables(), bike in bikes(), options in options()) {
         let table = Table { step: 0.01, unit: "s", start: 0.0, ..table };
         whole(&table, &bike, &options, true);

@@ -76,6 +76,15 @@ const WEIGHTS: [[f64; 5]; 39] = {
     weights
 };
 
+/// Largest number in a matrix whose exponential is taken: far beyond what any rate and [`crate::output_error::most`] bring.
+const TAME: f64 = 1e12;
+
+/// Whether the exponential of a matrix of these numbers can be taken: by squaring as often as its norm has binary
+/// digits, which for one that overflows never ends.
+pub(super) fn is_tame(matrix: &[f64]) -> bool {
+    matrix.iter().all(|x| x.abs() <= TAME)
+}
+
 impl Transition {
     /// Any kappa and beta; negative ones give growing solutions.
     pub fn new(kappa: f64, beta: f64, step: f64) -> Self {
@@ -128,7 +137,10 @@ impl Transition {
         for k in 2..5 {
             a[(k, k + 1)] = 1.0;
         }
-        let x = a.exp();
+        let x = match is_tame(a.as_slice()) {
+            true => a.exp(),
+            false => a.map(|_| f64::NAN),
+        };
         let mut factorial = 1.0;
         let j = std::array::from_fn(|k| {
             factorial *= if k == 0 { 1.0 } else { k as f64 };
@@ -202,6 +214,24 @@ pub fn simulate(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_overflows_is_no_number_and_ends() {
+        for (kappa, beta, step) in [
+            (1e300, 1.0, 0.01),
+            (1.0, 1e200, 1.0),
+            (1e15, 1e20, 1e3),
+            (f64::NAN, 0.0, 1.0),
+        ] {
+            let t = Transition::new(kappa, beta, step);
+            assert!(
+                t.e.iter().flatten().any(|x| x.is_nan()),
+                "{kappa} {beta} {step}"
+            );
+        }
+        let fast = Transition::new(4e13, 6e6, 1e-6);
+        assert!(fast.e.iter().flatten().all(|x| x.is_finite()));
+    }
 
     #[test]
     fn series_and_squaring_agree() {

@@ -3,7 +3,7 @@
 
 use nalgebra::SMatrix;
 
-use super::linear::{Input, Transition, drive};
+use super::linear::{Input, Transition, drive, is_tame};
 use super::spline::cubic;
 
 /// Parameters of one axle's plain model.
@@ -45,7 +45,10 @@ fn derivative(kappa: f64, beta: f64, h: f64, direction: [f64; 2]) -> Transition 
     }
     m[(1, 6)] = direction[0];
     m[(1, 7)] = direction[1];
-    let x = m.exp();
+    let x = match is_tame(m.as_slice()) {
+        true => m.exp(),
+        false => m.map(|_| f64::NAN),
+    };
     let mut factorial = 1.0;
     Transition {
         e: [[x[(0, 6)], x[(0, 7)]], [x[(1, 6)], x[(1, 7)]]],
