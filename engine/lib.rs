@@ -11,6 +11,7 @@ pub mod diagnosis;
 mod error;
 mod identify;
 pub mod least_squares;
+pub mod number;
 mod observe;
 pub mod observer;
 pub mod output_error;
