@@ -98,7 +98,7 @@ pub struct Quantity {
 
 impl Quantity {
     /// A value with its 95 % interval.
-    pub fn measured(value: f64, std_error: impl Into<Option<f64>>, unit: &str) -> Self {
+    pub fn new(value: f64, std_error: impl Into<Option<f64>>, unit: &str) -> Self {
         let (scale, unit) = handy(value, unit);
         let std_error = std_error.into().map(|error| error * scale);
         Self {
@@ -117,8 +117,11 @@ impl Quantity {
         }
     }
 
-    /// So many significant digits.
-    pub fn rough(value: f64, digits: i32, unit: &str) -> Self {
+    /// So many significant digits, of what may not be known.
+    pub fn rough(value: impl Into<Option<f64>>, digits: i32, unit: &str) -> Self {
+        let Some(value) = value.into() else {
+            return Self::choice("unknown");
+        };
         let (scale, unit) = handy(value, unit);
         Self {
             number: Number::rough(value * scale, digits),
@@ -219,7 +222,8 @@ fn rounded(value: f64, decimals: i32) -> f64 {
 
 fn exponent(size: f64) -> Option<i32> {
     let plain = !size.is_normal() || (SMALL..LARGE).contains(&size);
-    (!plain).then(|| power(size, 17))
+    // Of 15 digits, since 1e-7 is a little less than itself.
+    (!plain).then(|| power(size, 15))
 }
 
 /// The number over a power of ten, with the decimals that it had before.
@@ -307,6 +311,7 @@ mod tests {
         assert_eq!(text(0.0004, 0.01), "0.000 ± 0.020");
         assert_eq!(text(12.0, 1e9), "(0.0 ± 2.0)e9");
         assert_eq!(text(2.5e-9, None), "2.5e-9");
+        assert_eq!(text(1e-7, None), "1e-7");
         assert_eq!(text(123_456_789.0, None), "1.2346e8");
         assert_eq!(significant(2.5e-9, 3), "2.50e-9");
         assert_eq!(fixed(1e12, 2), "1.000000000e12");
@@ -328,7 +333,7 @@ mod tests {
     #[test]
     fn quantities_have_handy_units() {
         let text = |q: Quantity| q.to_string().replace(['\u{a0}', THIN_SPACE], " ");
-        let measured = |value, error, unit| text(Quantity::measured(value, error, unit));
+        let measured = |value, error, unit| text(Quantity::new(value, error, unit));
         assert_eq!(measured(110_961.4, 50.6, "N/m"), "110 961 ± 99 N/m");
         assert_eq!(measured(0.0012, 1e-5, "m"), "1.200 ± 0.020 mm");
         assert_eq!(measured(0.012, 1e-3, "s"), "12.0 ± 2.0 ms");
@@ -339,16 +344,21 @@ mod tests {
         let large = Quantity::scattered(1.007e9, 4.4e7, "N/m");
         assert_eq!(text(large), "(1.007, scatter 0.044)e9 N/m");
         assert_eq!(text(Quantity::rough(1234.0, 3, "N/m")), "1230 N/m");
+        assert_eq!(text(Quantity::rough(None, 3, "N/m")), "unknown");
         assert_eq!(text(Quantity::choice("front")), "front");
     }
 
     /// Reads a number as it stands, without its exponent.
     fn read(text: &str) -> f64 {
-        text.replace(THIN_SPACE, "").replace(MINUS, "-").parse().unwrap()
+        text.replace(THIN_SPACE, "")
+            .replace(MINUS, "-")
+            .parse()
+            .unwrap()
     }
 
     fn decimals_of(text: &str) -> usize {
-        text.split_once('.').map_or(0, |(_, fraction)| fraction.len())
+        text.split_once('.')
+            .map_or(0, |(_, fraction)| fraction.len())
     }
 
     /// Numbers of all sizes and signs.
@@ -379,14 +389,18 @@ mod tests {
             prop_assert_eq!(decimals_of(&number.value), decimals_of(half), "{}", told);
             let scale = 10f64.powi(number.exponent.unwrap_or(0));
             let (v, m) = (read(&number.value) * scale, read(half) * scale);
-            // Half a unit of the last digit, which is at most a twentieth of the margin.
-            prop_assert!((v - value).abs() <= 0.0501 * m, "{value} {margin}: {told}");
-            prop_assert!(m > 0.0 && (m >= 0.949 * margin), "{value} {margin}: {told}");
-            prop_assert!(m <= 1.0501 * margin || margin < 1e-8 * value.abs(), "{value} {margin}: {told}");
+            let two = 10f64.powi(power(margin, 2) - 1);
+            let least = if value.is_normal() { 10f64.powi(power(value, MOST) + 1 - MOST) } else { 0.0 };
+            let unit = two.max(least);
+            prop_assert!((v - value).abs() <= 0.501 * unit, "{value} {margin}: {told}");
+            prop_assert!((m - margin.max(unit)).abs() <= 0.501 * unit, "{value} {margin}: {told}");
+            prop_assert!(m >= 0.999 * unit, "{value} {margin}: {told}");
             let size = v.abs().max(m);
             let plain = (SMALL * 0.999..LARGE * 1.001).contains(&size);
             prop_assert!(plain || number.exponent.is_some(), "{told}");
             if number.exponent.is_some() {
+                let most = read(&number.value).abs().max(read(half));
+                prop_assert!((1.0..10.0).contains(&most), "{told}");
                 prop_assert!(!(SMALL * 1.001..LARGE * 0.999).contains(&size), "{told}");
             }
         }
@@ -412,7 +426,7 @@ mod tests {
         }
 
         #[test]
-        fn numbers_alone_keep_their_digits(value in prop_oneof![usual(), any_size()], digits in 1..12i32) {
+        fn numbers_alone_keep_their_digits(value in prop_oneof![usual(), any_size()], digits in 1..=MOST) {
             let told = significant(value, digits);
             let off = (read(&told) - value).abs();
             prop_assert!(off <= 0.501 * 10f64.powi(1 - digits) * value.abs(), "{value}: {told}");

@@ -1,8 +1,6 @@
 //! From the fitted models to the report: effects with their uncertainty, held-out errors, what the
 //! omission means, what the ride would have shown.
 
-use std::collections::BTreeMap;
-
 use crate::report::Estimate;
 
 use super::adequacy::Motion;
@@ -12,7 +10,6 @@ use super::fit::Fitted;
 use super::model::{Slot, Term};
 use super::scene::{Scale, Scene};
 use super::signature::Signatures;
-use super::words;
 use super::{Consequences, Detectable, EffectName, EffectReport, ParameterReport};
 
 pub fn name(term: &Term) -> EffectName {
@@ -38,30 +35,12 @@ pub fn effect(
     let reported = (spec.report)(&values, scale);
     let errors = standard_errors(scene, fit, at, &values, scale);
     let inside = reported.iter().all(|r| r.physical);
-    let told = reported
-        .iter()
-        .zip(&errors)
-        .map(|(r, error)| match r.name {
-            "side" => format!("side {}", r.unit),
-            name => {
-                let value = words::with_margin(r.value, *error);
-                format!("{} {value} {}", name.replace('_', " "), r.unit)
-            }
-        })
-        .map(|told| told.trim_end_matches(" -").to_owned())
-        .collect::<Vec<_>>()
-        .join(", ");
-    let place = match term.place {
-        super::Place::Front => "on the front axle",
-        super::Place::Rear => "on the rear axle",
-        super::Place::Both => "on both axles",
-    };
-    let parameters: BTreeMap<String, ParameterReport> = reported
+    let parameters: Vec<(&str, ParameterReport)> = reported
         .into_iter()
         .zip(errors)
         .map(|(r, std_error)| {
             (
-                r.name.to_owned(),
+                r.name,
                 ParameterReport {
                     value: r.value,
                     std_error,
@@ -70,10 +49,23 @@ pub fn effect(
             )
         })
         .collect();
+    let told = parameters
+        .iter()
+        .map(|(name, p)| format!("{} {}", name.replace('_', " "), p.quantity(name)))
+        .collect::<Vec<_>>()
+        .join(", ");
+    let place = match term.place {
+        super::Place::Front => "on the front axle",
+        super::Place::Rear => "on the rear axle",
+        super::Place::Both => "on both axles",
+    };
     Some(EffectReport {
         id: spec.id.to_owned(),
         axle: term.place,
-        parameters,
+        parameters: parameters
+            .into_iter()
+            .map(|(name, p)| (name.to_owned(), p))
+            .collect(),
         p_value,
         separation: separation.unwrap_or(f64::NAN).max(0.0),
         inside_physical_range: inside,

@@ -2,10 +2,10 @@
 
 use veloid_engine::bicycle::Axle;
 use veloid_engine::diagnosis::{Diagnosis, EffectReport, NextRide, Place, Verdict};
+use veloid_engine::number::{Quantity, fixed, powers, significant};
 use veloid_engine::report::Report;
 
 use super::bars;
-use crate::pages::number::{Quantity, fixed, significant};
 use crate::pages::words;
 
 pub struct DiagnosisView {
@@ -70,7 +70,7 @@ impl DiagnosisView {
         Some(Self {
             verdict,
             label,
-            sentence: words::powers(&d.sentence),
+            sentence: powers(&d.sentence),
             effects: d.effects.iter().map(EffectView::of).collect(),
             alternatives: d
                 .alternatives
@@ -96,12 +96,7 @@ impl DiagnosisView {
                         words::title(&x.id),
                         x.axle.name().to_owned(),
                         words::plain(&x.parameter),
-                        Quantity {
-                            value: significant(x.smallest_detectable, 3),
-                            margin: None,
-                            unit: words::unit(&x.unit),
-                        }
-                        .to_string(),
+                        Quantity::rough(x.smallest_detectable, 3, &x.unit).to_string(),
                     ]
                 })
                 .collect(),
@@ -130,18 +125,8 @@ impl EffectView {
             p if p < 1e-4 => "below 0.0001".to_owned(),
             p => significant(p, 2),
         };
-        let parameters = effect.parameters.iter().map(|(name, p)| {
-            let quantity = match name.as_str() {
-                // A choice, told by its unit; the number only tells programs apart.
-                "side" => Quantity {
-                    value: String::new(),
-                    margin: None,
-                    unit: p.unit.clone(),
-                },
-                _ => Quantity::new(p.value, Some(p.std_error), &p.unit),
-            };
-            (words::plain(name), quantity)
-        });
+        let parameters = effect.parameters.iter();
+        let parameters = parameters.map(|(name, p)| (words::plain(name), p.quantity(name)));
         Self {
             title: words::title(&effect.id),
             axle: effect.axle.name(),

@@ -1,9 +1,9 @@
 //! The report's numbers as tables.
 
 use veloid_engine::bicycle::{Axle, PerAxle};
+use veloid_engine::number::{Quantity, fixed, significant};
 use veloid_engine::report::{Estimate, Report};
 
-use crate::pages::number::{Quantity, fixed, significant};
 use crate::pages::words;
 
 pub struct ReportView {
@@ -100,13 +100,22 @@ fn methods(report: &Report) -> Vec<MethodRow> {
             .iter()
             .map(move |(axle, e)| (method, axle, e.clone()))
     })
-    .map(|(method, axle, e)| MethodRow {
-        method: words::title(&words::method(method)),
-        axle: axle.name(),
-        k: k(&e),
-        b: b(&e),
-        k_bias: percent(e.k_bias_percent),
-        b_bias: percent(e.b_bias_percent),
+    .map(|(method, axle, e)| {
+        let (k, b) = match method {
+            "swarm" => (
+                Quantity::scattered(e.k_n_m, e.k_std_n_m, "N/m"),
+                Quantity::scattered(e.b_n_s_m, e.b_std_n_s_m, "N s/m"),
+            ),
+            _ => (k(&e), b(&e)),
+        };
+        MethodRow {
+            method: words::title(&words::method(method)),
+            axle: axle.name(),
+            k,
+            b,
+            k_bias: percent(e.k_bias_percent),
+            b_bias: percent(e.b_bias_percent),
+        }
     })
     .collect()
 }
