@@ -15,6 +15,7 @@ mod finite;
 mod hostile;
 mod identify;
 pub mod least_squares;
+pub mod number;
 mod observe;
 pub mod observer;
 pub mod output_error;

@@ -2,6 +2,7 @@
 //! the tests say so and pass.
 
 mod chromium;
+mod forms;
 
 use fantoccini::Locator;
 use fantoccini::wd::PrintConfiguration;
@@ -48,10 +49,11 @@ async fn rides_are_previewed_uploaded_and_followed() {
     browser.fill("#bike", ride::BIKE).await;
     browser.choose("#diagnosis", "false").await;
     browser.click("button.primary").await;
-    browser.sees("#rides li:nth-child(1) a", "follow").await;
-    browser.sees("#rides li:nth-child(2) a", "follow").await;
+    for ride in 1..=2 {
+        let link = format!("#rides li:nth-child({ride}) a");
+        browser.sees(&link, "see the result").await;
+    }
     browser.click("#rides li:nth-child(2) a").await;
-    // The live page turns into the result by itself.
     browser.sees("main", "Stiffness and damping").await;
     browser.sees("h1", "lab-7: two.csv").await;
     browser.stop().await;

@@ -199,3 +199,96 @@ async fn jobs_are_compared_by_their_differences() {
         html(response).await;
     }
 }
+
+#[tokio::test]
+async fn a_filter_that_is_misspelt_is_refused_by_name() {
+    let server = Server::with(&["--workers", "0"]);
+    let seed = ["seed", "--bikes", "2", "--rides", "10"];
+    assert!(server.beside(&seed).status().unwrap().success());
+    for (path, said) in [
+        ("/jobs?naem=k", "naem"),
+        ("/jobs?state=done", "done"),
+        ("/jobs?verdict=unamed", "unamed"),
+        ("/jobs?cursor=last", "cursor"),
+        ("/parameters?naem=k", "naem"),
+        ("/parameters?method=pso", "pso"),
+        ("/parameters?axle=left", "left"),
+        ("/parameters?verdict=good", "good"),
+        ("/parameters?from=yesterday", "yesterday"),
+        ("/parameters?to=2026-13-01", "2026-13-01"),
+        ("/parameters?from=2026-9-01", "2026-9-01"),
+        ("/compare?jobs=x", "jobs"),
+        ("/compare?job=x", "x"),
+        ("/?bicycle=x", "bicycle"),
+        ("/sign-in?then=x", "then"),
+    ] {
+        let response = server.get(path).await;
+        assert_eq!(response.status(), 400, "{path}");
+        let text = html(response).await;
+        assert!(
+            text.contains(said) && (text.contains("expected") || said == "cursor"),
+            "{path}: {text}"
+        );
+    }
+    assert_eq!(server.get("/?bike=unknown").await.status(), 404);
+    for path in [
+        "/jobs?state=&verdict=&bike=&theme=dark",
+        "/parameters?bike=&name=&effect=&method=&axle=&verdict=&from=&to=&theme=light",
+        "/parameters?from=2020-01-01&to=2100-01-01",
+        "/parameters?from=2020-01-01T00:00:00Z",
+    ] {
+        assert!(page(&server, path).await.contains("season-001"), "{path}");
+    }
+}
+
+#[tokio::test]
+async fn a_made_up_ride_has_parameters_and_nothing_else() {
+    let server = Server::with(&["--workers", "0"]);
+    let seed = ["seed", "--bikes", "1", "--rides", "3"];
+    assert!(server.beside(&seed).status().unwrap().success());
+    let jobs = server.json("/v1/jobs").await;
+    let job = &jobs["items"][0];
+    assert_eq!(job["ride"]["made_up"], true);
+    let (job, path) = (
+        &job["links"],
+        format!("/v1/rides/{}", job["ride"]["id"].as_str().unwrap()),
+    );
+    let ride = server.json(&path).await;
+    assert!(ride["sha256"].is_null() && ride["file"].is_null(), "{ride}");
+    let own = job["job"].as_str().unwrap();
+    for path in [
+        format!("{path}/file"),
+        format!("{own}/report"),
+        format!("{own}/series"),
+        format!("{own}/model"),
+    ] {
+        let response = server.get(&path).await;
+        assert_eq!(response.status(), 404, "{path}");
+        assert!(response.text().await.unwrap().contains("made up"), "{path}");
+    }
+    let text = page(&server, job["page"].as_str().unwrap()).await;
+    assert!(text.contains("made up, no file") && text.contains("Stiffness k"));
+    assert!(!text.contains("0.0 s at") && !text.contains("data-report"));
+}
+
+#[tokio::test]
+async fn blank_fields_of_the_plain_form_ask_for_nothing() {
+    let server = Server::start();
+    assert_eq!(send_form(&server, "a.csv", ride::BIKE).await.status(), 303);
+    for (seed, bikes) in [("2", ["lab-7", ""]), ("3", ["", ride::BIKE])] {
+        let file = Part::text(ride::table(2000, 200.0).replacen("z_f", "V2", 1)).file_name("b.csv");
+        let mut form = Form::new()
+            .part("file", file)
+            .text("seed", seed)
+            .text("rows", " ");
+        for bike in bikes {
+            form = form.text("bike", bike);
+        }
+        for map in ["", "z_f=V2"] {
+            form = form.text("map", map);
+        }
+        let client = http().redirect(redirect::Policy::none()).build().unwrap();
+        let request = client.post(server.address("/")).multipart(form);
+        assert_eq!(request.send().await.unwrap().status(), 303, "{bikes:?}");
+    }
+}

@@ -1,4 +1,5 @@
 use serde_json::Value;
+use veloid_engine::number::Number;
 
 use crate::harness::{Folder, Server, identify};
 use crate::ride;
@@ -116,5 +117,47 @@ async fn neither_the_database_nor_the_number_of_workers_changes_a_number() {
         }
         let found = report(&server).await;
         assert!(found == expected, "{count} workers:\n{found}\n{expected}");
+    }
+}
+
+/// One way to write a number and one meaning of its margin, said once on each screen.
+#[tokio::test]
+async fn margins_mean_the_same_at_the_command_line_and_on_the_page() {
+    let server = Server::start();
+    let job = server.submit(&[("seed", "7")]).await;
+    server.succeeded(&job).await;
+    let page = server.get(job.trim_start_matches("/v1")).await;
+    let page = page.text().await.unwrap();
+    let folder = Folder::new();
+    let ride = folder.write("ride.csv", ride::example());
+    let bike = folder.write("bike.json", ride::BIKE);
+    let swarm = ["--trials", "3", "--particles", "12", "--iterations", "8"];
+    let args = [&["--seed", "7", "--no-diagnosis"], &swarm[..]].concat();
+    let (report, summary) = identify(&ride, &bike, &args);
+    for screen in [&page, &summary] {
+        assert_eq!(screen.matches("95 %").count(), 1, "{screen}");
+        assert!(
+            !screen.contains("+/-") && !screen.contains("+-"),
+            "{screen}"
+        );
+    }
+    for (method, number) in [
+        (
+            "output_error",
+            Number::measured as fn(f64, Option<f64>) -> _,
+        ),
+        ("swarm", Number::scattered),
+    ] {
+        let found = &report[method]["front"];
+        let k = number(
+            found["k_n_m"].as_f64().unwrap(),
+            found["k_std_n_m"].as_f64(),
+        );
+        let told = k.to_string();
+        assert!(summary.contains(&told), "{told}: {summary}");
+        let margin = k.margin.unwrap();
+        let (value, mark) = (k.value, k.mark);
+        let told = format!("{value}<span class=\"margin\">{mark}{margin}</span>");
+        assert!(page.contains(&told), "{told}: {page}");
     }
 }

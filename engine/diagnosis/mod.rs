@@ -42,6 +42,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 use crate::bicycle::PerAxle;
+use crate::number::Quantity;
 use crate::report::Estimate;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -142,6 +143,17 @@ pub struct ParameterReport {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub not_identifiable: Option<String>,
     pub unit: String,
+}
+
+impl ParameterReport {
+    /// As people read it, under its name in the effect.
+    pub fn quantity(&self, name: &str) -> Quantity {
+        match name {
+            // A choice, told by its unit; the number only tells programs apart.
+            "side" => Quantity::choice(&self.unit),
+            _ => Quantity::new(self.value, self.std_error, &self.unit),
+        }
+    }
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -1,8 +1,6 @@
 //! From the fitted models to the report: effects with their uncertainty, held-out errors, what the
 //! omission means.
 
-use std::collections::BTreeMap;
-
 use crate::finite::{finite, std_error};
 use crate::report::Estimate;
 use crate::report::identifiable::identified;
@@ -13,7 +11,6 @@ use super::extend::Model;
 use super::fit::Fitted;
 use super::model::{Slot, Term};
 use super::scene::{Scale, Scene};
-use super::words;
 use super::{Consequences, EffectName, EffectReport, ParameterReport};
 
 pub fn name(term: &Term) -> EffectName {
@@ -49,31 +46,12 @@ pub fn effect(
     };
     let errors = standard_errors(scene, fit, at, &values, scale);
     let errors: Vec<Result<f64, String>> = reported.iter().zip(errors).map(told).collect();
-    let told = reported
-        .iter()
-        .zip(&errors)
-        .map(|(r, error)| match r.name {
-            "side" => format!("side {}", r.unit),
-            name if untold.contains(&name) => format!("{} as expected", name.replace('_', " ")),
-            name => {
-                let value = words::with_margin(r.value, error.as_ref().ok().copied());
-                format!("{} {value} {}", name.replace('_', " "), r.unit)
-            }
-        })
-        .map(|told| told.trim_end_matches(" -").to_owned())
-        .collect::<Vec<_>>()
-        .join(", ");
-    let place = match term.place {
-        super::Place::Front => "on the front axle",
-        super::Place::Rear => "on the rear axle",
-        super::Place::Both => "on both axles",
-    };
-    let parameters: BTreeMap<String, ParameterReport> = reported
+    let parameters: Vec<(&str, ParameterReport)> = reported
         .into_iter()
         .zip(errors)
         .map(|(r, error)| {
             (
-                r.name.to_owned(),
+                r.name,
                 ParameterReport {
                     value: r.value,
                     std_error: error.as_ref().ok().copied(),
@@ -83,10 +61,29 @@ pub fn effect(
             )
         })
         .collect();
+    let told = parameters
+        .iter()
+        .map(|(name, p)| {
+            let plain = name.replace('_', " ");
+            if untold.contains(name) {
+                return format!("{plain} as expected");
+            }
+            format!("{plain} {}", p.quantity(name))
+        })
+        .collect::<Vec<_>>()
+        .join(", ");
+    let place = match term.place {
+        super::Place::Front => "on the front axle",
+        super::Place::Rear => "on the rear axle",
+        super::Place::Both => "on both axles",
+    };
     Some(EffectReport {
         id: spec.id.to_owned(),
         axle: term.place,
-        parameters,
+        parameters: parameters
+            .into_iter()
+            .map(|(name, p)| (name.to_owned(), p))
+            .collect(),
         p_value,
         separation: separation.and_then(finite).map(|s| s.max(0.0)),
         adequate: true,

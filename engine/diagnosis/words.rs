@@ -1,6 +1,7 @@
 //! The verdict in plain words.
 
 use crate::bicycle::Axle;
+use crate::number::Quantity;
 
 use super::{Diagnosis, EffectName, Place, Verdict};
 
@@ -10,15 +11,6 @@ fn at(place: Place) -> &'static str {
         Place::Rear => "rear",
         Place::Both => "both axles",
     }
-}
-
-/// A value with its 95 % interval, to two digits of that.
-pub fn with_margin(value: f64, std_error: Option<f64>) -> String {
-    let Some(margin) = std_error.map(|e| 1.96 * e).filter(|m| *m > 0.0) else {
-        return format!("{value:.4}");
-    };
-    let decimals = (1.0 - margin.log10().floor()).clamp(0.0, 9.0) as usize;
-    format!("{value:.decimals$} ± {margin:.decimals$}")
 }
 
 fn set(names: &[EffectName]) -> String {
@@ -39,7 +31,13 @@ pub fn sentence(d: &Diagnosis) -> String {
         }
         Verdict::Named => {
             let parts: Vec<&str> = d.effects.iter().map(|e| e.sentence.as_str()).collect();
-            format!("The plain model leaves something out: {}. {gains}", parts.join("; "))
+            let parts = parts.join("; ");
+            let margins = if parts.contains('±') {
+                " (intervals of 95 %)"
+            } else {
+                ""
+            };
+            format!("The plain model leaves something out: {parts}{margins}. {gains}")
         }
         Verdict::Ambiguous => {
             let own: Vec<EffectName> =
@@ -77,35 +75,23 @@ pub fn sentence(d: &Diagnosis) -> String {
 }
 
 fn gains(d: &Diagnosis) -> String {
+    let length = |rms_m: f64| Quantity::rough(rms_m, 3, "m");
     [Axle::Front, Axle::Rear]
         .into_iter()
         .filter_map(|a| {
             let h = d.held_out.get(a)?;
             let (plain, extended) = (h.plain_rms_m?, h.extended_rms_m?);
             let noise = (h.noise_floor_m).map_or(String::new(), |floor| {
-                format!(" (the sensor's noise is {:.4} mm)", 1e3 * floor)
+                format!(" (the sensor's noise is {})", length(floor))
             });
             (extended < 0.999 * plain).then(|| {
                 format!(
-                    "On the held-out part the {a} error falls from {:.4} mm to {:.4} mm{noise}.",
-                    1e3 * plain,
-                    1e3 * extended
+                    "On the held-out part the {a} error falls from {} to {}{noise}.",
+                    length(plain),
+                    length(extended)
                 )
             })
         })
         .collect::<Vec<_>>()
         .join(" ")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::with_margin;
-
-    #[test]
-    fn no_digit_is_told_that_the_interval_does_not_hold() {
-        assert_eq!(with_margin(19.8696, Some(0.107)), "19.87 ± 0.21");
-        assert_eq!(with_margin(0.012_341, Some(1.3e-4)), "0.01234 ± 0.00025");
-        assert_eq!(with_margin(61_234.6, Some(640.0)), "61235 ± 1254");
-        assert_eq!(with_margin(1.5, None), "1.5000");
-    }
 }

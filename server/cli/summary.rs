@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-use veloid_engine::bicycle::PerAxle;
+use veloid_engine::bicycle::{Axle, PerAxle};
+use veloid_engine::number::{Number, significant};
 use veloid_engine::report::{Estimate, Report};
 
 /// What was understood, every method's parameters, and the verdict.
@@ -17,36 +18,44 @@ fn write(out: &mut String, report: &Report) -> std::fmt::Result {
     let ride = &report.ride;
     writeln!(
         out,
-        "{} samples, {:.2} s at {:.2} Hz",
-        ride.samples, ride.duration_s, ride.rate_hz
+        "{} samples, {} s at {} Hz",
+        ride.samples,
+        significant(ride.duration_s, 4),
+        significant(ride.rate_hz, 5)
     )?;
     for warning in &ride.warnings {
         writeln!(out, "warning: {warning}")?;
     }
     writeln!(
         out,
-        "\n{:<16}{:<7}{:>12}{:>11}{:>12}{:>11}",
-        "method", "axle", "k (N/m)", "+/-", "B (N s/m)", "+/-"
+        "\nIntervals (±) are of 95 %; the swarm's scatter is the standard deviation over its trials."
     )?;
-    let swarm = PerAxle {
-        front: report.swarm.front.clone(),
-        rear: report.swarm.rear.clone(),
-    };
-    for (method, estimates) in [
-        ("least squares", &report.least_squares),
-        ("instrumental", &report.instrumental),
-        ("swarm", &swarm),
-        ("output error", &report.output_error),
-    ] {
-        rows(out, method, estimates)?;
-    }
-    if let Some(diagnosis) = &report.diagnosis {
-        rows(out, "extended", &diagnosis.extended)?;
-    }
     writeln!(
         out,
-        "+/-: one standard error; in brackets the scatter over the trials"
+        "{:<16}{:<7}{:>24}{:>24}",
+        "method", "axle", "k (N/m)", "B (N s/m)"
     )?;
+    measured(out, "least squares", &report.least_squares)?;
+    measured(out, "instrumental", &report.instrumental)?;
+    for (axle, e) in [
+        (Axle::Front, &report.swarm.front),
+        (Axle::Rear, &report.swarm.rear),
+    ] {
+        if let Some(e) = e {
+            let k = Number::scattered(e.k_n_m, e.k_scatter_n_m);
+            row(
+                out,
+                "swarm",
+                axle,
+                k,
+                Number::scattered(e.b_n_s_m, e.b_scatter_n_s_m),
+            )?;
+        }
+    }
+    measured(out, "output error", &report.output_error)?;
+    if let Some(diagnosis) = &report.diagnosis {
+        measured(out, "extended", &diagnosis.extended)?;
+    }
     not_identifiable(out, report)?;
     let Some(diagnosis) = &report.diagnosis else {
         return Ok(());
@@ -56,11 +65,9 @@ fn write(out: &mut String, report: &Report) -> std::fmt::Result {
         for (name, parameter) in &effect.parameters {
             writeln!(
                 out,
-                "  {} ({name}): {} +/- {} {}",
+                "  {} ({name}): {}",
                 effect.id,
-                Significant(parameter.value),
-                spread(parameter.std_error, None),
-                parameter.unit
+                parameter.quantity(name)
             )?;
         }
     }
@@ -70,31 +77,24 @@ fn write(out: &mut String, report: &Report) -> std::fmt::Result {
     Ok(())
 }
 
-fn rows(out: &mut String, method: &str, estimates: &PerAxle<Estimate>) -> std::fmt::Result {
-    for (axle, e) in estimates.iter() {
-        writeln!(
+fn measured(out: &mut String, method: &str, estimates: &PerAxle<Estimate>) -> std::fmt::Result {
+    estimates.iter().try_for_each(|(axle, e)| {
+        let k = Number::measured(e.k_n_m, e.k_std_n_m);
+        row(
             out,
-            "{method:<16}{:<7}{:>12.6}{:>11}{:>12.6}{:>11}",
-            axle.name(),
-            Significant(e.k_n_m),
-            spread(e.k_std_n_m, e.k_scatter_n_m),
-            Significant(e.b_n_s_m),
-            spread(e.b_std_n_s_m, e.b_scatter_n_s_m)
-        )?;
-    }
-    Ok(())
+            method,
+            axle,
+            k,
+            Number::measured(e.b_n_s_m, e.b_std_n_s_m),
+        )
+    })
 }
 
-/// A standard error, or in brackets a scatter over trials.
-fn spread(std_error: Option<f64>, scatter: Option<f64>) -> String {
-    match (std_error, scatter) {
-        (Some(error), _) => format!("{error:.2e}"),
-        (None, Some(scatter)) => format!("({scatter:.1e})"),
-        (None, None) => "unknown".to_owned(),
-    }
+fn row(out: &mut String, method: &str, axle: Axle, k: Number, b: Number) -> std::fmt::Result {
+    writeln!(out, "{method:<16}{:<7}{k:>24}{b:>24}", axle.name())
 }
 
-/// Why parameters have no standard error.
+/// Why parameters have no interval.
 fn not_identifiable(out: &mut String, report: &Report) -> std::fmt::Result {
     let extended = report.diagnosis.as_ref().map(|d| ("extended", &d.extended));
     let plain = [
@@ -112,38 +112,4 @@ fn not_identifiable(out: &mut String, report: &Report) -> std::fmt::Result {
         }
     }
     Ok(())
-}
-
-/// A number with as many significant digits as the precision says.
-struct Significant(f64);
-
-impl std::fmt::Display for Significant {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let digits = f.precision().unwrap_or(6) as i32;
-        let before = self.0.abs().max(f64::MIN_POSITIVE).log10().floor() as i32 + 1;
-        let text = if (-3..=digits + 2).contains(&before) {
-            format!(
-                "{:.*}",
-                usize::try_from(digits - before).unwrap_or(0),
-                self.0
-            )
-        } else {
-            format!("{:.*e}", usize::try_from(digits - 1).unwrap_or(0), self.0)
-        };
-        f.pad_integral(true, "", &text)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Significant;
-
-    #[test]
-    fn six_digits_whatever_the_size() {
-        let text = |x: f64| format!("{:>12.6}", Significant(x));
-        assert_eq!(text(109_364.123), "      109364");
-        assert_eq!(text(1_234.567_8), "     1234.57");
-        assert_eq!(text(0.012_345_678), "   0.0123457");
-        assert_eq!(text(1.5e12), "  1.50000e12");
-    }
 }

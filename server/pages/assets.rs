@@ -30,6 +30,7 @@ static FILES: &[(&str, &str, &str)] = &files![
     "theme.js" SCRIPT,
     "page.js" SCRIPT,
     "plot.js" SCRIPT,
+    "number.js" SCRIPT,
     "upload.js" SCRIPT,
     "jobs.js" SCRIPT,
     "job.js" SCRIPT,

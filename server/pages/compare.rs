@@ -7,10 +7,10 @@ use axum::extract::{RawQuery, State};
 use axum::response::Html;
 use uuid::Uuid;
 use veloid_engine::bicycle::Axle;
+use veloid_engine::number::{Quantity, fixed};
 use veloid_engine::report::{Estimate, Report};
 
 use super::layout::{Fault, html};
-use super::number::{Quantity, fixed};
 use super::words;
 use crate::api::App;
 use crate::api::access::Caller;
@@ -18,6 +18,8 @@ use crate::api::jobs::report::published;
 use crate::api::jobs::view::find;
 use crate::api::problem::{Kind, Problem};
 
+/// Names of the address that `web/compare.js` reads.
+const VIEW: [&str; 5] = ["quantity", "curve", "t0", "t1", "theme"];
 /// Differences beyond so many standard errors are marked.
 const CLEAR: f64 = 3.0;
 
@@ -56,14 +58,19 @@ pub async fn compare(
     RawQuery(query): RawQuery,
 ) -> Result<Html<String>, Fault> {
     let query = query.unwrap_or_default();
-    let asked = form_urlencoded::parse(query.as_bytes()).filter(|(name, _)| name == "job");
-    let ids = asked
-        .map(|(_, id)| id.parse::<Uuid>())
-        .collect::<Result<Vec<_>, _>>();
-    let ids = ids.map_err(|_| Problem::new(Kind::BadRequest, "job: expected the id of a job"))?;
+    let mut ids = Vec::new();
+    for (name, value) in form_urlencoded::parse(query.as_bytes()) {
+        if name == "job" {
+            let id = value.parse::<Uuid>();
+            ids.push(id.map_err(|_| bad(format!("job: `{value}`, expected the id of a job")))?);
+        } else if !VIEW.contains(&&*name) {
+            let known = VIEW.join(", ");
+            return Err(bad(format!("unknown name `{name}`, expected job, {known}")).into());
+        }
+    }
     if !(2..=8).contains(&ids.len()) {
         let detail = format!("{} jobs were chosen, expected two to eight", ids.len());
-        return Err(Problem::new(Kind::BadRequest, detail).into());
+        return Err(bad(detail).into());
     }
     let (mut jobs, mut reports) = (Vec::new(), Vec::<Report>::new());
     for id in ids {
@@ -86,6 +93,10 @@ pub async fn compare(
         rows: rows(&reports),
         effects: effects(&reports),
     })
+}
+
+fn bad(detail: String) -> Problem {
+    Problem::new(Kind::BadRequest, detail)
 }
 
 /// The estimate to go by.
@@ -134,13 +145,10 @@ fn effects(reports: &[Report]) -> Vec<(String, Vec<String>)> {
     for (i, report) in reports.iter().enumerate() {
         for effect in report.diagnosis.iter().flat_map(|d| &d.effects) {
             let name = format!("{} ({})", words::title(&effect.id), effect.axle.name());
-            let values = effect.parameters.iter().map(|(name, p)| {
-                format!(
-                    "{} {}",
-                    words::plain(name),
-                    Quantity::new(p.value, p.std_error, &p.unit)
-                )
-            });
+            let values = effect
+                .parameters
+                .iter()
+                .map(|(name, p)| format!("{} {}", words::plain(name), p.quantity(name)));
             let cells = found
                 .entry(name)
                 .or_insert_with(|| vec!["–".to_owned(); reports.len()]);

@@ -3,9 +3,9 @@
 use askama::Template;
 use axum::extract::State;
 use axum::response::Html;
+use veloid_engine::number::{Quantity, fixed, significant};
 
 use super::layout::{Fault, Path, html};
-use super::number::{Quantity, fixed, significant};
 use super::words;
 use crate::api::App;
 use crate::api::access::Caller;
@@ -81,14 +81,7 @@ impl BikeRow {
 pub async fn bikes(State(server): App, caller: Caller) -> Result<Html<String>, Fault> {
     let fleet = look(&server, &caller.group).await?;
     let spread = fleet.spread.iter().map(|s| {
-        let value = |x: f64| {
-            Quantity {
-                value: significant(x, 4),
-                margin: None,
-                unit: words::unit(&s.unit),
-            }
-            .to_string()
-        };
+        let value = |x: f64| Quantity::rough(x, 4, &s.unit).to_string();
         [
             label(&s.axle, &s.name),
             s.bikes.to_string(),
@@ -142,14 +135,7 @@ fn chance(p: f64) -> String {
 impl CourseRow {
     fn of(course: &Course) -> Option<Self> {
         let pooled = course.pooled.as_ref()?;
-        let plain = |x: f64| {
-            Quantity {
-                value: significant(x, 3),
-                margin: None,
-                unit: words::unit(&course.unit),
-            }
-            .to_string()
-        };
+        let plain = |x: f64| Quantity::rough(x, 3, &course.unit).to_string();
         let share = fixed(100.0 * pooled.heterogeneity, 0);
         Some(Self {
             name: label(&course.axle, &course.name),

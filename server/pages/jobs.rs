@@ -6,12 +6,11 @@ use axum::response::Html;
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::layout::{Fault, Query, html};
+use super::layout::{Fault, Query, filled, html, one_of};
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::jobs::view::JobView;
 use crate::api::list::{Page, without_cursor};
-use crate::api::problem::{Kind, Problem};
 use crate::store::job::{self, State as JobState};
 
 const PAGE: i64 = 50;
@@ -62,19 +61,14 @@ pub async fn list(
     OriginalUri(uri): OriginalUri,
     Query(params): Query<Params>,
 ) -> Result<Html<String>, Fault> {
-    let filled = |text: Option<String>| text.filter(|text| !text.trim().is_empty());
-    let (state, bike, verdict) = (
-        filled(params.state),
-        filled(params.bike),
-        filled(params.verdict),
-    );
-    let of_name = |name: &str| {
-        let found = STATES.into_iter().find(|state| state.name() == name);
-        found.ok_or_else(|| Problem::new(Kind::BadRequest, format!("state: '{name}' is none")))
-    };
+    let names = STATES.map(JobState::name);
+    let state = one_of("state", params.state, &names)?;
+    let verdict = one_of("verdict", params.verdict, &VERDICTS)?;
+    let bike = filled(params.bike);
+    let of_name = |name: &str| STATES.into_iter().find(|state| state.name() == name);
     let filter = job::Filter {
         group: &caller.group,
-        state: state.as_deref().map(of_name).transpose()?,
+        state: state.as_deref().and_then(of_name),
         bike: bike.as_deref(),
         verdict: verdict.as_deref(),
         ride: None,
@@ -87,7 +81,7 @@ pub async fn list(
     html(&Jobs {
         jobs: page.items,
         next: page.next.map(|next| format!("{here}{mark}cursor={next}")),
-        states: STATES.map(JobState::name),
+        states: names,
         verdicts: VERDICTS,
         state,
         bike,

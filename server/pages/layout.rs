@@ -5,11 +5,10 @@ use axum::extract::FromRequestParts;
 use axum::http::StatusCode;
 use axum::http::request::Parts;
 use axum::response::{Html, IntoResponse, Response};
-
 use serde::de::DeserializeOwned;
 
 use crate::api::extract;
-use crate::api::problem::Problem;
+use crate::api::problem::{Kind, Problem};
 
 /// The menu: name and address.
 const MENU: [(&str, &str); 4] = [
@@ -44,18 +43,40 @@ impl<E: Into<Problem>> From<E> for Fault {
 #[from_request(via(axum::extract::Path), rejection(Fault))]
 pub struct Path<T>(pub T);
 
-/// Query parameters of a page.
+/// Query parameters of a page; `theme` is every page's and `web/theme.js` reads it.
 pub struct Query<T>(pub T);
 
 impl<T: DeserializeOwned, S: Sync> FromRequestParts<S> for Query<T> {
     type Rejection = Fault;
 
-    /// The theme may be asked for on every page (`web/theme.js`).
     async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Fault> {
         let query = parts.uri.query().unwrap_or_default();
         let own = query.split('&').filter(|pair| !pair.starts_with("theme="));
         let own = own.collect::<Vec<_>>().join("&");
         Ok(Self(extract::Query::read(&own)?.0))
+    }
+}
+
+/// What stands in a field of a form, unless it is blank.
+pub fn filled(field: Option<String>) -> Option<String> {
+    field
+        .map(|text| text.trim().to_owned())
+        .filter(|text| !text.is_empty())
+}
+
+/// What stands in a field that takes one of a few names.
+pub fn one_of(
+    name: &str,
+    field: Option<String>,
+    known: &[&str],
+) -> Result<Option<String>, Problem> {
+    let asked = filled(field);
+    match asked.as_deref() {
+        Some(text) if !known.contains(&text) => {
+            let detail = format!("{name}: `{text}`, expected one of {}", known.join(", "));
+            Err(Problem::new(Kind::BadRequest, detail))
+        }
+        _ => Ok(asked),
     }
 }
 

@@ -6,7 +6,6 @@ mod fleet;
 mod job;
 mod jobs;
 pub mod layout;
-mod number;
 mod parameters;
 mod sign_in;
 mod upload;

@@ -3,15 +3,17 @@
 use askama::Template;
 use axum::extract::{OriginalUri, State};
 use axum::response::Html;
+use serde::Deserialize;
+use veloid_engine::number::Quantity;
 
 use super::jobs::VERDICTS;
-use super::layout::{Fault, Query, html};
-use super::number::Quantity;
+use super::layout::{Fault, Query, filled, html, one_of};
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::list::{Page, without_cursor};
 use crate::api::parameters::{Params, cursor, rows};
-use crate::api::time;
+use crate::api::problem::Problem;
+use crate::api::time::{self, Bound};
 use crate::store::parameter::{AXLES, METHODS, ParameterRow};
 
 const PAGE: i64 = 50;
@@ -27,14 +29,15 @@ struct Parameters {
     exports: Vec<(&'static str, String)>,
 }
 
-struct Row {
+/// A parameter as a row of a table.
+pub struct Row {
     job: String,
     identified_at: String,
     bike: String,
-    method: String,
-    axle: String,
-    name: String,
-    value: Quantity,
+    pub method: String,
+    pub axle: String,
+    pub name: String,
+    pub value: Quantity,
     verdict: Option<String>,
 }
 
@@ -59,24 +62,46 @@ impl From<ParameterRow> for Row {
     }
 }
 
-/// A blank field asks for nothing.
-fn tidied(mut params: Params) -> Params {
-    for field in [
-        &mut params.bike,
-        &mut params.method,
-        &mut params.axle,
-        &mut params.name,
-        &mut params.effect,
-        &mut params.verdict,
-        &mut params.from,
-        &mut params.to,
-    ] {
-        *field = field
-            .take()
-            .map(|text| text.trim().to_owned())
-            .filter(|text| !text.is_empty());
+/// The filter, blank where the form's field was.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Asked {
+    bike: Option<String>,
+    method: Option<String>,
+    axle: Option<String>,
+    name: Option<String>,
+    effect: Option<String>,
+    verdict: Option<String>,
+    from: Option<String>,
+    to: Option<String>,
+    cursor: Option<String>,
+}
+
+impl Asked {
+    /// What is asked of the store.
+    fn params(self) -> Result<Params, Problem> {
+        let day = |name: &str, text: Option<String>, bound: Bound| {
+            let text = filled(text);
+            if let Some(text) = &text {
+                time::parse(name, text, bound)?;
+            }
+            Ok::<_, Problem>(text)
+        };
+        Ok(Params {
+            bike: filled(self.bike),
+            method: one_of("method", self.method, &METHODS)?,
+            axle: one_of("axle", self.axle, &AXLES)?,
+            name: filled(self.name),
+            effect: filled(self.effect),
+            verdict: one_of("verdict", self.verdict, &VERDICTS)?,
+            job: None,
+            from: day("from", self.from, Bound::From)?,
+            to: day("to", self.to, Bound::To)?,
+            format: None,
+            limit: None,
+            cursor: self.cursor,
+        })
     }
-    params
 }
 
 /// The query without what is blank and without the cursor.
@@ -103,9 +128,9 @@ pub async fn list(
     State(server): App,
     caller: Caller,
     OriginalUri(uri): OriginalUri,
-    Query(params): Query<Params>,
+    Query(asked): Query<Asked>,
 ) -> Result<Html<String>, Fault> {
-    let params = tidied(params);
+    let params = asked.params()?;
     let found = rows(&server, &caller.group, &params, PAGE).await?;
     let page = Page::cut(found, PAGE, cursor, Row::from);
     let here = without_cursor(&uri);

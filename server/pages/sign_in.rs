@@ -29,6 +29,7 @@ impl SignIn {
 }
 
 #[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Params {
     next: Option<String>,
 }

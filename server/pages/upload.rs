@@ -8,7 +8,7 @@ use axum::response::{Html, IntoResponse, Redirect, Response};
 use serde::Deserialize;
 use veloid_engine::Settings;
 
-use super::layout::{Fault, Query, html};
+use super::layout::{Fault, Query, filled, html};
 use crate::api::access::Caller;
 use crate::api::problem::{Kind, Problem};
 use crate::api::rides::submit_upload;
@@ -123,7 +123,12 @@ pub async fn form(
     caller: Caller,
     Query(params): Query<Params>,
 ) -> Result<Html<String>, Fault> {
-    html(&Form::new(&server, &caller, params.bike, None).await?)
+    let chosen = filled(params.bike);
+    if let Some(name) = &chosen {
+        let found = bike::find(&server.db, &caller.group, name).await?;
+        found.ok_or_else(|| Problem::not_found("the bike"))?;
+    }
+    html(&Form::new(&server, &caller, chosen, None).await?)
 }
 
 /// Takes the form and leads on to the job's page, or shows the form with what was wrong.

@@ -42,19 +42,6 @@ pub fn parameter(name: &str) -> String {
     }
 }
 
-/// The unit with its signs, on one line.
-pub fn unit(unit: &str) -> String {
-    if unit == "-" {
-        return String::new();
-    }
-    powers(unit).replace(' ', "\u{a0}")
-}
-
-/// `m^2` as m².
-pub fn powers(text: &str) -> String {
-    text.replace("^2", "²").replace("^3", "³")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -63,6 +50,5 @@ mod tests {
     fn names_become_words_and_addresses() {
         assert_eq!(title("coulomb_friction"), "Coulomb friction");
         assert_eq!(bike_page("a b/ü?"), "/bikes/a%20b%2F%C3%BC%3F");
-        assert_eq!(unit("N s^2/m^2"), "N\u{a0}s²/m²");
     }
 }

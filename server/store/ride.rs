@@ -3,6 +3,9 @@ use uuid::Uuid;
 
 use super::{Db, Tx, now_ms};
 
+/// Stands for the SHA-256 of a ride that is only told of (`veloid seed`): there is no file.
+pub const TOLD: &str = "season";
+
 /// An uploaded file.
 #[derive(FromRow)]
 pub struct RideRow {

@@ -93,7 +93,7 @@ impl Season {
             };
             bike::upsert(&mut tx, HOME, name, &file).await?;
         }
-        let file = ride::upsert(&mut tx, HOME, "season", "season", 0).await?;
+        let file = ride::upsert(&mut tx, HOME, ride::TOLD, "season", 0).await?;
         tx.commit().await?;
         let own: Vec<[f64; 4]> = (0..self.bikes)
             .map(|_| std::array::from_fn(|_| 1.0 + 0.04 * self.normal()))

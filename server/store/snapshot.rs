@@ -5,6 +5,8 @@ use std::path::Path;
 use sqlx::sqlite::SqliteConnectOptions;
 use sqlx::{ConnectOptions, Connection};
 
+use super::ride::TOLD;
+
 #[derive(Debug, thiserror::Error)]
 pub enum SnapshotError {
     #[error("database: {0}")]
@@ -30,9 +32,11 @@ pub async fn snapshot(from: &Path, to: &Path) -> Result<Vec<String>, SnapshotErr
     if found != "ok" {
         return Err(SnapshotError::Damaged(found));
     }
-    let files = sqlx::query_scalar("SELECT DISTINCT sha256 FROM ride ORDER BY sha256")
-        .fetch_all(&mut copy)
-        .await?;
+    let files =
+        sqlx::query_scalar("SELECT DISTINCT sha256 FROM ride WHERE sha256 <> $1 ORDER BY sha256")
+            .bind(TOLD)
+            .fetch_all(&mut copy)
+            .await?;
     copy.close().await?;
     Ok(files)
 }

@@ -1,6 +1,7 @@
 // The history of one bicycle.
 
 import { Figure } from './plot.js';
+import { measured } from './number.js';
 
 const host = document.querySelector('#history');
 if (host) draw(host.dataset.address);
@@ -26,7 +27,7 @@ function panel({ name, unit, points, pooled, trend }) {
   const traces = [{
     name: letter, x, y: points.map((point) => point.value), error: points.map((point) => 1.96 * point.std_error),
     dots: true, ink: 'series-extended', legend: false, size: 7,
-    text: points.map((point) => `${point.value.toPrecision(6)} ± ${(1.96 * point.std_error).toPrecision(2)} ${unit}, ${(point.verdict ?? 'no diagnosis').replaceAll('_', ' ')}`),
+    text: points.map((point) => `${measured(point.value, point.std_error)} ${unit}, ${(point.verdict ?? 'no diagnosis').replaceAll('_', ' ')}`),
   }];
   if (trend && trend.p_value < 0.05) {
     const day = (time) => Date.parse(time) / 864e5;

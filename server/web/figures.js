@@ -1,5 +1,6 @@
 // The figures of a result: what is drawn from the report and what from the series along the ride.
 
+import { rough } from './number.js';
 import { Figure, Timeline } from './plot.js';
 
 const AXLES = ['front', 'rear'];
@@ -120,7 +121,7 @@ function position(report) {
 function scatter(report, axle) {
   const point = (name, list, ink, symbol, size) => ({
     name, x: list.map((p) => p.k_n_m), y: list.map((p) => p.b_n_s_m), ink, dots: true, symbol, size,
-    text: list.map((p, i) => `${name}${list.length > 1 ? ` ${i + 1}` : ''}: k ${p.k_n_m.toPrecision(6)} N/m, B ${p.b_n_s_m.toPrecision(5)} N s/m`),
+    text: list.map((p, i) => `${name}${list.length > 1 ? ` ${i + 1}` : ''}: k ${rough(p.k_n_m, 6)} N/m, B ${rough(p.b_n_s_m)} N s/m`),
   });
   const trials = report.swarm.trials.map((trial) => trial[axle]).filter(Boolean);
   return {

@@ -3,10 +3,11 @@
 import { Figure } from './plot.js';
 import { follow } from './live.js';
 import { drawAll } from './figures.js';
+import { measured } from './number.js';
 
 const about = document.querySelector('#job').dataset;
 
-if (about.state === 'succeeded') {
+if ('report' in about) {
   drawAll(about.job);
   const print = document.querySelector('#print');
   print.hidden = false;
@@ -73,12 +74,7 @@ function showEarly(estimates) {
   const section = document.querySelector('#early');
   if (!section.hidden) return;
   const body = section.querySelector('tbody');
-  const number = (value, error, unit) => {
-    if (error === null) return `${value.toPrecision(5)} ${unit}, not identifiable`;
-    const margin = 1.96 * error;
-    const digits = Math.max(0, 1 - Math.floor(Math.log10(margin)));
-    return `${value.toFixed(digits)} ± ${margin.toFixed(digits)} ${unit}`;
-  };
+  const unknown = (error) => (error === null ? ', not identifiable' : '');
   for (const axle of ['front', 'rear']) {
     const found = estimates[axle];
     if (!found) continue;
@@ -88,8 +84,8 @@ function showEarly(estimates) {
     head.textContent = axle;
     row.append(head);
     for (const text of [
-      number(found.k_n_m, found.k_std_n_m, 'N/m'),
-      number(found.b_n_s_m, found.b_std_n_s_m, 'N s/m'),
+      `${measured(found.k_n_m, found.k_std_n_m)} N/m${unknown(found.k_std_n_m)}`,
+      `${measured(found.b_n_s_m, found.b_std_n_s_m)} N s/m${unknown(found.b_std_n_s_m)}`,
     ]) {
       const cell = row.insertCell();
       cell.className = 'number';

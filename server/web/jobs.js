@@ -1,7 +1,7 @@
 // The list of jobs: two to eight can be compared; running ones are looked after.
 
 const form = document.querySelector('#compare');
-const boxes = [...(form?.querySelectorAll('input[name=job]') ?? [])];
+const boxes = [...document.querySelectorAll('input[name=job]')];
 const button = document.querySelector('#chosen');
 
 function allow() {
@@ -11,7 +11,7 @@ function allow() {
 }
 
 if (form) {
-  form.addEventListener('change', allow);
+  boxes.forEach((box) => box.addEventListener('change', allow));
   addEventListener('pageshow', allow);
   allow();
 }

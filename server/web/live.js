@@ -1,4 +1,7 @@
-// Follows a running job: by server-sent events, or, where none arrive, by polling with its ETag.
+// Follows a running job: by server-sent events, or, where none arrive, by polling with its ETag. Many jobs
+// are asked after in turn: a stream for each would take up the few connections that a browser has.
+
+export const running = (job) => ['queued', 'running'].includes(job.state);
 
 /** Calls `on.snapshot`, `on.iteration`, `on.stage`, `on.done` as the job moves. */
 export function follow(job, on) {
@@ -32,7 +35,7 @@ async function poll(job, on) {
       if (response.status === 200) {
         etag = response.headers.get('ETag');
         const view = await response.json();
-        if (!['queued', 'running'].includes(view.state)) { on.done?.(view); return; }
+        if (!running(view)) { on.done?.(view); return; }
         on.stage?.(view);
         const trials = await (await fetch(view.links.trials)).json();
         on.snapshot?.({
@@ -44,6 +47,41 @@ async function poll(job, on) {
       }
     } catch {
       await pause(2000);
+    }
+  }
+}
+
+const watched = new Map();
+/** Time between two rounds of asking (ms). */
+const ROUND = 1000;
+
+/** Calls `show` with the job whenever it has changed, to its end. */
+export function watch(job, show) {
+  const idle = watched.size === 0;
+  watched.set(job, { show, etag: null });
+  if (idle) round();
+}
+
+async function round() {
+  while (watched.size) {
+    await pause(ROUND);
+    for (const [job, known] of watched) {
+      try {
+        const headers = known.etag ? { 'If-None-Match': known.etag } : {};
+        const response = await fetch(job, { headers, cache: 'no-store' });
+        if (response.status === 200) {
+          known.etag = response.headers.get('ETag');
+          const view = await response.json();
+          known.show(view);
+          if (!running(view)) watched.delete(job);
+        } else if (response.status === 404) {
+          watched.delete(job);
+        } else if (response.status !== 304) {
+          await pause(2 * ROUND);
+        }
+      } catch {
+        await pause(2 * ROUND);
+      }
     }
   }
 }

@@ -3,6 +3,8 @@
 // A figure is described as { panels: [{ label, log, range, traces }], x: { label, log } }, a trace as
 // { name, x, y, ink, dash, dots, band, shown }. Panels stand above each other and share their x axis.
 
+import { rough } from './number.js';
+
 const source = new URL('plotly.js', import.meta.url);
 let library;
 
@@ -55,7 +57,7 @@ function toPlotly(trace, axis) {
       type: 'heatmap', name: trace.name, x: trace.x, y: trace.y, z: trace.z, yaxis: axis, zmid: 0,
       colorscale: [[0, ink('series-extended')], [0.5, ink('paper')], [1, ink('series-plain')]],
       colorbar: { thickness: 10, title: { text: trace.unit, side: 'right' } },
-      hovertemplate: `%{x:.4g}, %{y:.4g}: %{z:.4g} ${trace.unit}<extra></extra>`,
+      hovertemplate: `%{x:,.4~r}, %{y:,.4~r}: %{z:,.4~r} ${trace.unit}<extra></extra>`,
     };
   }
   return {
@@ -267,7 +269,7 @@ export class Figure {
       for (const value of values) {
         const cell = line.insertCell();
         cell.className = 'number';
-        cell.textContent = typeof value === 'number' ? Number(value.toPrecision(6)).toString() : value ?? '';
+        cell.textContent = typeof value === 'number' ? rough(value, 6) : value ?? '';
       }
     }
     if (rows.length > most) {

@@ -1,11 +1,17 @@
 // The upload form with JavaScript: several rides at once, a preview of what was understood of each,
-// progress and outcome per ride. Without it the plain form sends one ride.
+// progress and outcome per ride, to the end of its job. Without it the plain form sends one ride.
 
+import { running, watch } from './live.js';
+import { rough } from './number.js';
+
+const STAGES = { observe: 'observer and least squares', trial: 'particle swarm', conclude: 'output error', diagnose: 'diagnosis' };
 const form = document.querySelector('#upload');
 const input = document.querySelector('#file');
 const list = document.querySelector('#rides');
 const drop = document.querySelector('.drop');
 const rides = new Map();
+/** Options on which it depends how a file is read. */
+const READING = ['rate_hz', 'rows', 'map'];
 
 input.multiple = true;
 input.required = false;
@@ -19,7 +25,7 @@ drop.addEventListener('drop', (event) => {
   add(event.dataTransfer.files);
 });
 input.addEventListener('change', () => { add(input.files); input.value = ''; });
-for (const name of ['rate_hz', 'rows', 'map']) {
+for (const name of READING) {
   form.querySelectorAll(`[name=${name}]`).forEach((field) => field.addEventListener('change', () => {
     for (const ride of rides.values()) if (!ride.sent) preview(ride);
   }));
@@ -43,20 +49,18 @@ function add(files) {
   }
 }
 
-/** What the options say, less what is blank. */
-function options() {
-  const data = new FormData(form);
-  data.delete('file');
-  for (const [name, value] of [...data]) if (String(value).trim() === '') data.delete(name, value);
+/** What is filled in of the form's fields, or of some of them; several may have one name. */
+function filled(names = null) {
+  const data = new FormData();
+  for (const [name, value] of new FormData(form)) {
+    if (typeof value === 'string' && value.trim() && (names?.includes(name) ?? true)) data.append(name, value);
+  }
   return data;
 }
 
 async function preview(ride) {
   say(ride, 'reading …');
-  const body = new FormData();
-  for (const name of ['rate_hz', 'rows', 'map']) {
-    for (const value of new FormData(form).getAll(name)) if (value.trim()) body.append(name, value);
-  }
+  const body = filled(READING);
   body.append('file', ride.file);
   try {
     const response = await fetch('/v1/rides/preview', { method: 'POST', body });
@@ -65,7 +69,7 @@ async function preview(ride) {
     if (!response.ok) { say(ride, answer.detail, true); return; }
     const columns = answer.columns.map((c) => (c.header === c.channel ? `${c.channel} (${c.unit})` : `${c.channel} from ${c.header} (${c.unit})`));
     const parts = [answer.format];
-    if (answer.rate_hz) parts.push(`${answer.duration_s.toFixed(1)} s at ${Number(answer.rate_hz.toPrecision(5))} Hz`);
+    if (answer.rate_hz) parts.push(`${answer.duration_s.toFixed(1)} s at ${rough(answer.rate_hz)} Hz`);
     parts.push(columns.join(', '));
     if (answer.ignored.length) parts.push(`not used: ${answer.ignored.join(', ')}`);
     if (answer.gaps.length) parts.push(`${answer.gaps.length} gap(s), the first from ${answer.gaps[0].from_s.toFixed(2)} to ${answer.gaps[0].to_s.toFixed(2)} s`);
@@ -117,7 +121,7 @@ function send(ride) {
   ride.item.append(bar);
   say(ride, 'sending …');
   return new Promise((resolve) => {
-    const body = options();
+    const body = filled();
     body.append('file', ride.file);
     const request = new XMLHttpRequest();
     ride.request = request;
@@ -129,10 +133,8 @@ function send(ride) {
         ride.job = answer;
         ride.item.querySelector('button').remove();
         ride.said.className = '';
-        const link = document.createElement('a');
-        link.href = answer.links.page;
-        link.textContent = 'follow the identification';
-        ride.said.replaceChildren('Queued: ', link);
+        show(ride, answer);
+        watch(answer.links.job, (job) => show(ride, job));
         resolve(answer);
         return;
       }
@@ -146,6 +148,34 @@ function send(ride) {
     request.open('POST', '/v1/rides');
     request.send(body);
   });
+}
+
+/** Where the job of a ride stands. */
+function show(ride, job) {
+  const said = {
+    queued: 'queued', running: STAGES[job.stage], failed: `failed: ${job.failure?.detail}`, cancelled: 'cancelled',
+    succeeded: job.verdict?.replaceAll('_', ' ') ?? 'done',
+  }[job.state];
+  const text = `${job.state} ${said}`;
+  if (ride.shown !== text) {
+    ride.shown = text;
+    const state = document.createElement('span');
+    state.className = `state ${job.state}`;
+    state.textContent = said;
+    const link = document.createElement('a');
+    link.href = job.links.page;
+    link.textContent = job.state === 'succeeded' ? 'see the result' : running(job) ? 'follow the identification' : 'see the job';
+    link.setAttribute('aria-label', `${ride.file.name}: ${link.textContent}`);
+    ride.said.replaceChildren(state, ' · ', link);
+  }
+  let bar = ride.item.querySelector('progress');
+  if (!running(job)) { bar?.remove(); return; }
+  if (!bar) {
+    bar = document.createElement('progress');
+    bar.setAttribute('aria-label', `Identification of ${ride.file.name}`);
+    ride.item.append(bar);
+  }
+  bar.value = job.progress;
 }
 
 function parse(text) {

@@ -177,7 +177,13 @@ impl Browser {
     }
 
     pub async fn choose(&self, css: &str, value: &str) {
-        self.find(css).await.select_by_value(value).await.unwrap();
+        self.find(css).await;
+        // By the option's value, which need not stand in an attribute.
+        let script = format!(
+            "const field = document.querySelector({css:?}); field.value = {value:?}; \
+             field.dispatchEvent(new Event('change', {{ bubbles: true }})); return field.value"
+        );
+        assert_eq!(self.run(&script).await, value, "{css}");
     }
 
     pub async fn press(&self, css: &str, keys: &str) {

@@ -146,7 +146,11 @@ fn val_a_wheels_mass_is_told_by_the_ride_or_not_at_all() {
             "{wheel}: {:?}",
             d.warnings
         );
-        assert_eq!(found.not_identifiable.is_some(), warned, "{wheel}: {found:?}");
+        assert_eq!(
+            found.not_identifiable.is_some(),
+            warned,
+            "{wheel}: {found:?}"
+        );
         if let Some(error) = found.std_error {
             assert!(
                 (found.value - wheel).abs() < 3.0 * error,

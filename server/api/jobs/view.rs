@@ -12,6 +12,7 @@ use crate::api::time;
 use crate::options::Options;
 use crate::store::Db;
 use crate::store::job::{self, Failure, JobRow, Stage, State};
+use crate::store::ride::TOLD;
 
 /// An identification: where it stands and what is known so far.
 #[derive(Clone, Serialize, ToSchema)]
@@ -61,6 +62,8 @@ pub struct Trials {
 pub struct RideOf {
     pub id: Uuid,
     pub name: String,
+    /// Made up by `veloid seed`: such a ride has parameters, but neither a file nor a report.
+    pub made_up: bool,
     /// What was understood of the file.
     pub summary: RideSummary,
 }
@@ -91,6 +94,7 @@ impl From<JobRow> for JobView {
             ride: RideOf {
                 id: row.ride_id,
                 name: row.ride_name,
+                made_up: row.sha256 == TOLD,
                 summary: row.summary.0,
             },
             bike: row.bike,

@@ -7,8 +7,9 @@ use uuid::Uuid;
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::extract::{Path, matches, not_modified, tagged};
-use crate::api::problem::Problem;
-use crate::store::ride;
+use crate::api::jobs::report::MADE_UP;
+use crate::api::problem::{Kind, Problem};
+use crate::store::ride::{self, TOLD};
 
 /// The bytes that were uploaded.
 #[utoipa::path(get, path = "/v1/rides/{id}/file", operation_id = "download_ride", tag = "rides", params(("id" = Uuid, Path)),
@@ -25,6 +26,9 @@ pub async fn file(
     let ride = ride::find(&server.db, &caller.group, id)
         .await?
         .ok_or_else(|| Problem::not_found("the ride"))?;
+    if ride.sha256 == TOLD {
+        return Err(Problem::new(Kind::NotFound, MADE_UP));
+    }
     let etag = format!("\"{}\"", ride.sha256);
     if matches(&headers, &etag) {
         return Ok(not_modified(&etag));

@@ -10,6 +10,7 @@ use crate::api::jobs::view::JobView;
 use crate::api::list::MOST;
 use crate::api::problem::Problem;
 use crate::api::{App, time};
+use crate::store::ride::TOLD;
 use crate::store::{job, ride};
 
 /// An uploaded ride.
@@ -18,12 +19,13 @@ pub struct RideView {
     pub id: Uuid,
     /// Name of the file as its sender calls it.
     pub name: String,
-    pub sha256: String,
+    /// Null, as the file's address, of a ride that `veloid seed` made up.
+    pub sha256: Option<String>,
     pub bytes: i64,
     #[schema(format = DateTime)]
     pub uploaded_at: String,
     /// Address of the bytes.
-    pub file: String,
+    pub file: Option<String>,
     /// Its identifications, newest first.
     pub jobs: Vec<JobView>,
 }
@@ -47,11 +49,12 @@ pub async fn get(
         ..job::Filter::default()
     };
     let jobs = job::page(&server.db, &filter, MOST).await?;
+    let filed = ride.sha256 != TOLD;
     Ok(Json(RideView {
-        file: format!("/v1/rides/{id}/file"),
+        file: filed.then(|| format!("/v1/rides/{id}/file")),
         id,
         name: ride.name,
-        sha256: ride.sha256,
+        sha256: filed.then_some(ride.sha256),
         bytes: ride.bytes,
         uploaded_at: time::text(ride.uploaded_at),
         jobs: jobs.into_iter().map(JobView::from).collect(),

@@ -3,8 +3,7 @@
 use std::fmt::Write;
 
 use veloid_engine::diagnosis::HeldOut;
-
-use crate::pages::number::significant;
+use veloid_engine::number::significant;
 
 const ROW: f64 = 26.0;
 const LEFT: f64 = 120.0;

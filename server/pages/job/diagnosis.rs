@@ -4,10 +4,10 @@ use veloid_engine::bicycle::Axle;
 use veloid_engine::diagnosis::{
     Detectable, Diagnosis, EffectReport, HeldOut, NextRide, Place, Stronger, Verdict,
 };
+use veloid_engine::number::{Quantity, fixed, powers, significant};
 use veloid_engine::report::Report;
 
 use super::bars;
-use crate::pages::number::{Quantity, fixed, significant};
 use crate::pages::words;
 
 pub struct DiagnosisView {
@@ -78,7 +78,7 @@ impl DiagnosisView {
         Some(Self {
             verdict,
             label,
-            sentence: words::powers(&d.sentence),
+            sentence: powers(&d.sentence),
             effects: d.effects.iter().map(EffectView::of).collect(),
             alternatives: d
                 .alternatives
@@ -109,11 +109,7 @@ impl DiagnosisView {
 /// Effect, axle, parameter, and from where on it would have shown.
 fn detectable(x: &Detectable) -> [String; 4] {
     let size = x.smallest_detectable.map(|size| {
-        let quantity = Quantity {
-            value: significant(size, 3),
-            margin: None,
-            unit: words::unit(&x.unit),
-        };
+        let quantity = Quantity::rough(size, 3, &x.unit);
         match x.stronger {
             Stronger::Larger => format!("{quantity} or more"),
             Stronger::Smaller => format!("{quantity} or less"),
@@ -143,17 +139,13 @@ impl EffectView {
             Some(p) if p < 1e-4 => "By chance alone with probability below 0.0001".to_owned(),
             Some(p) => format!("By chance alone with probability {}", significant(p, 2)),
         };
-        let parameters = effect.parameters.iter().map(|(name, p)| {
-            let quantity = match name.as_str() {
-                // A choice, told by its unit; the number only tells programs apart.
-                "side" => Quantity {
-                    value: String::new(),
-                    margin: None,
-                    unit: p.unit.clone(),
-                },
-                _ => Quantity::new(p.value, p.std_error, &p.unit),
-            };
-            (words::plain(name), quantity, p.not_identifiable.clone())
+        let parameters = effect.parameters.iter();
+        let parameters = parameters.map(|(name, p)| {
+            (
+                words::plain(name),
+                p.quantity(name),
+                p.not_identifiable.clone(),
+            )
         });
         Self {
             title: words::title(&effect.id),

@@ -8,10 +8,11 @@ use askama::Template;
 use axum::extract::State;
 use axum::response::{Html, Redirect};
 use uuid::Uuid;
+use veloid_engine::number::{Quantity, fixed, significant};
 use veloid_engine::report::Report;
 
 use super::layout::{Fault, Path, html};
-use super::number::{Quantity, fixed, significant};
+use super::parameters::Row;
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::extract;
@@ -19,9 +20,12 @@ use crate::api::jobs::view::{JobView, no_such_job};
 use crate::api::jobs::{cancel as cancelling, retry as retrying};
 use crate::api::problem::Problem;
 use crate::store::job::{self, Request, Stage};
-use crate::store::result;
+use crate::store::{parameter, result};
 use diagnosis::DiagnosisView;
 use report::ReportView;
+
+/// Most parameters that a made-up ride's page lists; there are 21 at most.
+const TOLD: i64 = 100;
 
 #[derive(Template)]
 #[template(path = "job.html")]
@@ -34,6 +38,8 @@ struct Page {
     diagnosis: Option<DiagnosisView>,
     /// Least squares of a job that is not finished.
     early: Vec<Early>,
+    /// All there is of a made-up ride.
+    told: Vec<Row>,
 }
 
 /// The first estimate of an axle.
@@ -125,7 +131,18 @@ pub async fn page(
         k: Quantity::new(e.k_n_m, e.k_std_n_m, "N/m"),
         b: Quantity::new(e.b_n_s_m, e.b_std_n_s_m, "N s/m"),
     });
+    let told = if job.ride.made_up {
+        let filter = parameter::Filter {
+            group: &caller.group,
+            job: Some(id),
+            ..parameter::Filter::default()
+        };
+        parameter::page(&server.db, &filter, TOLD).await?
+    } else {
+        Vec::new()
+    };
     html(&Page {
+        told: told.into_iter().map(Row::from).collect(),
         early: early.collect(),
         sha256,
         bike: serde_json::to_string_pretty(&bike).map_err(Problem::internal)?,

@@ -1,9 +1,9 @@
 //! The report's numbers as tables.
 
 use veloid_engine::bicycle::{Axle, PerAxle};
+use veloid_engine::number::{Quantity, fixed, significant};
 use veloid_engine::report::{Estimate, Report};
 
-use crate::pages::number::{Quantity, fixed, significant};
 use crate::pages::words;
 
 pub struct ReportView {
@@ -41,8 +41,8 @@ pub struct MethodRow {
     pub k: Quantity,
     pub b: Quantity,
     /// What stands beside the values: the swarm's scatter, or why there is no interval.
-    pub k_note: Option<String>,
-    pub b_note: Option<String>,
+    pub k_note: Option<&'static str>,
+    pub b_note: Option<&'static str>,
     pub k_bias: String,
     pub b_bias: String,
 }
@@ -111,24 +111,27 @@ fn methods(report: &Report) -> Vec<MethodRow> {
             .iter()
             .map(move |(axle, e)| (method, axle, e.clone()))
     })
-    .map(|(method, axle, e)| MethodRow {
-        method: words::title(&words::method(method)),
-        axle: axle.name(),
-        k: k(&e),
-        b: b(&e),
-        k_note: note(e.k_scatter_n_m, e.k_not_identifiable.is_some()),
-        b_note: note(e.b_scatter_n_s_m, e.b_not_identifiable.is_some()),
-        k_bias: percent(e.k_bias_percent),
-        b_bias: percent(e.b_bias_percent),
+    .map(|(method, axle, e)| {
+        let (k, b) = match method {
+            "swarm" => (
+                Quantity::scattered(e.k_n_m, e.k_scatter_n_m, "N/m"),
+                Quantity::scattered(e.b_n_s_m, e.b_scatter_n_s_m, "N s/m"),
+            ),
+            _ => (k(&e), b(&e)),
+        };
+        let note = |why: &Option<String>| why.is_some().then_some("not identifiable");
+        MethodRow {
+            method: words::title(&words::method(method)),
+            axle: axle.name(),
+            k,
+            b,
+            k_note: note(&e.k_not_identifiable),
+            b_note: note(&e.b_not_identifiable),
+            k_bias: percent(e.k_bias_percent),
+            b_bias: percent(e.b_bias_percent),
+        }
     })
     .collect()
-}
-
-fn note(scatter: Option<f64>, unknown: bool) -> Option<String> {
-    match scatter {
-        Some(scatter) => Some(format!("scatter {}", significant(scatter, 2))),
-        None => unknown.then(|| "not identifiable".to_owned()),
-    }
 }
 
 fn comparison(report: &Report) -> Vec<[String; 8]> {

@@ -1,0 +1,291 @@
+//! Every form on a server with a history: each field filled and blank, each choice, back and reload.
+
+use serde_json::{Value, json};
+use veloid_engine::number::Number;
+
+use super::chromium::{Browser, Look};
+use super::finished;
+use crate::harness::Server;
+use crate::ride::{self, LONG};
+
+const ENTER: &str = "\u{e007}";
+/// Answers with a fault to whatever the page has fetched.
+const REFUSED: &str = "return performance.getEntriesByType('resource') \
+    .filter(({ responseStatus }) => responseStatus >= 400).map(({ name }) => name)";
+
+#[tokio::test]
+async fn a_ride_is_uploaded_however_bicycle_and_channels_are_told() {
+    let server = Server::start();
+    let Some(browser) = Browser::start(Look::WIDE).await else {
+        return;
+    };
+    finished(&server, "1").await;
+    let other = ride::BIKE.replace("lab-7", "lab-8");
+    // The page, the bicycle chosen, its file, columns of channels, and the bicycle that it is.
+    for (seed, (page, chosen, file, maps, bike)) in [
+        ("/", Some("lab-7"), "", ["", ""], "lab-7"),
+        ("/", Some(""), other.as_str(), ["", ""], "lab-8"),
+        ("/", Some("lab-7"), other.as_str(), ["", ""], "lab-8"),
+        ("/?bike=lab-8", None, "", ["z_f=V2", ""], "lab-8"),
+        ("/", Some("lab-7"), "", ["", "z_f=V2"], "lab-7"),
+        ("/", Some(""), ride::BIKE, ["z_f=V2", "z_r=V4"], "lab-7"),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let mut table = ride::table(2000, 200.0);
+        for (map, channel, column) in [(0, "z_f", "V2"), (1, "z_f", "V2"), (1, "z_r", "V4")] {
+            if maps[map] == format!("{channel}={column}") {
+                table = table.replacen(channel, column, 1);
+            }
+        }
+        let name = format!("ride-{seed}.csv");
+        let path = server.folder.write(&name, table);
+        browser.goto(&server.address(page)).await;
+        browser.click("summary").await;
+        for (field, value) in ride::QUICK {
+            match field {
+                "diagnosis" => browser.choose("#diagnosis", value).await,
+                _ => browser.fill(&format!("#{field}"), value).await,
+            }
+        }
+        browser.fill("#seed", &seed.to_string()).await;
+        for (i, map) in maps.into_iter().enumerate() {
+            browser.fill(&format!("#map{}", i + 1), map).await;
+        }
+        if let Some(chosen) = chosen {
+            browser.choose("#fleet", chosen).await;
+        }
+        browser.fill("#bike", file).await;
+        let field = browser.find("#file").await;
+        field.send_keys(path.to_str().unwrap()).await.unwrap();
+        browser.click("button.primary").await;
+        browser.sees("h1", &format!("{bike}: {name}")).await;
+        // The live page turns into the result by itself.
+        browser.sees("main", "Stiffness and damping").await;
+        browser.client.refresh().await.unwrap();
+        browser.sees("main", "Stiffness and damping").await;
+        browser.client.back().await.unwrap();
+        browser.sees("h1", "Identify a ride").await;
+        let ready = "return !document.querySelector('button.primary').disabled";
+        assert_eq!(browser.run(ready).await, true);
+    }
+    // Neither: it is said beside the field.
+    browser.goto(&server.address("/")).await;
+    let path = server.folder.write("none.csv", ride::example());
+    let field = browser.find("#file").await;
+    field.send_keys(path.to_str().unwrap()).await.unwrap();
+    browser.click("button.primary").await;
+    browser.sees("#bike-fault", "bike").await;
+    browser.stop().await;
+}
+
+#[tokio::test]
+async fn several_rides_are_followed_to_their_end() {
+    let server = Server::start();
+    let Some(browser) = Browser::start(Look::NARROW).await else {
+        return;
+    };
+    finished(&server, "1").await;
+    browser.goto(&server.address("/")).await;
+    browser.click("summary").await;
+    for (field, value) in ride::QUICK {
+        match field {
+            "diagnosis" => browser.choose("#diagnosis", value).await,
+            _ => browser.fill(&format!("#{field}"), value).await,
+        }
+    }
+    browser.choose("#fleet", "lab-7").await;
+    let field = browser.find("#file").await;
+    // The last one is there already, with its result.
+    for (name, samples) in [("a.csv", 2000), ("b.csv", 2500), ("again.csv", 2000)] {
+        let path = server.folder.write(name, ride::table(samples, 200.0));
+        field.send_keys(path.to_str().unwrap()).await.unwrap();
+    }
+    browser.click("button.primary").await;
+    for ride in 1..=3 {
+        let said = format!("#rides li:nth-child({ride})");
+        browser.sees(&said, "see the result").await;
+        browser.sees(&said, "done").await;
+    }
+    let bars = "return document.querySelectorAll('#rides progress').length";
+    assert_eq!(browser.run(bars).await, 0);
+    assert_eq!(browser.run(REFUSED).await, json!([]));
+    browser.click("#rides li:nth-child(2) a").await;
+    browser.sees("h1", "lab-7: b.csv").await;
+    browser.sees("main", "Stiffness and damping").await;
+    browser.stop().await;
+}
+
+#[tokio::test]
+async fn lists_are_filtered_by_every_choice() {
+    let server = Server::with(&["--workers", "0"]);
+    let seed = ["seed", "--bikes", "4", "--rides", "120"];
+    assert!(server.beside(&seed).status().unwrap().success());
+    server.submit(&LONG).await;
+    let Some(browser) = Browser::start(Look::WIDE).await else {
+        return;
+    };
+    const ROWS: &str = "return document.querySelectorAll('tbody tr').length";
+    for path in ["/jobs", "/parameters"] {
+        let address = server.address(path);
+        browser.goto(&address).await;
+        let all = browser.run(ROWS).await;
+        browser.click(".filter button").await;
+        assert_eq!(browser.run(ROWS).await, all, "blank fields ask for nothing");
+        let choices = "return [...document.querySelectorAll('.filter select')] \
+            .flatMap((field) => [...field.options].map((option) => [field.id, option.value]))";
+        for choice in browser.run(choices).await.as_array().unwrap() {
+            let (field, value) = (choice[0].as_str().unwrap(), choice[1].as_str().unwrap());
+            browser.goto(&address).await;
+            browser.choose(&format!("#{field}"), value).await;
+            browser.click(".filter button").await;
+            let kept = format!("return document.querySelector('#{field}')?.value");
+            assert_eq!(browser.run(&kept).await, value, "{path} {field}");
+            let column = field[..1].to_uppercase() + &field[1..];
+            let cells = format!(
+                "return [...document.querySelectorAll('td[data-label={column}]')].map((cell) => cell.innerText)"
+            );
+            let said = match value {
+                "swarm" => "particle swarm".to_owned(),
+                "instrumental" => "instrumental variables".to_owned(),
+                value => value.replace('_', " "),
+            };
+            for cell in browser.run(&cells).await.as_array().unwrap() {
+                assert!(
+                    cell.as_str().unwrap().contains(&said),
+                    "{path} {choice} {cell}"
+                );
+            }
+        }
+        browser.goto(&address).await;
+        browser.fill("#bike", " season-002 ").await;
+        browser.click(".filter button").await;
+        let bikes = "return [...new Set([...document.querySelectorAll('td a[href^=\"/bikes/\"]')].map((a) => a.innerText))]";
+        assert_eq!(browser.run(bikes).await, json!(["season-002"]));
+        browser.client.back().await.unwrap();
+        browser.client.refresh().await.unwrap();
+        assert_eq!(browser.run(ROWS).await, all);
+    }
+    for (field, day, some) in [("from", "01-01-2020", true), ("to", "01-01-2020", false)] {
+        browser.goto(&server.address("/parameters")).await;
+        let field = browser.find(&format!("#{field}")).await;
+        field.send_keys(day).await.unwrap();
+        browser.click(".filter button").await;
+        assert_eq!(browser.run(ROWS).await.as_f64() > Some(0.0), some);
+    }
+    browser.stop().await;
+}
+
+#[tokio::test]
+async fn jobs_are_cancelled_and_retried_by_their_buttons_and_by_nothing_else() {
+    let server = Server::start();
+    finished(&server, "1").await;
+    server.submit(&LONG).await;
+    let Some(browser) = Browser::start(Look::WIDE).await else {
+        return;
+    };
+    browser.goto(&server.address("/jobs")).await;
+    // Enter in a form presses its first button: that must not be one that cancels.
+    browser.press("input[name=job]", ENTER).await;
+    browser.goto(&server.address("/jobs")).await;
+    browser
+        .sees("tbody tr:nth-child(1) .state", "running")
+        .await;
+    browser.click("button[aria-label^=Cancel]").await;
+    browser.sees("#state", "cancelled").await;
+    browser.client.back().await.unwrap();
+    browser.client.refresh().await.unwrap();
+    browser
+        .sees("tbody tr:nth-child(1) .state", "cancelled")
+        .await;
+    browser.click("button[aria-label^=Retry]").await;
+    browser.sees("#state", "running").await;
+    browser.click("form[action$='/cancel'] button").await;
+    browser.sees("#state", "cancelled").await;
+    browser.stop().await;
+}
+
+#[tokio::test]
+async fn a_browser_signs_in_and_out() {
+    let (server, [key]) = Server::with_keys([&[]], &[]);
+    let Some(browser) = Browser::start(Look::WIDE).await else {
+        return;
+    };
+    for wrong in ["no key", " "] {
+        browser.goto(&server.address("/sign-in?next=/bikes")).await;
+        browser.fill("#key", wrong).await;
+        browser.click("button.primary").await;
+        browser.sees("[role=alert]", "opens nothing").await;
+    }
+    browser.fill("#key", &key).await;
+    browser.click("button.primary").await;
+    browser.sees("h1", "Fleet").await;
+    browser.client.refresh().await.unwrap();
+    browser.sees("h1", "Fleet").await;
+    browser.goto(&server.address("/sign-in")).await;
+    browser.click("form[action='/sign-out'] button").await;
+    browser.sees("h1", "Sign in").await;
+    browser.stop().await;
+}
+
+#[tokio::test]
+async fn a_made_up_ride_says_so_and_asks_for_nothing_that_it_lacks() {
+    let server = Server::with(&["--workers", "0"]);
+    let seed = ["seed", "--bikes", "2", "--rides", "10"];
+    assert!(server.beside(&seed).status().unwrap().success());
+    let Some(browser) = Browser::start(Look::NARROW).await else {
+        return;
+    };
+    browser.goto(&server.address("/jobs")).await;
+    browser.sees("tbody", "made up").await;
+    let boxes = "return document.querySelectorAll('input[name=job]').length";
+    assert_eq!(browser.run(boxes).await, 0, "there is nothing to compare");
+    browser.click("tbody tr:nth-child(1) a").await;
+    browser.sees("main", "made up by veloid seed").await;
+    browser.sees("tbody", "±").await;
+    browser.sees("tbody", "scatter").await;
+    browser.settled().await;
+    assert_eq!(browser.run(REFUSED).await, json!([]));
+    browser.stop().await;
+}
+
+/// Numbers are written by the pages' scripts as by the engine.
+#[tokio::test]
+async fn scripts_write_numbers_as_the_engine_does() {
+    let server = Server::with(&["--workers", "0"]);
+    let Some(browser) = Browser::start(Look::WIDE).await else {
+        return;
+    };
+    browser.goto(&server.address("/")).await;
+    let mut cases = vec![
+        (0.0, None),
+        (0.0, Some(0.3)),
+        (23.0, None),
+        (1e6, Some(3.0)),
+    ];
+    for power in -12..13 {
+        for (mantissa, share) in [(1.2345678912, 3e-4), (-9.99996, 2.1e-2), (4.4449, 7.0)] {
+            let value = mantissa * 10f64.powi(power);
+            cases.push((value, None));
+            cases.push((value, Some(share * value.abs())));
+            cases.push((value, Some(1e-11 * value.abs())));
+        }
+    }
+    let ours: Vec<String> = cases
+        .iter()
+        .map(|(value, error)| Number::measured(*value, *error).to_string())
+        .collect();
+    let script = format!(
+        "const done = arguments[arguments.length - 1]; \
+         const home = document.querySelector('script[src$=\"page.js\"]').src; \
+         import(new URL('number.js', home)).then(({{ measured }}) => \
+           done({}.map(([value, error]) => measured(value, error))))",
+        json!(cases)
+    );
+    let theirs = browser.client.execute_async(&script, vec![]).await.unwrap();
+    for ((case, ours), theirs) in cases.iter().zip(ours).zip(theirs.as_array().unwrap()) {
+        assert_eq!(theirs, &Value::String(ours), "{case:?}");
+    }
+    browser.stop().await;
+}
