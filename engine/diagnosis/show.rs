@@ -7,7 +7,7 @@ use crate::finite::{finite, std_error};
 use crate::report::Estimate;
 
 use super::adequacy::Motion;
-use super::effects::{Reported, Values};
+use super::effects::Values;
 use super::extend::Model;
 use super::fit::Fitted;
 use super::model::{Slot, Term};
@@ -40,9 +40,10 @@ pub fn effect(
         .filter(|(of, ..)| *of == term)
         .map(|(_, name, ..)| name)
         .collect();
-    let told = |(r, error): (&Reported, Option<f64>)| error.filter(|_| !untold.contains(&r.name));
-    let errors = standard_errors(scene, fit, at, &values, scale);
-    let errors: Vec<Option<f64>> = reported.iter().zip(errors).map(told).collect();
+    let mut errors = standard_errors(scene, fit, at, &values, scale);
+    if !untold.is_empty() {
+        errors.fill(None);
+    }
     let told = reported
         .iter()
         .zip(&errors)
@@ -71,7 +72,11 @@ pub fn effect(
                 ParameterReport {
                     value: r.value,
                     std_error,
-                    reason: (untold.contains(&r.name)).then(|| BEYOND_PRIOR.to_owned()),
+                    reason: match (untold.contains(&r.name), untold.is_empty()) {
+                        (true, _) => Some(BEYOND_PRIOR.to_owned()),
+                        (_, false) => Some(RESTS_ON_PRIOR.to_owned()),
+                        _ => None,
+                    },
                     unit: r.unit.to_owned(),
                 },
             )
@@ -90,6 +95,8 @@ pub fn effect(
 }
 
 const BEYOND_PRIOR: &str = "not identifiable beyond what is expected of any bicycle";
+const RESTS_ON_PRIOR: &str =
+    "rests on what is expected of another parameter, which this ride does not tell";
 
 /// Parameters of a fit's effects of which the ride says less than what was expected before it: term, name, expected value
 /// and its deviation. What the ride says adds to what was expected, so that together they have half its variance
@@ -195,6 +202,18 @@ pub fn estimate(scene: &Scene, model: &Model, track: usize) -> Estimate {
         k_bias_percent: None,
         b_bias_percent: None,
     }
+}
+
+/// The same without intervals where they rest on what was only expected: along a flat and curved ridge they are far
+/// too narrow.
+pub fn told_estimate(scene: &Scene, model: &Model, track: usize) -> Estimate {
+    let mut told = estimate(scene, model, track);
+    let axle = scene.tracks[track].axle;
+    let (fit, _) = model.of_track(track);
+    if unlearned(scene, fit).any(|(term, ..)| term.acts_on(axle)) {
+        (told.k_std_n_m, told.b_std_n_s_m) = (None, None);
+    }
+    told
 }
 
 /// What the omission changes for the rider.
