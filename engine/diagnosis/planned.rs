@@ -18,12 +18,6 @@ pub struct Change {
 }
 
 impl Change {
-    pub const NONE: Change = Change {
-        rougher: 1.0,
-        faster: 1.0,
-        back: false,
-    };
-
     /// Samples of the changed ride for so many of the present one.
     pub fn samples(&self, present: usize) -> usize {
         let ways = if self.back { 2.0 } else { 1.0 };
@@ -105,6 +99,12 @@ mod tests {
     use crate::simulate::outing::{Excitation, Outing, SpeedChange};
     use crate::simulate::road::Bump;
     use crate::simulate::sensitivity::Plain;
+
+    const NONE: Change = Change {
+        rougher: 1.0,
+        faster: 1.0,
+        back: false,
+    };
 
     fn bike() -> Bike {
         Bike {
@@ -196,10 +196,7 @@ mod tests {
     fn every_input_of_a_faster_ride_is_that_of_the_course_ridden_faster() {
         let slow = course(1.0);
         for faster in [0.75, 1.5] {
-            let change = Change {
-                faster,
-                ..Change::NONE
-            };
+            let change = Change { faster, ..NONE };
             let (next, ridden) = (planned(&slow, &change), course(faster));
             let near = |name: &str, a: &[f64], b: &[f64]| {
                 let n = a.len().min(b.len());
@@ -240,7 +237,7 @@ mod tests {
         ];
         let change = Change {
             faster: 1.5,
-            ..Change::NONE
+            ..NONE
         };
         let slow = course(1.0);
         let next = planned(&slow, &change);
@@ -265,13 +262,7 @@ mod tests {
     #[test]
     fn the_way_back_leads_over_the_same_road() {
         let scene = course(1.0);
-        let next = planned(
-            &scene,
-            &Change {
-                back: true,
-                ..Change::NONE
-            },
-        );
+        let next = planned(&scene, &Change { back: true, ..NONE });
         assert_eq!(next.samples, 2 * scene.samples - 1);
         let last = scene.samples - 1;
         let road = &next.tracks[0].input.road;
@@ -290,7 +281,7 @@ mod tests {
             &scene,
             &Change {
                 rougher: 2.0,
-                ..Change::NONE
+                ..NONE
             },
         );
         let (a, b) = (&next.tracks[0].input.road, &scene.tracks[0].input.road);

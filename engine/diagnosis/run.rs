@@ -206,7 +206,7 @@ pub fn diagnose(
     for (t, (track, judged)) in scene.tracks.iter().zip(judged).enumerate() {
         let axle = track.axle;
         let before = show::estimate(record, &shown_plain, t);
-        let after = show::estimate(record, &corrected, t);
+        let after = show::told_estimate(record, &corrected, t);
         let changes = show::consequences(
             &scene,
             t,
@@ -450,7 +450,7 @@ fn warnings(ride: &Ride, scene: &Scene, model: &Model) -> Vec<String> {
         for (term, name, value, deviation) in show::unlearned(scene, fit) {
             warnings.push(format!(
                 "{} ({}): {name} is not identifiable beyond what is expected of any bicycle, {value} ± {:.1} (95 %); k, B and \
-                 the effect's other parameters rest on that",
+                 the effect's other parameters rest on that and have no intervals",
                 term.kind.id(),
                 term.place.name(),
                 1.96 * deviation

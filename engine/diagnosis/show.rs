@@ -42,6 +42,9 @@ pub fn effect(
         if untold.contains(&r.name) {
             return Err(BEYOND_PRIOR.to_owned());
         }
+        if !untold.is_empty() {
+            return Err(RESTS_ON_PRIOR.to_owned());
+        }
         identified(r.value, error, as_good_as_zero(r.unit), r.unit)
     };
     let errors = standard_errors(scene, fit, at, &values, scale);
@@ -101,6 +104,8 @@ fn as_good_as_zero(unit: &str) -> f64 {
 }
 
 const BEYOND_PRIOR: &str = "not identifiable beyond what is expected of any bicycle";
+const RESTS_ON_PRIOR: &str =
+    "rests on what is expected of another parameter, which this ride does not tell";
 
 /// Parameters of a fit's effects of which the ride says less than what was expected before it: term, name, expected value
 /// and its deviation. What the ride says adds to what was expected, so that together they have half its variance
@@ -205,6 +210,20 @@ pub fn estimate(scene: &Scene, model: &Model, track: usize) -> Estimate {
         mass_std_kg: index(2).and_then(|_| error([(2, m * m), (3, 0.0)])),
         ..Estimate::default()
     }
+}
+
+/// The same without intervals where they rest on what was only expected: along a flat and curved ridge they are far
+/// too narrow.
+pub fn told_estimate(scene: &Scene, model: &Model, track: usize) -> Estimate {
+    let mut told = estimate(scene, model, track);
+    let axle = scene.tracks[track].axle;
+    let (fit, _) = model.of_track(track);
+    if unlearned(scene, fit).any(|(term, ..)| term.acts_on(axle)) {
+        (told.k_std_n_m, told.b_std_n_s_m) = (None, None);
+        told.k_not_identifiable = Some(RESTS_ON_PRIOR.to_owned());
+        told.b_not_identifiable = Some(RESTS_ON_PRIOR.to_owned());
+    }
+    told
 }
 
 /// What the omission changes for the rider.

@@ -18,9 +18,9 @@ fn laser_and_accelerometer(laser_m: f64, accelerometer_m_s2: f64) -> Vec<u8> {
         let a = motion.acceleration[i] + accelerometer_m_s2 * noise.draw();
         let t = i as f64 / 600.0;
         match (i % 20, i % 6) {
-            (0, 0) => text += &format!("{t},{d},{a}\n"),
-            (0, _) => text += &format!("{t},{d},\n"),
-            (_, 0) => text += &format!("{t},,{a}\n"),
+            (0, 0) => text += &format!("{t:.6},{d:.9},{a:.9}\n"),
+            (0, _) => text += &format!("{t:.6},{d:.9},\n"),
+            (_, 0) => text += &format!("{t:.6},,{a:.9}\n"),
             _ => {}
         }
     }
