@@ -3,15 +3,17 @@
 
 use std::ops::Range;
 
+use crate::output_error::AxleFit;
 use crate::simulate::lanes::LANES;
 use crate::simulate::linear::{Input, simulate};
+use crate::simulate::spline::slopes;
 
 use super::extend::Model;
 use super::fit::Fitter;
 use super::integrate::run;
 use super::model::Point;
 use super::name::FINE;
-use super::scene::Scene;
+use super::scene::{Scene, Track};
 use super::signature::{Tangent, dot, orthonormal, without};
 
 /// A model's motion along the ride on one axle.
@@ -22,6 +24,34 @@ pub struct Motion {
     /// z'' and what the linear spring and damper alone would give (m/s^2).
     pub acceleration: Vec<f64>,
     pub linear: Vec<f64>,
+}
+
+impl Motion {
+    /// The plain model's motion as output error has fitted it.
+    pub fn of_fit(track: &Track, fit: &AxleFit) -> Self {
+        let input = &track.input;
+        let fitted = track.measured.iter().zip(&fit.residual);
+        let z: Vec<f64> = fitted.map(|(y, r)| y - r).collect();
+        let v = slopes(&z, input.step);
+        let d: Vec<f64> = input.road.iter().zip(&z).map(|(u, z)| u - z).collect();
+        let w: Vec<f64> = (input.road_slope.iter().zip(&v))
+            .map(|(u, v)| u - v)
+            .collect();
+        let p = &fit.plain;
+        let linear: Vec<f64> = (0..z.len())
+            .map(|i| {
+                let push = input.force.as_ref().map_or(0.0, |(f, _)| f[i]);
+                p.kappa * d[i] + p.beta * w[i] + p.per_mass * push + p.constant
+            })
+            .collect();
+        Self {
+            acceleration: linear.clone(),
+            z,
+            d,
+            w,
+            linear,
+        }
+    }
 }
 
 /// The motion of every track under a model.

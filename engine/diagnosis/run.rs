@@ -205,14 +205,24 @@ pub fn diagnose(
     };
     for (t, (track, judged)) in scene.tracks.iter().zip(judged).enumerate() {
         let axle = track.axle;
+        let extended = model.terms.iter().any(|term| term.acts_on(axle));
         let before = show::estimate(record, &shown_plain, t);
-        let after = show::told_estimate(record, &corrected, t);
-        let changes = show::consequences(
-            &scene,
-            t,
-            (&before, &plain_motions[t]),
-            (&after, &model_motions[t]),
-        );
+        let mut after = show::told_estimate(record, &corrected, t);
+        let changes = match recorded.get(axle).filter(|_| !extended) {
+            // Where nothing is added the extended model is the plain one, and that is output error's: the noise
+            // under which names are sought may leave little of the record to measure by.
+            Some(fit) => {
+                after = fit.estimate(bike.mass(axle).is_some());
+                let motion = Motion::of_fit(&record.tracks[t], fit);
+                show::consequences(record, t, (&after, &motion), (&after, &motion))
+            }
+            None => show::consequences(
+                &scene,
+                t,
+                (&before, &plain_motions[t]),
+                (&after, &model_motions[t]),
+            ),
+        };
         diagnosis.consequences.set(axle, changes);
         diagnosis.evidence.set(
             axle,

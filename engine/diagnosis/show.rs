@@ -248,7 +248,13 @@ pub fn consequences(
         };
         force.iter().map(|a| static_load + s.mass * a).collect()
     };
-    let (before, after) = (load(plain.1, false), load(extended.1, true));
+    // What a model does where nothing was recorded, or before it has forgotten its start, is nobody's load.
+    let recorded = |load: Vec<f64>| -> Vec<f64> {
+        let known = load.into_iter().zip(&scene.tracks[track].valid);
+        known.filter(|(_, valid)| **valid).map(|(f, _)| f).collect()
+    };
+    let before = recorded(load(plain.1, false));
+    let after = recorded(load(extended.1, true));
     let peak = |x: &[f64]| {
         let known = x.iter().all(|f| f.is_finite());
         known.then(|| x.iter().copied().fold(0.0, f64::max))

@@ -38,8 +38,9 @@ impl Estimate {
         Self {
             k_std_n_m: k.as_ref().ok().copied(),
             b_std_n_s_m: b.as_ref().ok().copied(),
-            k_not_identifiable: k.err(),
-            b_not_identifiable: b.err(),
+            // A reason that is known already tells more than the missing number.
+            k_not_identifiable: self.k_not_identifiable.clone().or(k.err()),
+            b_not_identifiable: self.b_not_identifiable.clone().or(b.err()),
             ..self
         }
     }
