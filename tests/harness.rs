@@ -446,7 +446,8 @@ impl Drop for Worker {
 /// A client to be set up; its TLS asks for a provider even where nothing is encrypted.
 pub fn http() -> ClientBuilder {
     let _ = rustls::crypto::ring::default_provider().install_default();
-    Client::builder()
+    // Tests keep their only thread busy for long, and would not hear that a connection was closed.
+    Client::builder().pool_idle_timeout(Duration::from_secs(5))
 }
 
 /// Runs `veloid` to its end.

@@ -149,10 +149,9 @@ async fn margins_mean_the_same_at_the_command_line_and_on_the_page() {
         ("swarm", Number::scattered),
     ] {
         let found = &report[method]["front"];
-        let k = number(
-            found["k_n_m"].as_f64().unwrap(),
-            found["k_std_n_m"].as_f64(),
-        );
+        let spread = found["k_std_n_m"].as_f64();
+        let spread = spread.or(found["k_scatter_n_m"].as_f64());
+        let k = number(found["k_n_m"].as_f64().unwrap(), spread);
         let told = k.to_string();
         assert!(summary.contains(&told), "{told}: {summary}");
         let margin = k.margin.unwrap();

@@ -16,8 +16,9 @@ pub struct HttpLimits {
     /// address: as many as of all.
     #[arg(long, env = "VELOID_CONNECTIONS_PER_ADDRESS", value_parser = count)]
     pub connections_per_address: Option<usize>,
-    /// Time that the head of a request may take to come, and that a connection may wait for one (s).
-    #[arg(long, env = "VELOID_HEADER_TIMEOUT", default_value_t = 15, value_parser = seconds)]
+    /// Time that the head of a request may take to come, and that a connection may wait for one (s): much less, and
+    /// clients that keep their connections meet closed ones.
+    #[arg(long, env = "VELOID_HEADER_TIMEOUT", default_value_t = 60, value_parser = seconds)]
     header_timeout: u64,
     /// Time within which something more of a request's body has to come (s).
     #[arg(long, env = "VELOID_BODY_TIMEOUT", default_value_t = 30, value_parser = seconds)]
@@ -47,7 +48,7 @@ impl Default for HttpLimits {
         Self {
             connections: 2048,
             connections_per_address: None,
-            header_timeout: 15,
+            header_timeout: 60,
             body_timeout: 30,
             body_rate: 1000,
         }

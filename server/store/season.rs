@@ -63,7 +63,7 @@ struct Outing {
         &'static str,
         &'static str,
         f64,
-        f64,
+        Option<f64>,
         &'static str,
     )>,
 }
@@ -140,13 +140,15 @@ impl Season {
             let truth = typical * own[p] * fate * (1.0 + scatter * self.normal());
             for method in METHODS {
                 let value = truth * (1.0 + error * self.normal());
-                parameters.push((method, axle, parameter, value, error * truth, unit));
+                // Swarms have no standard error.
+                let error = (method != "swarm").then_some(error * truth);
+                parameters.push((method, axle, parameter, value, error, unit));
             }
         }
         if verdict == "named" || verdict == "ambiguous" {
             let (effect, unit) = EFFECTS[self.random.random_range(0..EFFECTS.len())];
             let value = 0.02 * (1.0 + 0.2 * self.normal());
-            parameters.push(("extended", "front", effect, value, 0.002, unit));
+            parameters.push(("extended", "front", effect, value, Some(0.002), unit));
         }
         Outing {
             id: id_at(at, &mut self.random),

@@ -55,10 +55,11 @@ const watched = new Map();
 /** Time between two rounds of asking (ms). */
 const ROUND = 1000;
 
-/** Calls `show` with the job whenever it has changed, to its end. */
+/** Calls `show` with the job whenever it has changed, to its end. Several may watch one job: the same ride sent twice. */
 export function watch(job, show) {
   const idle = watched.size === 0;
-  watched.set(job, { show, etag: null });
+  const shows = [...(watched.get(job)?.shows ?? []), show];
+  watched.set(job, { shows, etag: null });
   if (idle) round();
 }
 
@@ -72,7 +73,7 @@ async function round() {
         if (response.status === 200) {
           known.etag = response.headers.get('ETag');
           const view = await response.json();
-          known.show(view);
+          for (const show of known.shows) show(view);
           if (!running(view)) watched.delete(job);
         } else if (response.status === 404) {
           watched.delete(job);
