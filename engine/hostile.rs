@@ -220,7 +220,6 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
 
     #[test]
-    #[ignore = "what a diagnosis of such rides takes is not measured yet: run by name"]
     fn hostile_clocks_and_values_are_diagnosed_or_refused(table in tables(), bike in bikes(), options in options()) {
         let table = Table { step: 0.01, unit: "s", start: 0.0, ..table };
         whole(&table, &bike, &options, true);
