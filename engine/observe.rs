@@ -7,6 +7,7 @@ use crate::bicycle::{Axle, Bike, GRAVITY, PerAxle};
 use crate::identify::Observed;
 use crate::least_squares::{Deflection, Found, Record, estimates, instrumental, least_squares};
 use crate::observer::{States, accuracy, differentiate_all, jerk_bound};
+use crate::output_error;
 use crate::report::{Estimate, ObserverReport};
 use crate::ride::{AxleRecord, Ride};
 use crate::settings::Settings;
@@ -36,6 +37,9 @@ pub fn observe(ride: &Ride, bike: &Bike, settings: &Settings) -> Result<Observed
     })?;
     let (least_squares, recursive) = estimates(&squares, ride, bike);
     let (instrumental, _) = estimates(&instruments, ride, bike);
+    let most = output_error::most(ride.step_s);
+    let told = |estimates: PerAxle<Estimate>| estimates.map(|_, e| e.clone().within_reach(most));
+    let (least_squares, instrumental) = (told(least_squares), told(instrumental));
     for (found, method) in [
         (&least_squares, "least squares"),
         (&instrumental, "instrumental variables"),

@@ -83,7 +83,10 @@ fn catalogue(scene: &Scene) -> &'static [Plan] {
 /// Gain in log likelihood that counts as parted.
 const PARTED: f64 = 20.0;
 
-/// Names the first ride of the catalogue that parts the model from every rival, or else the best one.
+/// Gain in log likelihood below which a ride parts nothing: odds of twenty to one.
+const HOPELESS: f64 = 3.0;
+
+/// Names the first ride of the catalogue that parts the model from every rival, or else the best one that may.
 pub fn propose(search: &Search, model: &Model, rivals: &[&Model]) -> Option<NextRide> {
     let mut best: Option<(f64, &Plan)> = None;
     for plan in catalogue(search.fitter.scene) {
@@ -104,7 +107,7 @@ pub fn propose(search: &Search, model: &Model, rivals: &[&Model]) -> Option<Next
             break;
         }
     }
-    let (predicted_separation, plan) = best?;
+    let (predicted_separation, plan) = best.filter(|(least, _)| *least >= HOPELESS)?;
     Some(NextRide {
         why: "several sets of effects explain this ride equally".to_owned(),
         what: plan.what.to_owned(),

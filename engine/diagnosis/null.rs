@@ -9,6 +9,8 @@ use super::signature::{Signatures, dot};
 
 /// Replicates of the largest gain.
 const REPLICATES: usize = 2000;
+/// Least p value that these can tell; no other test here is good for less.
+pub const FINEST: f64 = 1.0 / (1 + REPLICATES) as f64;
 
 /// Added to the diagonal so that directions that lie in each other's span do no harm.
 const RIDGE: f64 = 1e-6;

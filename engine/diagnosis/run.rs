@@ -1,5 +1,7 @@
 //! The diagnosis from start to finish.
 
+use std::ops::Range;
+
 use crate::bicycle::{Axle, Bike, PerAxle};
 use crate::finite::finite;
 use crate::identify::{Conclusion, Progress};
@@ -21,6 +23,7 @@ use super::input_noise;
 use super::judge::{Judged, held_rms, judge};
 use super::model::{Point, Term, Unit};
 use super::name::{ADEQUATE, FINE, Named, Search};
+use super::null::FINEST;
 use super::physical::is_physical;
 use super::scene::Scene;
 use super::{Diagnosis, Location, Verdict, locate, next_ride, resolution, show, words};
@@ -150,7 +153,7 @@ pub fn diagnose(
                 let less = without.iter().find(|m| !m.terms.contains(term));
                 // What came in the place of another was never tested by itself.
                 let round = rounds.iter().find(|r| r.term == *term && r.accepted);
-                let p = round.and_then(|r| finite(r.p_value));
+                let p = round.and_then(|r| finite(r.p_value.max(FINEST)));
                 let separation = less.map(|less| model.likelihood - less.likelihood);
                 let mut effect = show::effect(record, &corrected, term, separation, p)?;
                 let less = less.unwrap_or(&plain);
@@ -252,7 +255,18 @@ pub fn diagnose(
         }
         diagnosis.held_out.set(axle, judged.held_out);
         if after.is_finite() {
-            diagnosis.extended.set(axle, after.told());
+            let told = after.told();
+            for (name, why) in [
+                ("B", &told.b_not_identifiable),
+                ("k", &told.k_not_identifiable),
+            ] {
+                if let Some(why) = why {
+                    let warning =
+                        format!("{axle} axle: {name} is not identifiable on this ride: {why}");
+                    diagnosis.warnings.push(warning);
+                }
+            }
+            diagnosis.extended.set(axle, told);
         } else {
             diagnosis.warnings.push(format!(
                 "{axle} axle: the extended model's k and B leave the numbers' range"
@@ -264,7 +278,11 @@ pub fn diagnose(
                     what it adds is small beside that";
         diagnosis.warnings.push(left.to_owned());
     }
-    diagnosis.sentence = words::sentence(&diagnosis);
+    let moves = |axle: Axle| {
+        let track = scene.tracks.iter().find(|t| t.axle == axle);
+        track.map_or(0.0, |t| spread(&t.measured, &t.valid, split.held.clone()))
+    };
+    diagnosis.sentence = words::sentence(&diagnosis, &moves);
     Ok(diagnosis)
 }
 
@@ -283,6 +301,14 @@ fn is_material(
         let [with, without] = [model, less].map(|m| held_rms((record, m), t, split));
         with < (1.0 - settings.materiality) * without
     })
+}
+
+/// Standard deviation of the valid samples of a range.
+fn spread(x: &[f64], valid: &[bool], range: Range<usize>) -> f64 {
+    let known = || range.clone().filter(|i| valid[*i]).map(|i| x[i]);
+    let count = known().count().max(1) as f64;
+    let mean = known().sum::<f64>() / count;
+    (known().map(|x| (x - mean).powi(2)).sum::<f64>() / count).sqrt()
 }
 
 /// The plain model of every track under its own noise.
@@ -380,7 +406,7 @@ fn location(
     if !mismatch {
         return Location {
             mismatch,
-            p_value: finite(p_value),
+            p_value: finite(p_value.max(FINEST)),
             ..Location::default()
         };
     }
@@ -421,7 +447,7 @@ fn location(
     };
     Location {
         mismatch,
-        p_value: finite(p_value),
+        p_value: finite(p_value.max(FINEST)),
         windows_s: locate::windows(&plain, &left, &track.valid, scene, settings.alpha),
         bands_hz: locate::bands(&plain, &left, scene.step, settings.alpha),
         states: locate::states(&missing, motion, scene, 0..scene.samples),
@@ -467,16 +493,7 @@ fn warnings(ride: &Ride, scene: &Scene, model: &Model) -> Vec<String> {
             ));
         }
     }
-    for (t, track) in scene.tracks.iter().enumerate() {
-        let e = show::estimate(scene, model, t).told();
-        for (name, why) in [("B", e.b_not_identifiable), ("k", e.k_not_identifiable)] {
-            if let Some(why) = why {
-                warnings.push(format!(
-                    "{} axle: {name} is not identifiable on this ride: {why}",
-                    track.axle
-                ));
-            }
-        }
+    for track in &scene.tracks {
         let lost = track.valid.iter().filter(|v| !**v).count();
         if lost as f64 > 0.1 * ride.samples as f64 {
             let share = 100.0 * lost as f64 / ride.samples as f64;

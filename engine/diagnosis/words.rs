@@ -1,9 +1,9 @@
 //! The verdict in plain words.
 
-use crate::bicycle::Axle;
+use crate::bicycle::{Axle, PerAxle};
 use crate::number::Quantity;
 
-use super::{Diagnosis, EffectName, Place, Verdict};
+use super::{Diagnosis, EffectName, HeldOut, Place, Verdict};
 
 fn at(place: Place) -> &'static str {
     match place {
@@ -21,14 +21,47 @@ fn set(names: &[EffectName]) -> String {
         .join(" with ")
 }
 
-/// One or two sentences for a person who has not read the report.
-pub fn sentence(d: &Diagnosis) -> String {
+/// Share of the motion (RMS) that a model may leave and still be said to follow it: a fifth of its power is explained.
+const FOLLOWS: f64 = 0.9;
+/// Times the sensor's noise that what is left may be and still pass for it: noise floors are measured to within a third.
+const NOISE: f64 = 1.3;
+
+/// That nothing was found, and what that is worth.
+fn nothing_missing(held_out: &PerAxle<HeldOut>, moves: &dyn Fn(Axle) -> f64) -> String {
+    let length = |rms_m: f64| Quantity::rough(rms_m, 3, "m");
+    let left = |a: Axle| Some((a, held_out.get(a)?.plain_rms_m?));
+    let lefts = || [Axle::Front, Axle::Rear].into_iter().filter_map(left);
+    if let Some((axle, rms)) = lefts().find(|(a, rms)| *rms > FOLLOWS * moves(*a)) {
+        return format!(
+            "The plain spring and damper follow hardly anything of what the {axle} axle does: {} of {} are left. No effect in the \
+             library explains more, but this ride is no ground for a verdict: are channels swapped, turned or noise?",
+            length(rms),
+            length(moves(axle))
+        );
+    }
+    let louder = |(a, rms): &(Axle, f64)| {
+        let floor = held_out.get(*a).and_then(|h| h.noise_floor_m);
+        floor
+            .filter(|floor| *rms > NOISE * floor)
+            .map(|floor| (*a, *rms, floor))
+    };
+    match lefts().find_map(|left| louder(&left)) {
+        Some((axle, rms, floor)) => format!(
+            "Nothing that this ride could show is missing beside the plain spring and damper, but on the {axle} axle they leave {}, \
+             and the sensor's noise is {}.",
+            length(rms),
+            length(floor)
+        ),
+        None => "The plain spring and damper explain this ride to within its noise; nothing that this ride could show is missing."
+            .to_owned(),
+    }
+}
+
+/// One or two sentences for a person who has not read the report; `moves`: RMS of what each axle does (m).
+pub fn sentence(d: &Diagnosis, moves: &dyn Fn(Axle) -> f64) -> String {
     let gains = gains(d);
     match d.verdict {
-        Verdict::NothingMissing => {
-            "The plain spring and damper explain this ride to within its noise; nothing that this ride could show is missing."
-                .to_owned()
-        }
+        Verdict::NothingMissing => nothing_missing(&d.held_out, moves),
         Verdict::Named => {
             let parts: Vec<&str> = d.effects.iter().map(|e| e.sentence.as_str()).collect();
             let parts = parts.join("; ");
@@ -40,10 +73,20 @@ pub fn sentence(d: &Diagnosis) -> String {
             format!("The plain model leaves something out: {parts}{margins}. {gains}")
         }
         Verdict::Ambiguous => {
-            let own: Vec<EffectName> =
-                d.effects.iter().map(|e| EffectName { id: e.id.clone(), axle: e.axle }).collect();
+            let own: Vec<EffectName> = d
+                .effects
+                .iter()
+                .map(|e| EffectName {
+                    id: e.id.clone(),
+                    axle: e.axle,
+                })
+                .collect();
             let others: Vec<String> = d.alternatives.iter().map(|a| set(a)).collect();
-            let next = d.next_ride.as_ref().map_or(String::new(), |n| format!(" To tell them apart: {}.", n.what));
+            let next = d.next_ride.as_ref().map_or(
+                " None of the rides that were tried in simulation would tell them apart."
+                    .to_owned(),
+                |n| format!(" To tell them apart: {}.", n.what),
+            );
             format!(
                 "The plain model leaves something out, and this ride cannot tell {} from {}.{next} {gains}",
                 set(&own),
@@ -55,16 +98,28 @@ pub fn sentence(d: &Diagnosis) -> String {
                 .into_iter()
                 .filter_map(|a| {
                     let l = d.location.get(a).filter(|l| l.mismatch)?;
-                    let state = l.states.first().map_or(String::new(), |s| format!(" ({s})"));
+                    let state = l
+                        .states
+                        .first()
+                        .map_or(String::new(), |s| format!(" ({s})"));
                     Some(format!("the {a} axle{state}"))
                 })
                 .collect();
-            let nearest: Vec<EffectName> =
-                d.effects.iter().map(|e| EffectName { id: e.id.clone(), axle: e.axle }).collect();
+            let nearest: Vec<EffectName> = d
+                .effects
+                .iter()
+                .map(|e| EffectName {
+                    id: e.id.clone(),
+                    axle: e.axle,
+                })
+                .collect();
             let near = if nearest.is_empty() {
                 String::new()
             } else {
-                format!(" The nearest shape is {}, but it does not explain the ride.", set(&nearest))
+                format!(
+                    " The nearest shape is {}, but it does not explain the ride.",
+                    set(&nearest)
+                )
             };
             format!(
                 "Something is left out on {}, and it is none of the effects in the library.{near} {gains}",
@@ -94,4 +149,40 @@ fn gains(d: &Diagnosis) -> String {
         })
         .collect::<Vec<_>>()
         .join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn told(left: f64, floor: Option<f64>) -> String {
+        let held = HeldOut {
+            plain_rms_m: Some(left),
+            extended_rms_m: Some(left),
+            noise_floor_m: floor,
+            ..HeldOut::default()
+        };
+        let held_out = PerAxle {
+            front: Some(held),
+            rear: None,
+        };
+        nothing_missing(&held_out, &|_| 3e-3).replace('\u{a0}', " ")
+    }
+
+    #[test]
+    fn noise_is_only_what_the_sensor_may_have() {
+        assert!(told(5e-5, Some(5e-5)).contains("to within its noise"));
+        assert!(told(5e-5, None).contains("to within its noise"));
+        assert!(told(NOISE * 1.01e-6, Some(1e-6)).contains("the sensor's noise is 0.001 mm"));
+    }
+
+    #[test]
+    fn what_follows_nothing_is_no_ground_for_a_verdict() {
+        assert!(told(FOLLOWS * 2.99e-3, None).contains("to within its noise"));
+        let nothing = told(FOLLOWS * 3.01e-3, None);
+        assert!(
+            nothing.contains("hardly anything") && nothing.contains("2.71 mm of 3 mm"),
+            "{nothing}"
+        );
+    }
 }

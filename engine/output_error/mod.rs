@@ -264,7 +264,10 @@ fn best_of(
     }
     let (_, plains, bread) = best.ok_or_else(|| EngineError::Diverged {
         stage: STAGE,
-        problem: format!("no start out of {} leads to a finite error", starts.len()),
+        problem: format!(
+            "the plain model comes to no finite error from any of {} starts: is a channel's sign or unit wrong?",
+            starts.len()
+        ),
     })?;
     Ok(problems
         .iter()

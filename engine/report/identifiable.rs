@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::Estimate;
+use crate::number::significant;
 
 /// Largest standard error beside the value itself: from about here on the 95 % interval holds zero and twice the value.
 const MOST: f64 = 0.5;
@@ -21,9 +22,17 @@ pub fn identified(
     let most = MOST * value.abs().max(nothing);
     match std_error {
         Some(error) if error <= most => Ok(error),
-        Some(error) => Err(format!(
-            "its standard error of {error:.2e} {unit} is beyond {most:.2e} {unit}, half of what it amounts to"
-        )),
+        Some(error) => {
+            let of = if value.abs() < nothing {
+                format!("{} {unit}, which counts as none", significant(nothing, 2))
+            } else {
+                "what it amounts to".to_owned()
+            };
+            Err(format!(
+                "its standard error of {} {unit} is beyond half of {of}",
+                significant(error, 2)
+            ))
+        }
         None => Err("the fit gives it no standard error".to_owned()),
     }
 }
@@ -41,6 +50,26 @@ impl Estimate {
             // A reason that is known already tells more than the missing number.
             k_not_identifiable: self.k_not_identifiable.clone().or(k.err()),
             b_not_identifiable: self.b_not_identifiable.clone().or(b.err()),
+            ..self
+        }
+    }
+
+    /// The estimate without intervals where k/m (1/s^2) or B/m (1/s) is beyond the `most` that any sample could tell.
+    pub fn within_reach(self, [most_kappa, most_beta]: [f64; 2]) -> Self {
+        let (kappa, beta) = (self.k_n_m / self.mass_kg, self.b_n_s_m / self.mass_kg);
+        if kappa.abs() <= most_kappa && beta.abs() <= most_beta {
+            return self;
+        }
+        let why = format!(
+            "k/m = {} 1/s² with B/m = {} 1/s is faster than the samples can tell",
+            significant(kappa, 2),
+            significant(beta, 2)
+        );
+        Self {
+            k_std_n_m: None,
+            b_std_n_s_m: None,
+            k_not_identifiable: Some(why.clone()),
+            b_not_identifiable: Some(why),
             ..self
         }
     }
@@ -76,7 +105,7 @@ mod tests {
         assert!(
             wide.k_not_identifiable
                 .unwrap_or_default()
-                .contains("3.00e20 N/m")
+                .contains("3.0e20 N/m")
         );
         assert!(wide.b_not_identifiable.is_none());
         assert!(told(65_879.0, None).k_not_identifiable.is_some());
@@ -101,5 +130,38 @@ mod tests {
         assert_eq!(told(0.5, Some(20.0)).k_std_n_m, Some(20.0));
         let nothing = 25.0 * NOTHING * NOTHING;
         assert_eq!(told(0.5, Some(1.001 * MOST * nothing)).k_std_n_m, None);
+    }
+
+    #[test]
+    fn what_is_faster_than_the_samples_has_no_interval() {
+        let most = crate::output_error::most(0.01);
+        let e = |k: f64| Estimate {
+            mass_kg: 20.0,
+            ..told(k, Some(1e-6 * k))
+        };
+        let edge = 20.0 * most[0];
+        assert!(e(0.999 * edge).within_reach(most).k_std_n_m.is_some());
+        let beyond = e(1.001 * edge).within_reach(most);
+        assert!(beyond.k_std_n_m.is_none() && beyond.b_not_identifiable.is_some());
+        assert!(e(f64::MAX).within_reach(most).k_std_n_m.is_none());
+    }
+
+    #[test]
+    fn the_reason_says_what_half_of() {
+        let why = |value: f64| {
+            identified(value, Some(80.0), 144.0, "N s/m")
+                .err()
+                .unwrap_or_default()
+        };
+        assert!(
+            why(85.0).contains("half of 140 N s/m, which counts as none"),
+            "{}",
+            why(85.0)
+        );
+        assert!(
+            why(150.0).contains("half of what it amounts to"),
+            "{}",
+            why(150.0)
+        );
     }
 }

@@ -99,7 +99,14 @@ impl Identify {
         let ride = ride::read(&bytes, &name, &bike, &options.reading)?;
         drop(bytes);
         let progress = Told::new(&options.settings);
-        let report = veloid_engine::identify(&ride, &bike, &options.settings, &progress)?;
+        // What the reader doubted may be why nothing came of the ride.
+        let doubts = |_: &_| {
+            for warning in &ride.summary.warnings {
+                eprintln!("warning: {warning}");
+            }
+        };
+        let report = veloid_engine::identify(&ride, &bike, &options.settings, &progress)
+            .inspect_err(doubts)?;
         match &self.json {
             Some(path) if path.as_os_str() == "-" => {
                 writeln!(io::stdout(), "{}", serde_json::to_string_pretty(&report)?)?;

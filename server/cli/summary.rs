@@ -32,7 +32,7 @@ fn write(out: &mut String, report: &Report) -> std::fmt::Result {
     )?;
     writeln!(
         out,
-        "{:<16}{:<7}{:>24}{:>24}",
+        "{:<16}{:<7}{:>28}{:>28}",
         "method", "axle", "k (N/m)", "B (N s/m)"
     )?;
     measured(out, "least squares", &report.least_squares)?;
@@ -91,7 +91,7 @@ fn measured(out: &mut String, method: &str, estimates: &PerAxle<Estimate>) -> st
 }
 
 fn row(out: &mut String, method: &str, axle: Axle, k: Number, b: Number) -> std::fmt::Result {
-    writeln!(out, "{method:<16}{:<7}{k:>24}{b:>24}", axle.name())
+    writeln!(out, "{method:<16}{:<7}{k:>28}{b:>28}", axle.name())
 }
 
 /// Why parameters have no interval.

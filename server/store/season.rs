@@ -51,6 +51,16 @@ pub struct Told {
     pub parameters: usize,
 }
 
+/// Method, axle, name, value, standard error and unit of a parameter.
+type Row = (
+    &'static str,
+    &'static str,
+    &'static str,
+    f64,
+    Option<f64>,
+    &'static str,
+);
+
 /// One ride before it is written.
 struct Outing {
     id: Uuid,
@@ -58,14 +68,7 @@ struct Outing {
     at: i64,
     verdict: &'static str,
     /// Method, axle, name, value, standard error, unit.
-    parameters: Vec<(
-        &'static str,
-        &'static str,
-        &'static str,
-        f64,
-        Option<f64>,
-        &'static str,
-    )>,
+    parameters: Vec<Row>,
 }
 
 impl Season {
