@@ -17,6 +17,7 @@ mod pages;
 #[path = "../tests/skips.rs"]
 mod skips;
 mod store;
+mod unique;
 
 use std::process::ExitCode;
 

@@ -12,6 +12,8 @@ use utoipa::{PartialSchema, ToSchema};
 use veloid_engine::ride::ReadOptions;
 use veloid_engine::{EngineError, Settings};
 
+use crate::unique::{Unique, shown};
+
 /// Settings of the identification and of reading the file, side by side.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Map<String, Value>")]
@@ -50,6 +52,10 @@ pub enum OptionsError {
     Shape(#[from] serde_json::Error),
     #[error("options: unknown key `{name}`, expected {known}")]
     Unknown { name: String, known: String },
+    #[error("{0}: given twice, expected once")]
+    Twice(String),
+    #[error("{name}: '{text}', expected true or false")]
+    Boolean { name: String, text: String },
     #[error("map: {channel} is given as '{first}' and as '{second}', expected one column")]
     MappedTwice {
         channel: String,
@@ -73,6 +79,15 @@ static SETTINGS: LazyLock<Vec<String>> = LazyLock::new(|| match Settings::schema
     _ => Vec::new(),
 });
 
+/// Keys that are true or false.
+static BOOLEAN: LazyLock<Vec<String>> = LazyLock::new(|| {
+    let defaults = serde_json::to_value(Options::default()).unwrap_or_default();
+    let keys = defaults.as_object().into_iter().flatten();
+    keys.filter(|(_, value)| value.is_boolean())
+        .map(|(key, _)| key.clone())
+        .collect()
+});
+
 impl TryFrom<Map<String, Value>> for Options {
     type Error = OptionsError;
 
@@ -84,7 +99,7 @@ impl TryFrom<Map<String, Value>> for Options {
             .collect();
         if let Some(key) = document.keys().find(|key| !known.contains(&key.as_str())) {
             return Err(OptionsError::Unknown {
-                name: key.chars().take(40).flat_map(char::escape_debug).collect(),
+                name: shown(key),
                 known: known.join(", "),
             });
         }
@@ -99,9 +114,13 @@ impl TryFrom<Map<String, Value>> for Options {
 }
 
 impl Options {
-    /// Reads the `options` document of the API.
-    pub fn document(text: &str) -> Result<Map<String, Value>, OptionsError> {
-        Ok(serde_json::from_str(text)?)
+    /// Adds the `options` document of the API.
+    pub fn add_document(document: &mut Map<String, Value>, text: &str) -> Result<(), OptionsError> {
+        let Unique(value) = serde_json::from_str(text)?;
+        for (key, value) in serde_json::from_value::<Map<String, Value>>(value)? {
+            add(document, &key, value)?;
+        }
+        Ok(())
     }
 
     /// Adds `key=value` as it stands in a query or a form field: `seed=3`, `rows=0:500`, and
@@ -111,28 +130,19 @@ impl Options {
         key: &str,
         value: &str,
     ) -> Result<(), OptionsError> {
-        match key {
+        let value = match key {
             "map" => {
                 let (channel, column) = channel_and_column(value)?;
-                let map = document
-                    .entry("map")
-                    .or_insert_with(|| Value::Object(Map::new()));
-                if let Value::Object(map) = map {
-                    let before = map.insert(channel.clone(), Value::String(column.clone()));
-                    once(channel, before.as_ref().and_then(Value::as_str), column)?;
-                }
+                Value::Object(Map::from_iter([(channel, Value::String(column))]))
             }
             "rows" => {
                 let (from, to) = rows(value)?;
-                document.insert("rows".into(), Value::from(vec![from, to]));
+                Value::from(vec![from, to])
             }
-            _ => {
-                let value =
-                    serde_json::from_str(value).unwrap_or_else(|_| Value::String(value.to_owned()));
-                document.insert(key.to_owned(), value);
-            }
-        }
-        Ok(())
+            _ if BOOLEAN.iter().any(|name| name == key) => Value::Bool(boolean(key, value)?),
+            _ => serde_json::from_str(value).unwrap_or_else(|_| Value::String(value.to_owned())),
+        };
+        add(document, key, value)
     }
 
     /// All keys.
@@ -147,6 +157,36 @@ impl Options {
     /// Checks every range.
     pub fn validate(&self) -> Result<(), OptionsError> {
         Ok(self.settings.validate()?)
+    }
+}
+
+/// Adds one key, which comes once; of `map` each channel does.
+fn add(document: &mut Map<String, Value>, key: &str, value: Value) -> Result<(), OptionsError> {
+    match (document.get_mut(key), value) {
+        (None, value) => {
+            document.insert(key.to_owned(), value);
+        }
+        (Some(Value::Object(map)), Value::Object(more)) if key == "map" => {
+            for (channel, column) in more {
+                let before = map.insert(channel.clone(), column.clone());
+                let column = column.as_str().unwrap_or_default().to_owned();
+                once(channel, before.as_ref().and_then(Value::as_str), column)?;
+            }
+        }
+        _ => return Err(OptionsError::Twice(shown(key))),
+    }
+    Ok(())
+}
+
+/// True or false, also as Python writes them.
+pub fn boolean(name: &str, text: &str) -> Result<bool, OptionsError> {
+    match text {
+        "true" | "True" => Ok(true),
+        "false" | "False" => Ok(false),
+        _ => Err(OptionsError::Boolean {
+            name: name.to_owned(),
+            text: shown(text),
+        }),
     }
 }
 
@@ -230,6 +270,66 @@ mod tests {
     }
 
     #[test]
+    fn booleans_are_true_or_false() {
+        assert_eq!(*BOOLEAN, ["diagnosis"]);
+        for (text, meant) in [
+            ("true", Some(true)),
+            ("True", Some(true)),
+            ("false", Some(false)),
+            ("False", Some(false)),
+            ("TRUE", None),
+            ("no", None),
+            ("0", None),
+            ("1", None),
+            ("null", None),
+            ("banana", None),
+        ] {
+            for name in BOOLEAN.iter() {
+                let options = parse(&[(name, text)]);
+                match meant {
+                    Some(meant) => assert_eq!(options.unwrap().settings.diagnosis, meant),
+                    None => assert_eq!(
+                        options.unwrap_err().to_string(),
+                        format!("{name}: '{text}', expected true or false")
+                    ),
+                }
+            }
+        }
+    }
+
+    /// Pairs and documents, in any order.
+    #[test]
+    fn a_key_comes_once_wherever_it_stands() {
+        let twice = |pair: (&str, &str), text: &str| {
+            let (mut first, mut last) = (Map::new(), Map::new());
+            let one = Options::add_pair(&mut first, pair.0, pair.1)
+                .and_then(|()| Options::add_document(&mut first, text));
+            let other = Options::add_document(&mut last, text)
+                .and_then(|()| Options::add_pair(&mut last, pair.0, pair.1));
+            [one, other].map(|outcome| outcome.is_err())
+        };
+        assert_eq!(twice(("seed", "1"), r#"{"seed": 1}"#), [true; 2]);
+        assert_eq!(twice(("seed", "1"), r#"{"trials": 1}"#), [false; 2]);
+        assert_eq!(
+            twice(("map", "z_f=a"), r#"{"map": {"z_r": "a"}}"#),
+            [false; 2]
+        );
+        assert_eq!(
+            twice(("map", "z_f=a"), r#"{"map": {"z_f": "b"}}"#),
+            [true; 2]
+        );
+        let mut document = Map::new();
+        for text in [
+            r#"{"seed": 1, "seed": 1}"#,
+            r#"{"map": {"z_f": "a", "z_f": "a"}}"#,
+        ] {
+            let fault = Options::add_document(&mut document, text).unwrap_err();
+            assert!(fault.to_string().contains("is given twice"), "{fault}");
+        }
+        assert!(document.is_empty());
+    }
+
+    #[test]
     fn faults_are_named() {
         let message = |pairs: &[(&str, &str)]| parse(pairs).unwrap_err().to_string();
         let unknown = message(&[("sead", "7")]);
@@ -240,6 +340,8 @@ mod tests {
         assert!(twice.contains("'V1' and as 'V2'"), "{twice}");
         assert!(parse(&[("map", "z_f=V1"), ("map", "z_f=V1")]).is_ok());
         assert!(message(&[("seed", "x")]).contains("\"x\""));
+        let said = message(&[("seed", "1"), ("trials", "2"), ("seed", "1")]);
+        assert_eq!(said, "seed: given twice, expected once");
         assert!(message(&[("rows", "7")]).contains("FROM:TO"));
         assert!(message(&[("map", "z_f")]).contains("CHANNEL=COLUMN"));
         let huge = parse(&[("particles", "1000000000")]).unwrap();

@@ -232,10 +232,12 @@ async fn keys_are_listed_end_and_are_never_kept() {
 
     let expired = key_of(
         &server
-            .beside(&["key", "create", "--days", "0"])
+            .beside(&["key", "create", "--days", "1", "--name", "old"])
             .output()
             .unwrap(),
     );
+    let end = "UPDATE api_key SET expires_at = created_at WHERE name = 'old' RETURNING expires_at";
+    assert!(server.count(end).await > 0);
     let list = || {
         let output = server.beside(&["key", "list"]).output().unwrap();
         String::from_utf8(output.stdout).unwrap()
@@ -497,4 +499,37 @@ async fn exported_text_is_never_a_formula() {
         .unwrap();
     assert!(csv.contains("\"'=HYPERLINK(1)\""), "{csv}");
     assert!(!csv.contains(",=") && !csv.contains("\n="));
+}
+
+/// Nonsense is refused, and what is said of a missing key is true where it is missing.
+#[tokio::test]
+async fn keys_that_open_nothing_are_not_made_and_what_lacks_is_said() {
+    let mut server = Server::start();
+    for wrong in [
+        &["--group", ""][..],
+        &["--group", "  "],
+        &["--group", "a\nb"],
+        &["--days", "0"],
+        &["--days", "-1"],
+        &["--requests-per-minute", "0"],
+        &["--max-upload", "0"],
+    ] {
+        let made = server.beside(&["key", "create"]).args(wrong).output();
+        let made = made.unwrap();
+        assert_eq!(made.status.code(), Some(2), "{wrong:?}");
+        assert!(made.stdout.is_empty(), "{wrong:?}");
+    }
+    server.kill();
+    for (listen, args, said) in [
+        ("127.0.0.1:0", &["--keys"][..], "leave `--keys` out"),
+        ("[::1]:0", &["--keys"], "leave `--keys` out"),
+        ("0.0.0.0:0", &[], "reached from other machines"),
+        ("0.0.0.0:0", &["--keys"], "reached from other machines"),
+    ] {
+        let serve = ["serve", "--workers", "0", "--listen", listen];
+        let output = server.beside(&serve).args(args).output().unwrap();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{listen} {args:?}");
+        assert!(message.contains(said), "{listen} {args:?}: {message}");
+    }
 }

@@ -5,7 +5,7 @@ use std::io::Write;
 use reqwest::multipart::{Form, Part};
 use serde_json::Value;
 
-use crate::harness::{Folder, Server, veloid};
+use crate::harness::{Folder, Server, veloid, whole_form};
 use crate::ride;
 
 /// A file, the parts sent with it, and the fault that is expected.
@@ -221,6 +221,168 @@ async fn strange_addresses_and_methods_are_problems_too() {
         let problem: Value = response.json().await.unwrap();
         assert_eq!(problem["status"], status);
     }
+}
+
+/// What is neither true nor false, and what comes twice, is refused by its name wherever it stands.
+#[tokio::test]
+async fn booleans_and_doubled_parts_are_refused_by_name() {
+    let server = Server::with(&["--workers", "0"]);
+    let raw = async |query: &str| {
+        let url = server.address(&format!("/v1/rides/preview?{query}"));
+        let response = server.client.post(url).body(ride::example()).send().await;
+        let response = response.unwrap();
+        (response.status().as_u16(), response.text().await.unwrap())
+    };
+    for name in ["again", "diagnosis"] {
+        for good in ["true", "True", "false", "False", ""] {
+            let (status, text) = raw(&format!("{name}={good}")).await;
+            assert_eq!(status, 200, "{name}={good}: {text}");
+        }
+        for bad in ["no", "0", "1", "banana", "TRUE", "null"] {
+            let said = format!("{name}: '{bad}', expected true or false");
+            let (status, text) = raw(&format!("{name}={bad}")).await;
+            assert!(status == 422 && text.contains(&said), "{text}");
+            let answer = server
+                .upload(ride::example(), ride::BIKE, &[(name, bad)])
+                .await;
+            assert_eq!(answer.status(), 422, "{name}={bad}");
+            assert!(answer.text().await.unwrap().contains(&said));
+        }
+    }
+    let doubled = async |parts: &[(&str, &str)]| {
+        let form = whole_form(ride::example(), ride::BIKE, parts);
+        let request = server.client.post(server.address("/v1/rides"));
+        let answer = request.multipart(form).send().await.unwrap();
+        (answer.status(), answer.text().await.unwrap())
+    };
+    for (name, value) in [
+        ("seed", "1"),
+        ("name", "a.csv"),
+        ("again", "true"),
+        ("diagnosis", "false"),
+        ("rows", "0:9"),
+        ("bike", ride::BIKE),
+        ("fleet", "lab-7"),
+    ] {
+        let said = format!("{name}: given twice, expected once");
+        let parts = [(name, value), (name, " "), (name, value)];
+        let (status, text) = doubled(&parts).await;
+        assert!(status == 422 && text.contains(&said), "{name}: {text}");
+    }
+    let options = r#"{"seed": 1}"#;
+    for parts in [
+        [("options", options), ("seed", "1")],
+        [("seed", "1"), ("options", options)],
+        [("options", options), ("options", options)],
+        [("options", r#"{"seed": 1, "seed": 2}"#), ("trials", "2")],
+        [
+            ("options", r#"{"map": {"z_f": "z_f", "z_f": "z_r"}}"#),
+            ("trials", "2"),
+        ],
+    ] {
+        let (status, text) = doubled(&parts).await;
+        assert!(
+            status == 422 && text.contains("given twice"),
+            "{parts:?}: {text}"
+        );
+    }
+    let request = server.client.post(server.address("/v1/rides?bike=lab-7"));
+    let request = request.header("Veloid-Bike", "lab-7").body(ride::example());
+    let answer = request.send().await.unwrap();
+    assert_eq!(answer.status(), 422);
+    assert!(answer.text().await.unwrap().contains("bike: given twice"));
+    let said = "query";
+    let answer = server.get("/v1/parameters?axle=front&axle=rear").await;
+    assert_eq!(answer.status(), 400);
+    assert!(answer.text().await.unwrap().contains(said));
+    let jobs = server.json("/v1/jobs").await;
+    assert_eq!(jobs["items"], Value::Array(Vec::new()), "none was queued");
+}
+
+/// A name that no list knows would read as if there were nothing.
+#[tokio::test]
+async fn names_and_spans_that_cannot_be_are_refused_with_what_can() {
+    let server = Server::start();
+    let job = server.submit(&[]).await;
+    server.succeeded(&job).await;
+    let refused = async |path: &str, said: &[&str]| {
+        let answer = server.get(path).await;
+        let (status, text) = (answer.status(), answer.text().await.unwrap());
+        assert_eq!(status, 400, "{path}: {text}");
+        for said in said {
+            assert!(text.contains(said), "{path}: {text}");
+        }
+    };
+    let lists = ["/v1/parameters", "/v1/bikes/lab-7/history", "/parameters"];
+    for (name, known) in [
+        ("method", "output_error"),
+        ("axle", "front, rear, both"),
+        ("name", "k_n_m, b_n_s_m, mass_kg"),
+        ("effect", "coulomb_friction"),
+        ("verdict", "nothing_missing, named, ambiguous, unnamed"),
+    ] {
+        for list in lists {
+            for bad in [
+                "xyz",
+                "Front",
+                "both%20",
+                "coulomb_friction.grip",
+                "power_damping",
+            ] {
+                let trimmed = list == "/parameters" && name == "axle" && bad == "both%20";
+                if !trimmed {
+                    refused(&format!("{list}?{name}={bad}"), &[name, known]).await;
+                }
+            }
+        }
+    }
+    for list in ["/v1/jobs", "/jobs"] {
+        refused(&format!("{list}?verdict=foo"), &["verdict", "unnamed"]).await;
+        refused(&format!("{list}?state=foo"), &["state", "queued"]).await;
+    }
+    for list in lists {
+        refused(
+            &format!("{list}?from=2026-09-02&to=2026-09-01"),
+            &["later than"],
+        )
+        .await;
+        let day = format!("{list}?from=1970-01-01&to=9999-12-31");
+        assert_eq!(server.get(&day).await.status(), 200, "{day}");
+    }
+    refused(
+        "/v1/bikes/lab-7/history?bike=lab-7",
+        &["unknown parameter `bike`"],
+    )
+    .await;
+    for bad in ["t0=nan", "t0=inf", "t1=-inf", "t1=NaN", "t0=2&t1=1", "t0=x"] {
+        refused(&format!("{job}/series?{bad}"), &["t"]).await;
+    }
+    assert_eq!(
+        server
+            .get(&format!("{job}/series?t0=1&t1=1"))
+            .await
+            .status(),
+        200
+    );
+    for bad in ["wait=inf", "wait=nan", "wait=-1", "wait=1e999"] {
+        refused(&format!("{job}?{bad}"), &["wait"]).await;
+    }
+    // What the document names is taken.
+    let document = server.json("/openapi.json").await;
+    let mut asked = 0;
+    for path in ["/v1/parameters", "/v1/bikes/{bike}/history", "/v1/jobs"] {
+        let parameters = &document["paths"][path]["get"]["parameters"];
+        let filters = parameters.as_array().unwrap().iter();
+        for parameter in filters.filter(|parameter| parameter["name"] != "format") {
+            for value in parameter["schema"]["enum"].as_array().into_iter().flatten() {
+                let (name, value) = (parameter["name"].as_str().unwrap(), value.as_str().unwrap());
+                let address = path.replace("{bike}", "lab-7");
+                server.json(&format!("{address}?{name}={value}")).await;
+                asked += 1;
+            }
+        }
+    }
+    assert!(asked > 100, "{asked}");
 }
 
 /// A mistyped filter would give everything.

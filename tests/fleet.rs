@@ -139,7 +139,6 @@ async fn parameters_are_found_by_every_filter_and_exported_whole() {
             of(&|p| p["identified_at"].as_str() >= Some(day)),
         ),
         ("axle=both", 0),
-        ("method=guess", 0),
     ] {
         assert_eq!(count(query).await, expected, "{query}");
     }

@@ -281,8 +281,9 @@ async fn blank_fields_of_the_plain_form_ask_for_nothing() {
             .part("file", file)
             .text("seed", seed)
             .text("rows", " ");
-        for bike in bikes {
-            form = form.text("bike", bike);
+        // The list of the fleet, and the box.
+        for (name, bike) in ["fleet", "bike"].into_iter().zip(bikes) {
+            form = form.text(name, bike);
         }
         for map in ["", "z_f=V2"] {
             form = form.text("map", map);
@@ -291,4 +292,128 @@ async fn blank_fields_of_the_plain_form_ask_for_nothing() {
         let request = client.post(server.address("/")).multipart(form);
         assert_eq!(request.send().await.unwrap().status(), 303, "{bikes:?}");
     }
+}
+
+#[tokio::test]
+async fn a_browser_gets_a_page_for_what_is_not_there_and_a_program_a_problem() {
+    let server = Server::with(&["--workers", "0"]);
+    let ask = async |method: &str, path: &str, accept: &str| {
+        let request = server
+            .client
+            .request(method.parse().unwrap(), server.address(path));
+        request.header("Accept", accept).send().await.unwrap()
+    };
+    const BROWSER: &str = "text/html,application/xhtml+xml,application/xml;q=0.9,*/*;q=0.8";
+    for (method, path, status) in [("GET", "/nosuchpage", 404), ("PUT", "/jobs", 405)] {
+        let answer = ask(method, path, BROWSER).await;
+        assert_eq!(answer.status(), status);
+        let text = html(answer).await;
+        assert!(text.contains(path) && text.contains("<nav"), "{text}");
+        for accept in ["*/*", "application/json"] {
+            let answer = ask(method, path, accept).await;
+            assert_eq!(answer.status(), status);
+            assert_eq!(answer.headers()["content-type"], "application/problem+json");
+        }
+    }
+    let icon = ask("GET", "/favicon.ico", "image/*").await;
+    assert_eq!(icon.status(), 200);
+    assert_eq!(icon.headers()["content-type"], "image/svg+xml");
+    assert!(icon.text().await.unwrap().contains("<svg"));
+    for (jobs, said) in [(0, "0 jobs were chosen"), (1, "1 job was chosen")] {
+        let id = "job=01890000-0000-7000-8000-000000000000";
+        let answer = server
+            .get(&format!("/compare?{}", vec![id; jobs].join("&")))
+            .await;
+        let text = html(answer).await;
+        assert!(text.contains(said), "{text}");
+    }
+}
+
+#[tokio::test]
+async fn the_filters_of_parameters_speak_as_the_page_does_and_a_cut_export_says_so() {
+    let server = Server::with(&["--workers", "0"]);
+    let seed = ["seed", "--bikes", "2", "--rides", "5500"];
+    assert!(server.beside(&seed).status().unwrap().success());
+    let text = page(&server, "/parameters").await;
+    for option in [
+        ">stiffness k</option>",
+        "<option value=\"coulomb_friction.friction\">coulomb friction: friction</option>",
+        "<option value=\"coulomb_friction\">coulomb friction</option>",
+        "<option value=\"swarm\">particle swarm</option>",
+    ] {
+        assert!(text.contains(option), "{option}");
+    }
+    assert!(text.contains("Bicycle (exact name)"));
+    let said = "id=\"cut\"";
+    assert!(text.contains(said), "more than 100 000 rows");
+    for few in [
+        "name=k_n_m",
+        "axle=front&method=swarm",
+        "effect=coulomb_friction",
+        "to=2001-01-01",
+    ] {
+        let text = page(&server, &format!("/parameters?{few}")).await;
+        assert!(!text.contains(said), "{few}");
+    }
+    assert!(
+        page(&server, "/parameters?bike=&name=&from=2001-01-01")
+            .await
+            .contains(said)
+    );
+    let csv = server.get("/v1/parameters?format=csv&limit=100000").await;
+    assert!(
+        csv.headers()["link"]
+            .to_str()
+            .unwrap()
+            .contains("rel=\"next\"")
+    );
+    assert_eq!(csv.text().await.unwrap().lines().count(), 100_001);
+}
+
+#[tokio::test]
+async fn made_up_rides_are_told_from_real_ones() {
+    let server = Server::start();
+    let job = server.submit(&[]).await;
+    server.succeeded(&job).await;
+    let seed = ["seed", "--bikes", "1", "--rides", "3"];
+    let refused = server.beside(&seed).output().unwrap();
+    assert_eq!(refused.status.code(), Some(1));
+    let said = String::from_utf8(refused.stderr).unwrap();
+    assert!(
+        said.contains("1 real ride") && said.contains("--beside-real"),
+        "{said}"
+    );
+    let bikes = server.json("/v1/bikes").await;
+    assert_eq!(
+        bikes["items"].as_array().unwrap().len(),
+        1,
+        "nothing was written"
+    );
+    for _ in 0..2 {
+        let beside = [&seed[..], &["--beside-real"]].concat();
+        assert!(server.beside(&beside).status().unwrap().success());
+    }
+    let parameters = server.json("/v1/parameters?limit=1000").await;
+    for parameter in parameters["items"].as_array().unwrap() {
+        let made_up = parameter["bike"] != "lab-7";
+        assert_eq!(parameter["made_up"], made_up, "{parameter}");
+    }
+    let csv = server
+        .get("/v1/parameters?format=csv&bike=lab-7")
+        .await
+        .text()
+        .await
+        .unwrap();
+    assert!(csv.lines().next().unwrap().ends_with(",version,made_up"));
+    assert!(csv.lines().nth(1).unwrap().ends_with(",false"), "{csv}");
+    assert!(
+        page(&server, "/bikes/season-001")
+            .await
+            .contains("made up</span>")
+    );
+    assert!(
+        !page(&server, "/bikes/lab-7")
+            .await
+            .contains("made up</span>")
+    );
 }

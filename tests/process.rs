@@ -1,6 +1,8 @@
 //! Processes: their orderly end, their limits, and several of them on the same data.
 
-use std::time::Instant;
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::time::{Duration, Instant};
 
 use crate::harness::Server;
 use crate::ride::{self, LONG};
@@ -49,6 +51,43 @@ async fn a_stopped_server_hands_its_work_back_and_takes_it_up_again() {
         !metrics.contains("veloid_job_rescues_total"),
         "nothing was taken over"
     );
+}
+
+/// Their senders have no answer yet, and send them again; else they would hold the process up.
+#[tokio::test]
+async fn uploads_that_have_not_arrived_end_when_the_server_stops() {
+    let mut server = Server::start();
+    let address = server.url.trim_start_matches("http://").to_owned();
+    let begun = |path: &str, kind: &str, sent: &str| {
+        let mut stream = TcpStream::connect(&address).unwrap();
+        write!(
+            stream,
+            "POST {path} HTTP/1.1\r\nHost: x\r\nContent-Type: {kind}\r\nContent-Length: 1000\r\n\r\n{sent}"
+        )
+        .unwrap();
+        stream
+    };
+    let form = "--B\r\nContent-Disposition: form-data; name=\"file\"\r\n\r\nt,u_f\n";
+    let mut streams = [
+        begun("/v1/rides", "text/csv", "t,u_f\n"),
+        begun("/v1/rides/preview", "text/csv", ""),
+        begun("/v1/rides", "multipart/form-data; boundary=B", form),
+        begun("/", "multipart/form-data; boundary=B", "--B"),
+    ];
+    let folder = server.folder.0.join("incoming");
+    // The three that have sent something of a file hold one each.
+    while std::fs::read_dir(&folder).unwrap().count() < 3 {
+        tokio::time::sleep(Duration::from_millis(10)).await;
+    }
+    server.ask_to_stop();
+    for stream in &mut streams {
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        assert!(answer.starts_with("HTTP/1.1 503"), "{answer}");
+        assert!(answer.contains("the server stops"), "{answer}");
+    }
+    assert_eq!(server.terminate(), Some(0));
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 0);
 }
 
 #[tokio::test]

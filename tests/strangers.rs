@@ -180,7 +180,7 @@ fn endless() -> [(String, String, u16, &'static str); 6] {
         ),
         (
             String::new(),
-            format!("{PART}seed\"\r\n\r\n1\r\n"),
+            format!("{PART}map\"\r\n\r\nz_f=1\r\n"),
             413,
             "more than 64 parts",
         ),

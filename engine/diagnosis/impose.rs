@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::Place;
-use super::effects::{ALL, FOILS, Kind, MAX_PARAMETERS, Values};
+use super::effects::{FOILS, Kind, MAX_PARAMETERS, Values};
 use super::extend::candidates;
 use super::model::{Point, Term, Unit};
 use super::scene::Scene;
@@ -184,8 +184,7 @@ impl Imposed {
 }
 
 fn ids() -> String {
-    let named = ALL.iter().filter(|kind| !FOILS.contains(kind));
-    named.map(|kind| kind.id()).collect::<Vec<_>>().join(", ")
+    Kind::named().map(Kind::id).collect::<Vec<_>>().join(", ")
 }
 
 fn wrong(problem: String) -> EngineError {
@@ -199,6 +198,7 @@ fn wrong(problem: String) -> EngineError {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use crate::diagnosis::effects::ALL;
     use crate::diagnosis::{Diagnosis, Verdict};
     use crate::settings::Settings;
     use crate::simulate::outing::{SpeedChange, Spring};

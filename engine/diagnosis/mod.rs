@@ -59,6 +59,11 @@ pub enum Verdict {
     Unnamed,
 }
 
+impl Verdict {
+    /// Every verdict by its name in reports.
+    pub const NAMES: [&str; 4] = ["nothing_missing", "named", "ambiguous", "unnamed"];
+}
+
 /// The axle or axles that an effect acts on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]

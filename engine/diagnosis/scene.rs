@@ -50,6 +50,31 @@ pub struct Scale {
 }
 
 impl Scale {
+    /// A bicycle of no particular ride, for what does not depend on one.
+    pub const TYPICAL: Scale = Scale {
+        mass: 30.0,
+        k: 60e3,
+        b: 500.0,
+        d_rms: 1e-3,
+        d_low: -3e-3,
+        d_high: 3e-3,
+        d_peak: 3e-3,
+        w_rms: 0.1,
+        z_rms: 1e-3,
+        v_rms: 0.1,
+        a_rms: 5.0,
+        train_s: 60.0,
+        duration: 100.0,
+        step: 5e-3,
+        static_load: 300.0,
+        wheel_radius: 0.34,
+        mean_speed: 5.0,
+        speed_span: 1.0,
+        train_distance: 300.0,
+        lift: 30.0,
+        balanced_pitch_inertia: 10.0,
+    };
+
     /// RMS of the net force on the axle mass (N), from which forces take their sizes.
     pub fn force_rms(&self) -> f64 {
         self.mass * self.a_rms

@@ -9,6 +9,7 @@ pub mod health;
 pub mod jobs;
 mod known;
 pub mod list;
+pub mod names;
 pub mod parameters;
 mod parquet;
 pub mod problem;

@@ -4,16 +4,18 @@ use axum::extract::{OriginalUri, State};
 use axum::http::{Uri, header};
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
+use utoipa::openapi::path::{Parameter, ParameterIn};
 use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
+use veloid_engine::diagnosis::Verdict;
 
 use super::access::Caller;
 use super::extract::Query;
 use super::list::{Page, limit_to, next_link, without_cursor};
+use super::names::{EFFECTS, PARAMETERS};
 use super::problem::{Kind, Problem};
-use super::time::Bound;
-use super::{App, Server, parquet, time};
-use crate::store::parameter::{self, Filter, Key, ParameterRow};
+use super::{App, Server, names, parquet, time};
+use crate::store::parameter::{self, AXLES, Filter, Key, METHODS, ParameterRow};
 
 #[derive(Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
@@ -21,22 +23,29 @@ use crate::store::parameter::{self, Filter, Key, ParameterRow};
 pub struct Params {
     /// Only of this bike.
     pub bike: Option<String>,
-    /// Only by this method: `least_squares`, `instrumental`, `swarm`, `output_error`, `extended`.
+    /// Only by this method.
+    #[param(schema_with = names::methods)]
     pub method: Option<String>,
-    /// Only of this axle: `front`, `rear`, `both`.
+    /// Only of this axle.
+    #[param(schema_with = names::axles)]
     pub axle: Option<String>,
-    /// Only this parameter: `k_n_m`, `b_n_s_m`, `mass_kg`, or `effect.parameter`.
+    /// Only this parameter: of the bicycle, or `effect.parameter`.
+    #[param(schema_with = names::parameters)]
     pub name: Option<String>,
-    /// Only parameters of this effect, such as `coulomb_friction`.
+    /// Only parameters of this effect.
+    #[param(schema_with = names::effects)]
     pub effect: Option<String>,
     /// Only of jobs with this verdict.
+    #[param(schema_with = names::verdicts)]
     pub verdict: Option<String>,
     /// Only of this job.
     pub job: Option<Uuid>,
-    /// Identified at this time or later (RFC 3339); a day, such as 2026-09-01, from its beginning (UTC).
+    /// Identified from this time on, inclusive (RFC 3339). A day, such as 2026-09-01, counts whole, from its
+    /// beginning (UTC).
     #[param(schema_with = time::schema)]
     pub from: Option<String>,
-    /// Identified before this time (RFC 3339); a day, such as 2026-09-30, to its end (UTC).
+    /// Identified before this time, exclusive (RFC 3339). A day, such as 2026-09-30, counts whole, to its end
+    /// (UTC). Not earlier than `from`.
     #[param(schema_with = time::schema)]
     pub to: Option<String>,
     #[param(inline)]
@@ -49,6 +58,17 @@ pub struct Params {
         pattern = "^[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}/[a-z_]+/[a-z]+/.+$"
     )]
     pub cursor: Option<String>,
+}
+
+/// The same where the address names the bike.
+pub struct OfBike;
+
+impl IntoParams for OfBike {
+    fn into_params(place: impl Fn() -> Option<ParameterIn>) -> Vec<Parameter> {
+        let mut all = Params::into_params(place);
+        all.retain(|parameter| parameter.name != "bike");
+        all
+    }
 }
 
 /// `json` unless asked otherwise.
@@ -78,6 +98,8 @@ pub struct ParameterView {
     pub verdict: Option<String>,
     /// Version of veloid that identified it.
     pub version: String,
+    /// Made up by `veloid seed`.
+    pub made_up: bool,
 }
 
 impl From<ParameterRow> for ParameterView {
@@ -94,6 +116,7 @@ impl From<ParameterRow> for ParameterView {
             unit: row.unit,
             verdict: row.verdict,
             version: row.version,
+            made_up: row.made_up,
         }
     }
 }
@@ -114,7 +137,7 @@ pub async fn list(
 }
 
 /// Most rows of one answer.
-const MOST: i64 = 100_000;
+pub const MOST: i64 = 100_000;
 
 /// The page that the parameters ask for.
 pub async fn respond(
@@ -163,6 +186,34 @@ pub async fn respond(
     Ok(response)
 }
 
+impl Params {
+    /// What is asked of the store, where everything that is named is known.
+    pub fn filter<'a>(&'a self, group: &'a str) -> Result<Filter<'a>, Problem> {
+        let (method, axle, name) = (&self.method, &self.axle, &self.name);
+        let (effect, verdict) = (&self.effect, &self.verdict);
+        names::one_of("method", method.as_deref(), &METHODS)?;
+        names::one_of("axle", axle.as_deref(), &AXLES)?;
+        names::one_of("name", name.as_deref(), &PARAMETERS)?;
+        names::one_of("effect", effect.as_deref(), &EFFECTS)?;
+        names::one_of("verdict", verdict.as_deref(), &Verdict::NAMES)?;
+        let (from_ms, to_ms) = time::span(self.from.as_deref(), self.to.as_deref())?;
+        let after = self.cursor.as_deref();
+        Ok(Filter {
+            group,
+            bike: self.bike.as_deref(),
+            method: method.as_deref(),
+            axle: axle.as_deref(),
+            name: name.as_deref(),
+            effect: effect.as_deref(),
+            verdict: verdict.as_deref(),
+            job: self.job,
+            from_ms,
+            to_ms,
+            after: after.map(parse_cursor).transpose()?,
+        })
+    }
+}
+
 /// The rows that the parameters ask for, and one more where there are more.
 pub async fn rows(
     server: &Server,
@@ -170,28 +221,7 @@ pub async fn rows(
     params: &Params,
     limit: i64,
 ) -> Result<Vec<ParameterRow>, Problem> {
-    let at = |name, text: &Option<String>, bound| {
-        let text = text.as_deref();
-        text.map(|text| time::parse(name, text, bound)).transpose()
-    };
-    let after = params
-        .cursor
-        .as_deref()
-        .map(|cursor| parse_cursor(cursor).ok_or_else(bad_cursor))
-        .transpose()?;
-    let filter = Filter {
-        group,
-        bike: params.bike.as_deref(),
-        method: params.method.as_deref(),
-        axle: params.axle.as_deref(),
-        name: params.name.as_deref(),
-        effect: params.effect.as_deref(),
-        verdict: params.verdict.as_deref(),
-        job: params.job,
-        from_ms: at("from", &params.from, Bound::From)?,
-        to_ms: at("to", &params.to, Bound::To)?,
-        after: after.as_ref(),
-    };
+    let filter = params.filter(group)?;
     Ok(parameter::page(&server.db, &filter, limit + 1).await?)
 }
 
@@ -199,7 +229,14 @@ pub fn cursor(row: &ParameterRow) -> String {
     format!("{}/{}/{}/{}", row.job_id, row.method, row.axle, row.name)
 }
 
-fn parse_cursor(cursor: &str) -> Option<Key> {
+fn parse_cursor(cursor: &str) -> Result<Key, Problem> {
+    key(cursor).ok_or_else(|| {
+        let detail = "cursor: expected the `next` of an earlier page";
+        Problem::new(Kind::BadRequest, detail)
+    })
+}
+
+fn key(cursor: &str) -> Option<Key> {
     let mut parts = cursor.splitn(4, '/');
     Some(Key {
         job_id: parts.next()?.parse().ok()?,
@@ -209,16 +246,10 @@ fn parse_cursor(cursor: &str) -> Option<Key> {
     })
 }
 
-fn bad_cursor() -> Problem {
-    Problem::new(
-        Kind::BadRequest,
-        "cursor: expected the `next` of an earlier page",
-    )
-}
-
 fn to_csv(items: &[ParameterView]) -> String {
     let mut csv =
-        "job,bike,identified_at,method,axle,name,value,std_error,unit,verdict,version\n".to_owned();
+        "job,bike,identified_at,method,axle,name,value,std_error,unit,verdict,version,made_up\n"
+            .to_owned();
     for item in items {
         let std_error = item.std_error.map(|e| e.to_string()).unwrap_or_default();
         let cells = [
@@ -233,6 +264,7 @@ fn to_csv(items: &[ParameterView]) -> String {
             cell(&item.unit),
             item.verdict.clone().unwrap_or_default(),
             item.version.clone(),
+            item.made_up.to_string(),
         ];
         csv.push_str(&cells.join(","));
         csv.push('\n');
@@ -262,15 +294,15 @@ mod tests {
     #[test]
     fn only_cursors_are_cursors() {
         let id = Uuid::now_v7();
-        let key = Key {
+        let known = Key {
             job_id: id,
             method: "extended".into(),
             axle: "front".into(),
             name: "a/b".into(),
         };
-        assert_eq!(parse_cursor(&format!("{id}/extended/front/a/b")), Some(key));
+        assert_eq!(key(&format!("{id}/extended/front/a/b")), Some(known));
         for bad in ["", "zz", "x/extended/front/a", &format!("{id}/front/a")] {
-            assert_eq!(parse_cursor(bad), None, "{bad}");
+            assert_eq!(key(bad), None, "{bad}");
         }
     }
 
@@ -278,23 +310,23 @@ mod tests {
         #[test]
         fn any_text_is_a_cursor_or_none(text in "\\PC{0,80}", parts in "[0-9a-f-]{30,38}(/[a-z_.]{0,9}){0,5}") {
             for text in [text, parts] {
-                if let Some(key) = parse_cursor(&text) {
-                    let again = format!("{}/{}/{}/{}", key.job_id, key.method, key.axle, key.name);
-                    prop_assert_eq!(parse_cursor(&again), Some(key));
+                if let Some(known) = key(&text) {
+                    let again = format!("{}/{}/{}/{}", known.job_id, known.method, known.axle, known.name);
+                    prop_assert_eq!(key(&again), Some(known));
                 }
             }
         }
 
         #[test]
         fn every_cursor_is_read_back(id in any::<u128>(), axle in "front|rear|both", name in "[a-z_./]{1,30}") {
-            let key = Key {
+            let known = Key {
                 job_id: Uuid::from_u128(id),
                 method: "extended".to_owned(),
                 axle,
                 name,
             };
-            let text = format!("{}/{}/{}/{}", key.job_id, key.method, key.axle, key.name);
-            prop_assert_eq!(parse_cursor(&text), Some(key));
+            let text = format!("{}/{}/{}/{}", known.job_id, known.method, known.axle, known.name);
+            prop_assert_eq!(key(&text), Some(known));
         }
     }
 

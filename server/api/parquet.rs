@@ -26,6 +26,7 @@ const SCHEMA: &str = "
         required binary unit (string);
         optional binary verdict (string);
         required binary version (string);
+        required boolean made_up;
     }";
 
 /// One row group with the columns of [`ParameterView`], the time as a timestamp.
@@ -60,6 +61,10 @@ pub fn file(rows: Vec<ParameterRow>) -> Result<Vec<u8>> {
                 let known = levels(&rows, |row| row.verdict.is_some());
                 let known = (number == 9).then_some(known.as_slice());
                 column.write_batch(&texts, known, None)?;
+            }
+            ColumnWriter::BoolColumnWriter(column) => {
+                let values: Vec<bool> = rows.iter().map(|row| row.made_up).collect();
+                column.write_batch(&values, None, None)?;
             }
             _ => return Err(ParquetError::General(format!("column {number}"))),
         }
@@ -112,6 +117,7 @@ mod tests {
             verdict: verdict.map(str::to_owned),
             version: "1".into(),
             identified_at: 1_700_000_000_000,
+            made_up: std_error.is_none(),
         };
         let bytes = file(vec![
             row(1.5, None, Some("named")),
@@ -136,5 +142,6 @@ mod tests {
         );
         assert!(rows[0].is_null(7).unwrap() && rows[1].is_null(9).unwrap());
         assert_eq!(rows[0].get_string(9).unwrap(), "named");
+        assert!(rows[0].get_bool(11).unwrap() && !rows[1].get_bool(11).unwrap());
     }
 }

@@ -2,6 +2,7 @@ use std::any::Any;
 use std::sync::Arc;
 
 use axum::Router;
+use axum::http::{HeaderMap, HeaderValue, Method, Uri, header};
 use axum::middleware::{from_fn, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
@@ -18,6 +19,7 @@ use super::problem::{Kind, Problem};
 use super::security::secured;
 use super::{Server, access, bikes, fleet, health, jobs, known, parameters, rides, telemetry};
 use crate::pages;
+use crate::pages::layout::Fault;
 
 #[derive(OpenApi)]
 #[openapi(
@@ -98,15 +100,23 @@ pub fn router(server: Arc<Server>) -> Router {
         .layer(from_fn(telemetry::measure))
 }
 
-async fn not_found(uri: axum::http::Uri) -> Problem {
-    Problem::not_found(uri.path())
+async fn not_found(uri: Uri, headers: HeaderMap) -> Response {
+    readable(&headers, Problem::not_found(uri.path()))
 }
 
-async fn method_not_allowed(method: axum::http::Method, uri: axum::http::Uri) -> Problem {
-    Problem::new(
-        Kind::MethodNotAllowed,
-        format!("{} does not know {method}", uri.path()),
-    )
+async fn method_not_allowed(method: Method, uri: Uri, headers: HeaderMap) -> Response {
+    let detail = format!("{} does not know {method}", uri.path());
+    readable(&headers, Problem::new(Kind::MethodNotAllowed, detail))
+}
+
+/// A problem as a page for browsers, as JSON for programs.
+fn readable(headers: &HeaderMap, problem: Problem) -> Response {
+    let accept = headers.get(header::ACCEPT).map(HeaderValue::as_bytes);
+    let accept = String::from_utf8_lossy(accept.unwrap_or_default());
+    match accept.contains("text/html") {
+        true => Fault(problem).into_response(),
+        false => problem.into_response(),
+    }
 }
 
 fn panicked(panic: Box<dyn Any + Send + 'static>) -> Response {

@@ -42,13 +42,13 @@ struct Create {
     #[arg(long, default_value = "")]
     name: String,
     /// Group whose rides, jobs and bikes the key opens; others' are not there for it.
-    #[arg(long, default_value = HOME)]
+    #[arg(long, default_value = HOME, value_parser = group)]
     group: String,
     /// What the key is good for; may be given several times.
     #[arg(long = "scope", value_enum, default_values = ["read", "upload"])]
     scopes: Vec<Scope>,
     /// Days until the key expires; never unless given.
-    #[arg(long, value_parser = clap::value_parser!(i64).range(0..=36_500))]
+    #[arg(long, value_parser = clap::value_parser!(i64).range(1..=36_500))]
     days: Option<i64>,
     /// Largest upload (bytes); the server's limit unless given.
     #[arg(long, value_parser = clap::value_parser!(i64).range(1..))]
@@ -59,6 +59,15 @@ struct Create {
     /// Jobs that may be queued or running; the server's limit unless given.
     #[arg(long, value_parser = clap::value_parser!(i64).range(0..))]
     unfinished_jobs: Option<i64>,
+}
+
+/// A group that can be told from others when it is read.
+fn group(text: &str) -> Result<String, String> {
+    match text.trim() {
+        "" => Err("expected a name".to_owned()),
+        _ if text.chars().any(char::is_control) => Err("expected a name of one line".to_owned()),
+        name => Ok(name.to_owned()),
+    }
 }
 
 impl Key {

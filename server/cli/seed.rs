@@ -4,6 +4,7 @@ use clap::Args;
 
 use super::CliError;
 use super::storage::Storage;
+use crate::store::ride;
 use crate::store::season::{Season, Told};
 
 /// Fills the database with a made-up season, to measure and to try the fleet's pages with.
@@ -23,11 +24,18 @@ pub struct Seed {
     rides: u32,
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Fill a database that holds real rides too.
+    #[arg(long)]
+    beside_real: bool,
 }
 
 impl Seed {
     pub async fn run(self) -> Result<(), CliError> {
         let (db, _files) = self.storage.open().await?;
+        let real = ride::real(&db).await?;
+        if real > 0 && !self.beside_real {
+            return Err(CliError::RealRides(real));
+        }
         let begin = Instant::now();
         let season = Season::new(self.bikes, self.rides, self.seed);
         let Told { rides, parameters } = season.tell(&db).await?;

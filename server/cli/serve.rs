@@ -5,6 +5,7 @@ use std::time::Duration;
 use clap::Args;
 use tokio::net::TcpListener;
 use tokio::sync::Semaphore;
+use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 
 use super::CliError;
@@ -25,7 +26,7 @@ use crate::store::key::{self, KeyRow};
 const READERS: usize = 2;
 /// Jobs whose simulated motion is kept at hand.
 const SERIES: usize = 8;
-/// Time that answers in progress get at the end.
+/// Time that answers in progress get, from the moment on in which the server is asked to stop.
 const DRAIN: Duration = Duration::from_secs(5);
 
 /// HTTP API, web pages and, unless `--workers 0`, workers in the same process.
@@ -82,7 +83,10 @@ impl Entry {
             (false, false) => Mode::Local,
         };
         if mode == Mode::Keys && !key::list(db).await?.iter().any(KeyRow::is_valid) {
-            return Err(CliError::NoKeys(address));
+            return Err(match address.ip().is_loopback() {
+                true => CliError::NoKeysAskedFor,
+                false => CliError::NoKeys(address),
+            });
         }
         let limits = Limits {
             requests_per_minute: self.requests_per_minute,
@@ -147,12 +151,13 @@ impl Serve {
             ended = &mut served => return Ok(ended.map_err(std::io::Error::other)?),
         }
         eprintln!("veloid stops");
+        let until = Instant::now() + DRAIN;
         stop.cancel();
         if let Some(running) = running {
             running.stop().await?;
         }
         // Whoever still downloads after that is cut off.
-        let _ = tokio::time::timeout(DRAIN, served).await;
+        let _ = tokio::time::timeout_at(until, served).await;
         drop(lock);
         Ok(())
     }

@@ -21,7 +21,7 @@ use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
 pub use self::limits::HttpLimits;
-pub use self::pace::Slow;
+pub use self::pace::Unfinished;
 
 use self::connections::{Connections, Held, Seat};
 use self::pace::{Pace, Paced};
@@ -75,10 +75,12 @@ async fn answer(
     let (seat, router) = (Arc::new(seat), TowerToHyperService::new(router));
     let gone = seat.gone();
     let pace = Pace::from(&limits);
+    let stops = stop.clone();
     let service = service_fn(move |request: Request<Incoming>| {
         seat.asks();
         let seat = Arc::clone(&seat);
-        let response = router.call(request.map(|body| Body::new(Paced::new(body, pace))));
+        let paced = |body| Body::new(Paced::new(body, pace, stops.clone()));
+        let response = router.call(request.map(paced));
         async move {
             let response = response.await?;
             Ok::<_, Infallible>(response.map(|body| Held::new(body, seat)))

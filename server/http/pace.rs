@@ -1,5 +1,5 @@
-//! Requests' bodies that do not come: nothing for a while, or too little for long. Only the time counts
-//! in which somebody waits for them.
+//! Requests' bodies that do not come: nothing for a while, or too little for long, or not before the server
+//! stops. Only the time counts in which somebody waits for them.
 
 use std::pin::Pin;
 use std::task::{Context, Poll};
@@ -8,6 +8,7 @@ use std::time::Duration;
 use axum::body::{Bytes, HttpBody};
 use http_body::{Frame, SizeHint};
 use tokio::time::{Instant, Sleep};
+use tokio_util::sync::{CancellationToken, WaitForCancellationFutureOwned};
 
 use super::HttpLimits;
 
@@ -28,9 +29,9 @@ impl From<&HttpLimits> for Pace {
     }
 }
 
-/// A body that came too slowly.
+/// Why a body is not waited for any longer.
 #[derive(Clone, Copy, Debug, thiserror::Error)]
-pub enum Slow {
+pub enum Unfinished {
     #[error("nothing more of the request came for {} s", .0.as_secs())]
     Idle(Duration),
     #[error("{bytes} bytes of the request came in {} s, expected {rate} bytes/s at least", .waited.as_secs())]
@@ -39,6 +40,8 @@ pub enum Slow {
         waited: Duration,
         rate: u64,
     },
+    #[error("the server stops; send the request again")]
+    Stops,
 }
 
 /// What came, and how long somebody waited for it.
@@ -57,14 +60,14 @@ impl Account {
     }
 
     /// Something came.
-    fn came(&mut self, pace: Pace, now: Instant, bytes: usize) -> Result<(), Slow> {
+    fn came(&mut self, pace: Pace, now: Instant, bytes: usize) -> Result<(), Unfinished> {
         if let Some(since) = self.since.take() {
             self.waited += now.saturating_duration_since(since);
         }
         self.bytes += bytes as u64;
         let least = self.waited.as_secs_f64() * pace.rate as f64;
         if self.waited > pace.idle && (self.bytes as f64) < least {
-            return Err(Slow::Rate {
+            return Err(Unfinished::Rate {
                 bytes: self.bytes,
                 waited: self.waited,
                 rate: pace.rate,
@@ -80,12 +83,17 @@ pub struct Paced<B> {
     pace: Pace,
     account: Account,
     alarm: Option<Pin<Box<Sleep>>>,
-    fault: Option<Slow>,
+    fault: Option<Unfinished>,
+    stop: CancellationToken,
+    stops: Option<Pin<Box<WaitForCancellationFutureOwned>>>,
 }
 
 impl<B> Paced<B> {
-    pub fn new(body: B, pace: Pace) -> Self {
+    /// A body that also ends when the server stops: what has not arrived by then is sent again.
+    pub fn new(body: B, pace: Pace, stop: CancellationToken) -> Self {
         Self {
+            stop,
+            stops: None,
             body,
             pace,
             account: Account::default(),
@@ -95,7 +103,14 @@ impl<B> Paced<B> {
     }
 
     /// Nothing has come yet; why it is not waited for any longer.
-    fn waits(&mut self, context: &mut Context<'_>) -> Poll<Slow> {
+    fn waits(&mut self, context: &mut Context<'_>) -> Poll<Unfinished> {
+        let stop = &self.stop;
+        let stops = self
+            .stops
+            .get_or_insert_with(|| Box::pin(stop.clone().cancelled_owned()));
+        if stops.as_mut().poll(context).is_ready() {
+            return Poll::Ready(Unfinished::Stops);
+        }
         let until = self.account.waits(self.pace, Instant::now());
         let alarm = self
             .alarm
@@ -106,7 +121,7 @@ impl<B> Paced<B> {
         alarm
             .as_mut()
             .poll(context)
-            .map(|()| Slow::Idle(self.pace.idle))
+            .map(|()| Unfinished::Idle(self.pace.idle))
     }
 }
 
@@ -123,6 +138,9 @@ where
         context: &mut Context<'_>,
     ) -> Poll<Option<Result<Frame<Bytes>, axum::BoxError>>> {
         let this = &mut *self;
+        if this.stop.is_cancelled() && !this.body.is_end_stream() {
+            this.fault = Some(Unfinished::Stops);
+        }
         if let Some(fault) = this.fault {
             return Poll::Ready(Some(Err(fault.into())));
         }

@@ -73,6 +73,12 @@ pub fn prepare() {
     LazyLock::force(&PLOTLY_GZ);
 }
 
+/// The icon, where browsers look for it that were not told.
+pub async fn icon() -> impl IntoResponse {
+    let kind = [(header::CONTENT_TYPE, "image/svg+xml")];
+    (kind, include_str!("../web/icon.svg"))
+}
+
 pub async fn serve(
     Path((version, name)): Path<(String, String)>,
     headers: HeaderMap,

@@ -69,7 +69,11 @@ pub async fn compare(
         }
     }
     if !(2..=8).contains(&ids.len()) {
-        let detail = format!("{} jobs were chosen, expected two to eight", ids.len());
+        let chosen = match ids.len() {
+            1 => "1 job was".to_owned(),
+            count => format!("{count} jobs were"),
+        };
+        let detail = format!("{chosen} chosen, expected two to eight");
         return Err(bad(detail).into());
     }
     let (mut jobs, mut reports) = (Vec::new(), Vec::<Report>::new());

@@ -5,12 +5,14 @@ use axum::extract::{OriginalUri, State};
 use axum::response::Html;
 use serde::Deserialize;
 use uuid::Uuid;
+use veloid_engine::diagnosis::Verdict;
 
-use super::layout::{Fault, Query, filled, html, one_of};
+use super::layout::{Fault, Query, filled, html};
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::jobs::view::JobView;
 use crate::api::list::{Page, without_cursor};
+use crate::api::names::one_of;
 use crate::store::job::{self, State as JobState};
 
 const PAGE: i64 = 50;
@@ -21,7 +23,6 @@ const STATES: [JobState; 5] = [
     JobState::Failed,
     JobState::Cancelled,
 ];
-pub const VERDICTS: [&str; 4] = ["nothing_missing", "named", "ambiguous", "unnamed"];
 
 /// The filter, blank where the form's field was.
 #[derive(Deserialize)]
@@ -62,8 +63,9 @@ pub async fn list(
     Query(params): Query<Params>,
 ) -> Result<Html<String>, Fault> {
     let names = STATES.map(JobState::name);
-    let state = one_of("state", params.state, &names)?;
-    let verdict = one_of("verdict", params.verdict, &VERDICTS)?;
+    let (state, verdict) = (filled(params.state), filled(params.verdict));
+    one_of("state", state.as_deref(), &names)?;
+    one_of("verdict", verdict.as_deref(), &Verdict::NAMES)?;
     let bike = filled(params.bike);
     let of_name = |name: &str| STATES.into_iter().find(|state| state.name() == name);
     let filter = job::Filter {
@@ -82,7 +84,7 @@ pub async fn list(
         jobs: page.items,
         next: page.next.map(|next| format!("{here}{mark}cursor={next}")),
         states: names,
-        verdicts: VERDICTS,
+        verdicts: Verdict::NAMES,
         state,
         bike,
         verdict,

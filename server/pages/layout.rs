@@ -8,7 +8,7 @@ use axum::response::{Html, IntoResponse, Response};
 use serde::de::DeserializeOwned;
 
 use crate::api::extract;
-use crate::api::problem::{Kind, Problem};
+use crate::api::problem::Problem;
 
 /// The menu: name and address.
 const MENU: [(&str, &str); 4] = [
@@ -62,22 +62,6 @@ pub fn filled(field: Option<String>) -> Option<String> {
     field
         .map(|text| text.trim().to_owned())
         .filter(|text| !text.is_empty())
-}
-
-/// What stands in a field that takes one of a few names.
-pub fn one_of(
-    name: &str,
-    field: Option<String>,
-    known: &[&str],
-) -> Result<Option<String>, Problem> {
-    let asked = filled(field);
-    match asked.as_deref() {
-        Some(text) if !known.contains(&text) => {
-            let detail = format!("{name}: `{text}`, expected one of {}", known.join(", "));
-            Err(Problem::new(Kind::BadRequest, detail))
-        }
-        _ => Ok(asked),
-    }
 }
 
 #[derive(Template)]

@@ -31,5 +31,6 @@ pub fn routes() -> Router<Arc<Server>> {
         .route("/bikes", get(fleet::bikes))
         .route("/bikes/{bike}", get(fleet::bike))
         .route("/parameters", get(parameters::list))
+        .route("/favicon.ico", get(assets::icon))
         .route("/assets/{version}/{name}", get(assets::serve))
 }

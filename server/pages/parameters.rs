@@ -4,29 +4,59 @@ use askama::Template;
 use axum::extract::{OriginalUri, State};
 use axum::response::Html;
 use serde::Deserialize;
-use veloid_engine::number::Quantity;
+use veloid_engine::diagnosis::Verdict;
+use veloid_engine::number::{Quantity, fixed};
 
-use super::jobs::VERDICTS;
-use super::layout::{Fault, Query, filled, html, one_of};
+use super::layout::{Fault, Query, filled, html};
+use super::words;
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::list::{Page, without_cursor};
-use crate::api::parameters::{Params, cursor, rows};
-use crate::api::problem::Problem;
-use crate::api::time::{self, Bound};
-use crate::store::parameter::{AXLES, METHODS, ParameterRow};
+use crate::api::names::{EFFECTS, PARAMETERS};
+use crate::api::parameters::{MOST, Params, cursor, rows};
+use crate::api::time;
+use crate::store::parameter::{self, AXLES, Filter, METHODS, ParameterRow};
 
 const PAGE: i64 = 50;
 #[derive(Template)]
 #[template(path = "parameters.html")]
 struct Parameters {
-    /// Fields of the filter: name, label, value, and choices.
-    texts: Vec<(&'static str, &'static str, String)>,
-    choices: Vec<(&'static str, &'static str, String, &'static [&'static str])>,
+    /// Fields of the filter; dates with name, label and value.
+    bike: String,
+    choices: Vec<Choice>,
     dates: Vec<(&'static str, &'static str, String)>,
     rows: Vec<Row>,
     next: Option<String>,
     exports: Vec<(&'static str, String)>,
+    /// Rows of an export, where there are more than that.
+    cut: Option<String>,
+}
+
+/// A list to choose one name from.
+struct Choice {
+    name: &'static str,
+    label: &'static str,
+    chosen: String,
+    /// Names with the words that the page has for them.
+    known: Vec<(String, String)>,
+}
+
+impl Choice {
+    fn new(
+        name: &'static str,
+        label: &'static str,
+        chosen: Option<&str>,
+        known: &[impl AsRef<str>],
+        words: fn(&str) -> String,
+    ) -> Self {
+        let known = known.iter().map(AsRef::as_ref);
+        Self {
+            name,
+            label,
+            chosen: chosen.unwrap_or_default().to_owned(),
+            known: known.map(|name| (name.to_owned(), words(name))).collect(),
+        }
+    }
 }
 
 /// A parameter as a row of a table.
@@ -77,30 +107,22 @@ pub struct Asked {
     cursor: Option<String>,
 }
 
-impl Asked {
-    /// What is asked of the store.
-    fn params(self) -> Result<Params, Problem> {
-        let day = |name: &str, text: Option<String>, bound: Bound| {
-            let text = filled(text);
-            if let Some(text) = &text {
-                time::parse(name, text, bound)?;
-            }
-            Ok::<_, Problem>(text)
-        };
-        Ok(Params {
-            bike: filled(self.bike),
-            method: one_of("method", self.method, &METHODS)?,
-            axle: one_of("axle", self.axle, &AXLES)?,
-            name: filled(self.name),
-            effect: filled(self.effect),
-            verdict: one_of("verdict", self.verdict, &VERDICTS)?,
+impl From<Asked> for Params {
+    fn from(asked: Asked) -> Self {
+        Self {
+            bike: filled(asked.bike),
+            method: filled(asked.method),
+            axle: filled(asked.axle),
+            name: filled(asked.name),
+            effect: filled(asked.effect),
+            verdict: filled(asked.verdict),
             job: None,
-            from: day("from", self.from, Bound::From)?,
-            to: day("to", self.to, Bound::To)?,
+            from: filled(asked.from),
+            to: filled(asked.to),
             format: None,
             limit: None,
-            cursor: self.cursor,
-        })
+            cursor: asked.cursor,
+        }
     }
 }
 
@@ -130,25 +152,53 @@ pub async fn list(
     OriginalUri(uri): OriginalUri,
     Query(asked): Query<Asked>,
 ) -> Result<Html<String>, Fault> {
-    let params = asked.params()?;
+    let params = Params::from(asked);
     let found = rows(&server, &caller.group, &params, PAGE).await?;
     let page = Page::cut(found, PAGE, cursor, Row::from);
+    // An export begins with the newest, whatever page this is.
+    let all = Filter {
+        after: None,
+        ..params.filter(&caller.group)?
+    };
+    let more = page.next.is_some() && parameter::has_more_than(&server.db, &all, MOST).await?;
     let here = without_cursor(&uri);
     let mark = if here.contains('?') { '&' } else { '?' };
     let asked = query(&params);
-    let export = |format: &str| format!("/v1/parameters?{asked}&format={format}&limit=100000");
+    let export = |format: &str| format!("/v1/parameters?{asked}&format={format}&limit={MOST}");
     let text = |value: &Option<String>| value.clone().unwrap_or_default();
     let day = |value: &Option<String>| text(value).chars().take(10).collect::<String>();
     html(&Parameters {
-        texts: vec![
-            ("bike", "Bicycle", text(&params.bike)),
-            ("name", "Parameter", text(&params.name)),
-            ("effect", "Effect", text(&params.effect)),
-        ],
+        bike: text(&params.bike),
         choices: vec![
-            ("method", "Method", text(&params.method), &METHODS),
-            ("axle", "Axle", text(&params.axle), &AXLES),
-            ("verdict", "Verdict", text(&params.verdict), &VERDICTS),
+            Choice::new(
+                "name",
+                "Parameter",
+                params.name.as_deref(),
+                &PARAMETERS,
+                words::parameter,
+            ),
+            Choice::new(
+                "effect",
+                "Effect",
+                params.effect.as_deref(),
+                &EFFECTS,
+                words::plain,
+            ),
+            Choice::new(
+                "method",
+                "Method",
+                params.method.as_deref(),
+                &METHODS,
+                words::method,
+            ),
+            Choice::new("axle", "Axle", params.axle.as_deref(), &AXLES, words::plain),
+            Choice::new(
+                "verdict",
+                "Verdict",
+                params.verdict.as_deref(),
+                &Verdict::NAMES,
+                words::plain,
+            ),
         ],
         dates: vec![
             ("from", "From", day(&params.from)),
@@ -159,6 +209,7 @@ pub async fn list(
             format!("{here}{mark}cursor={next}")
         }),
         rows: page.items,
+        cut: more.then(|| fixed(MOST as f64, 0)),
         exports: vec![
             ("CSV", export("csv")),
             ("JSON", export("json")),

@@ -11,7 +11,7 @@ use veloid_engine::Settings;
 use super::layout::{Fault, Query, filled, html};
 use crate::api::access::Caller;
 use crate::api::problem::{Kind, Problem};
-use crate::api::rides::submit_upload;
+use crate::api::rides::{Submitted, submit_upload};
 use crate::api::{App, Server};
 use crate::store::bike;
 
@@ -134,7 +134,7 @@ pub async fn form(
 /// Takes the form and leads on to the job's page, or shows the form with what was wrong.
 pub async fn send(State(server): App, caller: Caller, request: Request) -> Result<Response, Fault> {
     match submit_upload(&server, &caller, request).await {
-        Ok(id) => Ok(Redirect::to(&format!("/jobs/{id}")).into_response()),
+        Ok(Submitted { id, .. }) => Ok(Redirect::to(&format!("/jobs/{id}")).into_response()),
         Err(problem) => {
             let status = StatusCode::from_u16(problem.status).unwrap_or_default();
             let page = html(&Form::new(&server, &caller, None, Some(problem)).await?)?;

@@ -16,8 +16,8 @@ pub const AXLES: [&str; 3] = ["front", "rear", "both"];
 
 macro_rules! select {
     () => {
-        "SELECT job_id, method, axle, name, bike, value, std_error, unit, verdict, version, \
-                identified_at \
+        "SELECT job_id, method, axle, name, bike, value, std_error, unit, verdict, version, identified_at, \
+                (SELECT sha256 = 'season' FROM job JOIN ride ON ride.id = ride_id WHERE job.id = job_id) AS made_up \
          FROM parameter "
     };
 }
@@ -35,6 +35,8 @@ pub struct ParameterRow {
     pub verdict: Option<String>,
     pub version: String,
     pub identified_at: i64,
+    /// Told of by `veloid seed`.
+    pub made_up: bool,
 }
 
 /// A parameter before it is stored.
@@ -63,7 +65,7 @@ pub struct Filter<'a> {
     pub from_ms: Option<i64>,
     pub to_ms: Option<i64>,
     /// The key of the last row of the page before.
-    pub after: Option<&'a Key>,
+    pub after: Option<Key>,
 }
 
 /// Primary key of a row.
@@ -117,70 +119,87 @@ pub async fn insert(
         .map(drop))
 }
 
-/// Newest job first, then by method, axle and name backwards. Only the conditions that are asked for
-/// stand in the text, so that the database can choose an index.
+/// Adds the conditions that are asked for, and only those, so that the database can choose an index.
+macro_rules! conditions {
+    ($query:ident, $filter:ident) => {
+        for (column, value) in [
+            (" AND bike = ", $filter.bike),
+            (" AND name = ", $filter.name),
+            (" AND verdict = ", $filter.verdict),
+        ] {
+            if let Some(value) = value {
+                $query.push(column).push_bind(value);
+            }
+        }
+        if let Some(method) = $filter.method {
+            $query.push(" AND method = ").push_bind(method);
+        }
+        // As a literal it lets the index of the rare ones serve.
+        match $filter.axle {
+            Some("both") => $query.push(" AND axle = 'both'"),
+            Some(axle) => $query.push(" AND axle = ").push_bind(axle),
+            None => &mut $query,
+        };
+        if let Some(effect) = $filter.effect {
+            // `/` follows `.`, so this is every name that begins with the effect's.
+            $query.push(" AND name >= ").push_bind(format!("{effect}."));
+            $query.push(" AND name < ").push_bind(format!("{effect}/"));
+        }
+        if let Some(job) = $filter.job {
+            $query.push(" AND job_id = ").push_bind(job);
+        }
+        if let Some(from) = $filter.from_ms {
+            $query.push(" AND identified_at >= ").push_bind(from);
+        }
+        if let Some(to) = $filter.to_ms {
+            $query.push(" AND identified_at < ").push_bind(to);
+            // What was identified before was queued before, and ids begin with that time.
+            $query.push(" AND job_id < ").push_bind(first_id_at(to));
+        }
+        if let Some(after) = &$filter.after {
+            $query.push(" AND (job_id, method, axle, name) < (");
+            $query
+                .push_bind(after.job_id)
+                .push(", ")
+                .push_bind(&after.method);
+            $query
+                .push(", ")
+                .push_bind(&after.axle)
+                .push(", ")
+                .push_bind(&after.name);
+            $query.push(")");
+        }
+    };
+}
+
+/// Newest job first, then by method, axle and name backwards.
 pub async fn page(db: &Db, filter: &Filter<'_>, limit: i64) -> sqlx::Result<Vec<ParameterRow>> {
-    let known = |list: &[&str], asked: Option<&str>| asked.is_none_or(|text| list.contains(&text));
-    if !known(&METHODS, filter.method) || !known(&AXLES, filter.axle) {
-        return Ok(Vec::new());
-    }
     macro_rules! query {
         ($pool:expr) => {{
             let mut query = QueryBuilder::new(concat!(select!(), "WHERE group_name = "));
             query.push_bind(filter.group);
-            for (column, value) in [
-                (" AND bike = ", filter.bike),
-                (" AND name = ", filter.name),
-                (" AND verdict = ", filter.verdict),
-            ] {
-                if let Some(value) = value {
-                    query.push(column).push_bind(value);
-                }
-            }
-            if let Some(method) = filter.method {
-                query.push(" AND method = ").push_bind(method);
-            }
-            // As a literal it lets the index of the rare ones serve.
-            match filter.axle {
-                Some("both") => query.push(" AND axle = 'both'"),
-                Some(axle) => query.push(" AND axle = ").push_bind(axle),
-                None => &mut query,
-            };
-            if let Some(effect) = filter.effect {
-                // `/` follows `.`, so this is every name that begins with the effect's.
-                query.push(" AND name >= ").push_bind(format!("{effect}."));
-                query.push(" AND name < ").push_bind(format!("{effect}/"));
-            }
-            if let Some(job) = filter.job {
-                query.push(" AND job_id = ").push_bind(job);
-            }
-            if let Some(from) = filter.from_ms {
-                query.push(" AND identified_at >= ").push_bind(from);
-            }
-            if let Some(to) = filter.to_ms {
-                query.push(" AND identified_at < ").push_bind(to);
-                // What was identified before was queued before, and ids begin with that time.
-                query.push(" AND job_id < ").push_bind(first_id_at(to));
-            }
-            if let Some(after) = filter.after {
-                query.push(" AND (job_id, method, axle, name) < (");
-                query
-                    .push_bind(after.job_id)
-                    .push(", ")
-                    .push_bind(&after.method);
-                query
-                    .push(", ")
-                    .push_bind(&after.axle)
-                    .push(", ")
-                    .push_bind(&after.name);
-                query.push(")");
-            }
+            conditions!(query, filter);
             query.push(" ORDER BY job_id DESC, method DESC, axle DESC, name DESC LIMIT ");
             query
                 .push_bind(limit)
                 .build_query_as()
                 .fetch_all($pool)
                 .await
+        }};
+    }
+    on!(read db, p => query!(p))
+}
+
+/// Whether a list holds more rows than these; what it is filtered by decides how long that takes.
+pub async fn has_more_than(db: &Db, filter: &Filter<'_>, rows: i64) -> sqlx::Result<bool> {
+    macro_rules! query {
+        ($pool:expr) => {{
+            let mut query = QueryBuilder::new("SELECT 1 FROM parameter WHERE group_name = ");
+            query.push_bind(filter.group);
+            conditions!(query, filter);
+            query.push(" ORDER BY job_id DESC, method DESC, axle DESC, name DESC LIMIT 1 OFFSET ");
+            let found = query.push_bind(rows).build().fetch_optional($pool).await?;
+            Ok(found.is_some())
         }};
     }
     on!(read db, p => query!(p))
@@ -202,7 +221,7 @@ pub async fn best_of_bike(
 ) -> sqlx::Result<Vec<ParameterRow>> {
     // CROSS JOIN keeps SQLite from walking all that was ever identified of the bike.
     const SQL: &str = "\
-        SELECT job_id, method, axle, name, bike, value, std_error, unit, verdict, version, identified_at \
+        SELECT job_id, method, axle, name, bike, value, std_error, unit, verdict, version, identified_at, FALSE AS made_up \
         FROM (SELECT id FROM job WHERE group_name = $3 AND bike = $1 AND state = 'succeeded' ORDER BY id DESC LIMIT $2) AS latest \
         CROSS JOIN parameter \
         WHERE job_id = latest.id AND method IN ('extended', 'output_error') AND name IN ('k_n_m', 'b_n_s_m') \

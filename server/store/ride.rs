@@ -38,6 +38,12 @@ pub async fn upsert(
         .await)
 }
 
+/// Number of uploaded files, of all groups.
+pub async fn real(db: &Db) -> sqlx::Result<i64> {
+    const SQL: &str = "SELECT COUNT(*) FROM ride WHERE sha256 <> $1";
+    on!(read db, p => sqlx::query_scalar(SQL).bind(TOLD).fetch_one(p).await)
+}
+
 pub async fn find(db: &Db, group: &str, id: Uuid) -> sqlx::Result<Option<RideRow>> {
     const SQL: &str =
         "SELECT sha256, name, bytes, uploaded_at FROM ride WHERE id = $1 AND group_name = $2";

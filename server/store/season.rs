@@ -32,7 +32,7 @@ const VERDICTS: [(&str, f64); 4] = [
     ("ambiguous", 0.97),
     ("unnamed", 1.0),
 ];
-const EFFECTS: [(&str, &str); 4] = [
+pub const EFFECTS: [(&str, &str); 4] = [
     ("coulomb_friction.friction", "N"),
     ("wheel_out_of_round.amplitude", "m"),
     ("sensor_delay.delay", "s"),

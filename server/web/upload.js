@@ -25,11 +25,35 @@ drop.addEventListener('drop', (event) => {
   add(event.dataTransfer.files);
 });
 input.addEventListener('change', () => { add(input.files); input.value = ''; });
-for (const name of READING) {
-  form.querySelectorAll(`[name=${name}]`).forEach((field) => field.addEventListener('change', () => {
-    for (const ride of rides.values()) if (!ride.sent) preview(ride);
-  }));
+form.addEventListener('change', ({ target }) => {
+  if (READING.includes(target.name)) for (const ride of rides.values()) if (!ride.sent) preview(ride);
+});
+
+const bike = document.querySelector('#bike');
+const fleet = document.querySelector('#fleet');
+const bikeFault = document.querySelector('#bike-fault');
+for (const event of ['input', 'change']) {
+  for (const field of [bike, fleet]) field?.addEventListener(event, () => { bikeFault.textContent = ''; });
 }
+
+function blame(text) {
+  bikeFault.textContent = text;
+  bikeFault.className = 'fault';
+}
+
+const another = document.querySelector('#another');
+another.hidden = false;
+another.addEventListener('click', () => {
+  const rows = form.querySelectorAll('.map');
+  const row = rows[rows.length - 1].cloneNode(true);
+  const [label, field, hint] = ['label', 'input', '.hint'].map((part) => row.querySelector(part));
+  field.id = label.htmlFor = `map${rows.length + 1}`;
+  hint.id = `${field.id}-hint`;
+  field.setAttribute('aria-describedby', hint.id);
+  field.value = '';
+  rows[rows.length - 1].after(row);
+  field.focus();
+});
 
 function add(files) {
   for (const file of files) {
@@ -72,7 +96,7 @@ async function preview(ride) {
     if (answer.rate_hz) parts.push(`${answer.duration_s.toFixed(1)} s at ${rough(answer.rate_hz)} Hz`);
     parts.push(columns.join(', '));
     if (answer.ignored.length) parts.push(`not used: ${answer.ignored.join(', ')}`);
-    if (answer.gaps.length) parts.push(`${answer.gaps.length} gap(s), the first from ${answer.gaps[0].from_s.toFixed(2)} to ${answer.gaps[0].to_s.toFixed(2)} s`);
+    if (answer.gaps.length) parts.push(`${answer.gaps.length === 1 ? 'a gap' : `${answer.gaps.length} gaps, the first`} from ${answer.gaps[0].from_s.toFixed(2)} to ${answer.gaps[0].to_s.toFixed(2)} s`);
     say(ride, parts.join(' · '));
     for (const warning of answer.warnings) note(ride, warning);
     if (answer.problem) say(ride, answer.problem, true);
@@ -96,9 +120,13 @@ function note(ride, text) {
 
 form.addEventListener('submit', async (event) => {
   event.preventDefault();
-  const fault = document.querySelector('#bike-fault');
-  fault.textContent = '';
+  bikeFault.textContent = '';
   if (rides.size === 0) { input.required = true; input.reportValidity(); input.required = false; return; }
+  if (!bike.value.trim() && !fleet?.value) {
+    blame(fleet ? 'Which bicycle was it? Choose it from the fleet, or describe it here.' : 'Which bicycle was it? Describe it here.');
+    bike.focus();
+    return;
+  }
   const button = form.querySelector('button.primary');
   button.disabled = true;
   const jobs = [];
@@ -108,7 +136,8 @@ form.addEventListener('submit', async (event) => {
     if (job) jobs.push(job);
   }
   button.disabled = false;
-  if (rides.size === 1 && jobs.length === 1) location.assign(jobs[0].links.page);
+  const [ride] = rides.values();
+  if (rides.size === 1 && jobs.length === 1 && !ride.known) location.assign(jobs[0].links.page);
 });
 
 /** Sends one ride and shows how far it is; its job, or nothing where it was refused. */
@@ -131,6 +160,7 @@ function send(ride) {
       const answer = parse(request.responseText);
       if (request.status === 202) {
         ride.job = answer;
+        ride.known = request.getResponseHeader('Veloid-Known') === 'true';
         ride.item.querySelector('button').remove();
         ride.said.className = '';
         show(ride, answer);
@@ -141,8 +171,7 @@ function send(ride) {
       ride.sent = false;
       const detail = answer?.detail ?? 'The upload did not reach the server.';
       say(ride, detail, true);
-      const about = document.querySelector('#bike-fault');
-      if (answer?.type === 'urn:veloid:problem:bad-bike') { about.textContent = detail; about.className = 'fault'; }
+      if (answer?.type === 'urn:veloid:problem:bad-bike') blame(detail);
       resolve(null);
     });
     request.open('POST', '/v1/rides');
@@ -166,7 +195,8 @@ function show(ride, job) {
     link.href = job.links.page;
     link.textContent = job.state === 'succeeded' ? 'see the result' : running(job) ? 'follow the identification' : 'see the job';
     link.setAttribute('aria-label', `${ride.file.name}: ${link.textContent}`);
-    ride.said.replaceChildren(state, ' · ', link);
+    const known = !ride.known ? [] : [job.state === 'succeeded' ? ' · this ride was identified before' : ' · this ride was sent before'];
+    ride.said.replaceChildren(state, ...known, ' · ', link);
   }
   let bar = ride.item.querySelector('progress');
   if (!running(job)) { bar?.remove(); return; }

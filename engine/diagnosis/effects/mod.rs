@@ -329,6 +329,17 @@ impl Kind {
     pub fn by_id(id: &str) -> Option<Self> {
         ALL.iter().copied().find(|k| k.id() == id)
     }
+
+    /// Every effect that may be named.
+    pub fn named() -> impl Iterator<Item = Self> {
+        ALL.iter().copied().filter(|kind| !FOILS.contains(kind))
+    }
+
+    /// Names of the parameters as reports give them.
+    pub fn reported(self) -> Vec<&'static str> {
+        let told = (self.spec().report)(&[1.0; MAX_PARAMETERS], &Scale::TYPICAL);
+        told.into_iter().map(|parameter| parameter.name).collect()
+    }
 }
 
 /// A parameter that is reported as it is fitted, physical within `range`.

@@ -55,7 +55,9 @@ async fn admit(server: &Server, headers: &HeaderMap, scope: Scope) -> Result<Cal
 fn needed(method: &Method, path: &str) -> Option<Scope> {
     let open = ["/docs", "/assets/"].iter().any(|p| path.starts_with(p));
     match path {
-        "/healthz" | "/readyz" | "/openapi.json" | "/sign-in" | "/sign-out" => None,
+        "/healthz" | "/readyz" | "/openapi.json" | "/favicon.ico" | "/sign-in" | "/sign-out" => {
+            None
+        }
         _ if open => None,
         "/metrics" => Some(Scope::Admin),
         _ if method.is_safe() => Some(Scope::Read),

@@ -5,13 +5,13 @@ use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::extract::{Path, Query};
 use crate::api::list::Page;
-use crate::api::parameters::{ParameterView, Params, respond};
+use crate::api::parameters::{OfBike, ParameterView, Params, respond};
 use crate::api::problem::Problem;
 use crate::store::bike;
 
 /// Everything that was identified about a bicycle, newest first.
 #[utoipa::path(get, path = "/v1/bikes/{bike}/history", operation_id = "bike_history", tag = "fleet",
-    params(("bike" = String, Path), Params),
+    params(("bike" = String, Path), OfBike),
     responses(
         (status = 200, description = "A page of parameters", content(
             (Page<ParameterView> = "application/json"), (String = "text/csv"), (Vec<u8> = "application/vnd.apache.parquet"))),

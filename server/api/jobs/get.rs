@@ -49,7 +49,7 @@ pub async fn get(
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let wait = params.wait.unwrap_or(0.0);
-    if !(0.0..).contains(&wait) {
+    if !(0.0..f64::INFINITY).contains(&wait) {
         let detail = format!("wait: {wait}, expected a number of seconds");
         return Err(Problem::new(Kind::BadRequest, detail));
     }

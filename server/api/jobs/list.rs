@@ -3,12 +3,14 @@ use axum::response::Response;
 use serde::Deserialize;
 use utoipa::IntoParams;
 use uuid::Uuid;
+use veloid_engine::diagnosis::Verdict;
 
 use super::view::JobView;
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::extract::Query;
 use crate::api::list::{Page, limit, without_cursor};
+use crate::api::names;
 use crate::api::problem::Problem;
 use crate::store::job::{self, State as JobState};
 
@@ -20,6 +22,7 @@ pub struct Params {
     /// Only jobs of this bike.
     bike: Option<String>,
     /// Only jobs with this verdict.
+    #[param(schema_with = names::verdicts)]
     verdict: Option<String>,
     /// Only jobs of this ride.
     ride: Option<Uuid>,
@@ -41,6 +44,7 @@ pub async fn list(
     OriginalUri(uri): OriginalUri,
     Query(params): Query<Params>,
 ) -> Result<Response, Problem> {
+    names::one_of("verdict", params.verdict.as_deref(), &Verdict::NAMES)?;
     let filter = job::Filter {
         group: &caller.group,
         state: params.state,

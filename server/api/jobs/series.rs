@@ -21,8 +21,9 @@ const MOST_POINTS: usize = 100_000;
 #[derive(Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 pub struct Params {
-    /// Begin and end of the part to show (s); the whole ride unless given.
+    /// Begin of the part to show (s); the ride's unless given.
     t0: Option<f64>,
+    /// End of the part to show (s), not before `t0`; the ride's unless given.
     t1: Option<f64>,
     /// About so many values per curve, 2000 unless asked otherwise; longer ones are thinned to the
     /// smallest and largest value of every stretch.
@@ -52,6 +53,20 @@ pub async fn series(
         let detail = format!("points: {points}, expected 2 to {MOST_POINTS}");
         return Err(Problem::new(Kind::BadRequest, detail));
     }
+    let end = |name: &str, t: Option<f64>| match t {
+        Some(t) if !t.is_finite() => {
+            let detail = format!("{name}: {t}, expected a number of seconds");
+            Err(Problem::new(Kind::BadRequest, detail))
+        }
+        _ => Ok(t),
+    };
+    let (t0, t1) = (end("t0", params.t0)?, end("t1", params.t1)?);
+    if let (Some(t0), Some(t1)) = (t0, t1)
+        && t0 > t1
+    {
+        let detail = format!("t0: {t0} s is later than t1: {t1} s");
+        return Err(Problem::new(Kind::BadRequest, detail));
+    }
     let job = job::find(&server.db, &caller.group, id)
         .await?
         .ok_or_else(no_such_job)?;
@@ -65,7 +80,7 @@ pub async fn series(
         .series
         .get(key, async || simulate(&server, &job, quantity).await)
         .await?;
-    let window: Window = series.window(params.t0, params.t1, points);
+    let window: Window = series.window(t0, t1, points);
     Ok(tagged(&tag, Json(window)))
 }
 

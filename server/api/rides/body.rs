@@ -11,7 +11,7 @@ use axum::body::{BodyDataStream, Bytes};
 use futures_util::Stream;
 
 use crate::api::problem::{Kind, Problem};
-use crate::http::Slow;
+use crate::http::Unfinished;
 
 /// What a form may hold besides the file (bytes).
 pub const ALLOWANCE: u64 = 1 << 20;
@@ -28,26 +28,26 @@ pub enum BodyError {
     #[error("form: {HEAD} bytes without a part, expected its beginning or the end of its head")]
     Head,
     #[error(transparent)]
-    Slow(Slow),
+    Unfinished(Unfinished),
     #[error("the upload broke off: {0}")]
     Broken(axum::Error),
 }
 
 impl From<axum::Error> for BodyError {
     fn from(error: axum::Error) -> Self {
-        match slowness(&error) {
-            Some(slow) => BodyError::Slow(slow),
+        match unfinished(&error) {
+            Some(why) => BodyError::Unfinished(why),
             None => BodyError::Broken(error),
         }
     }
 }
 
-/// Whether it is its pace that ended a body.
-fn slowness(error: &axum::Error) -> Option<Slow> {
+/// Why a body is not waited for any longer, if that ended it.
+fn unfinished(error: &axum::Error) -> Option<Unfinished> {
     let mut cause: Option<&(dyn std::error::Error + 'static)> = Some(error);
     while let Some(error) = cause {
-        if let Some(slow) = error.downcast_ref::<Slow>() {
-            return Some(*slow);
+        if let Some(why) = error.downcast_ref::<Unfinished>() {
+            return Some(*why);
         }
         cause = error.source();
     }
@@ -58,7 +58,8 @@ impl From<&BodyError> for Problem {
     fn from(error: &BodyError) -> Self {
         let kind = match error {
             BodyError::TooLarge(_) => Kind::TooLarge,
-            BodyError::Slow(_) => Kind::TooSlow,
+            BodyError::Unfinished(Unfinished::Stops) => Kind::Unavailable,
+            BodyError::Unfinished(_) => Kind::TooSlow,
             BodyError::Head | BodyError::Broken(_) => Kind::BadRequest,
         };
         Self::new(kind, error.to_string())

@@ -6,4 +6,5 @@ mod receive;
 mod submit;
 pub mod upload;
 
+pub use submit::Submitted;
 pub use upload::submit_upload;

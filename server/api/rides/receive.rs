@@ -14,7 +14,7 @@ use crate::api::Server;
 use crate::api::access::Caller;
 use crate::api::problem::{Kind, Problem};
 use crate::files::{Files, Incoming};
-use crate::options::Options;
+use crate::options::{Options, OptionsError, boolean};
 
 /// Most that a part other than the file may hold (bytes).
 const SMALL: usize = 64 << 10;
@@ -129,7 +129,7 @@ async fn from_form(
                 "two parts named `file`, expected one; send one request per ride",
             ));
         }
-        parts.name = file_name.or(parts.name.take());
+        parts.file_name = file_name;
         parts.incoming = Some(store(files, limit, chunks).await?);
     }
     Ok(())
@@ -173,7 +173,7 @@ where
 }
 
 /// What an upload may hold besides the file and the options.
-const OWN: [&str; 4] = ["bike", "name", "again", "options"];
+const OWN: [&str; 5] = ["bike", "fleet", "name", "again", "options"];
 
 fn is_known(key: &str) -> bool {
     OWN.contains(&key) || Options::is_known(key)
@@ -202,23 +202,33 @@ fn too_large(limit: u64) -> Problem {
 #[derive(Default)]
 struct Parts {
     incoming: Option<Incoming>,
+    /// As the file's part has it.
+    file_name: Option<String>,
+    /// As the sender calls the ride instead.
     name: Option<String>,
     bike: Option<String>,
+    /// What a form's list of bikes says: the part `bike` goes before.
+    fleet: Option<String>,
     options: Map<String, Value>,
-    again: bool,
+    again: Option<bool>,
 }
 
 impl Parts {
-    /// A part of the form, a query parameter. Blank ones are left out, as forms send them.
+    /// A part of the form, a query parameter. Blank ones are left out, as forms send them; others come
+    /// once.
     fn add(&mut self, key: &str, value: &str) -> Result<(), Problem> {
         let value = value.trim();
-        match key {
-            _ if value.is_empty() => {}
-            "bike" => self.bike = Some(value.to_owned()),
-            "name" => self.name = Some(value.to_owned()),
-            "again" => self.again = value != "false",
-            "options" => self.options.extend(Options::document(value)?),
-            _ => Options::add_pair(&mut self.options, key, value)?,
+        let before = match key {
+            _ if value.is_empty() => return Ok(()),
+            "bike" => self.bike.replace(value.to_owned()).is_some(),
+            "fleet" => self.fleet.replace(value.to_owned()).is_some(),
+            "name" => self.name.replace(value.to_owned()).is_some(),
+            "again" => self.again.replace(boolean(key, value)?).is_some(),
+            "options" => return Ok(Options::add_document(&mut self.options, value)?),
+            _ => return Ok(Options::add_pair(&mut self.options, key, value)?),
+        };
+        if before {
+            return Err(OptionsError::Twice(key.to_owned()).into());
         }
         Ok(())
     }
@@ -226,7 +236,7 @@ impl Parts {
     /// `Veloid-Bike` and `Veloid-Options`, for whoever sends the file as the body.
     fn add_headers(&mut self, headers: &HeaderMap) -> Result<(), Problem> {
         for (header, key) in [("veloid-bike", "bike"), ("veloid-options", "options")] {
-            if let Some(value) = headers.get(header) {
+            for value in headers.get_all(header) {
                 let value = value.to_str().map_err(|_| {
                     Problem::new(Kind::BadRequest, format!("header {header} is not ASCII"))
                 })?;
@@ -245,12 +255,11 @@ impl Parts {
         };
         Ok(Received {
             incoming,
-            name: self
-                .name
+            name: (self.name.or(self.file_name))
                 .map_or_else(|| "ride".to_owned(), |name| tidy(&name)),
-            bike: self.bike,
+            bike: self.bike.or(self.fleet),
             options: self.options,
-            again: self.again,
+            again: self.again.unwrap_or_default(),
         })
     }
 }

@@ -20,13 +20,26 @@ use crate::store::{Tx, bike, idempotency_key, ride, turn};
 /// Name in the fleet of bikes whose file does not name them.
 const UNNAMED: &str = "unnamed";
 
+/// The job of an upload.
+pub struct Submitted {
+    pub id: Uuid,
+    /// Whether the same was uploaded before.
+    pub known: bool,
+}
+
+impl Submitted {
+    fn known(id: Uuid) -> Self {
+        Self { id, known: true }
+    }
+}
+
 /// The job of this upload: a new one, or the one that the same request has already.
 pub async fn submit(
     server: &Arc<Server>,
     caller: &Caller,
     mut received: Received,
     key: Option<&str>,
-) -> Result<Uuid, Problem> {
+) -> Result<Submitted, Problem> {
     let options = Options::try_from(std::mem::take(&mut received.options))?;
     options.validate()?;
     let bike = the_bike(server, caller, received.bike.as_deref()).await?;
@@ -60,10 +73,10 @@ pub async fn submit(
     // Others may have sent something meanwhile.
     let mut tx = server.db.begin().await?;
     if let Some(id) = of_key(&mut tx).await? {
-        return Ok(id);
+        return Ok(Submitted::known(id));
     }
-    let id = match equal(&mut tx).await? {
-        Some(id) => id,
+    let submitted = match equal(&mut tx).await? {
+        Some(id) => Submitted::known(id),
         None => {
             caller.may_queue(&mut tx).await?;
             bike::upsert(&mut tx, &caller.group, name, &request.bike).await?;
@@ -84,18 +97,21 @@ pub async fn submit(
             let row = server.queue.observe(&mut tx, new.id).await?;
             job::enter(&mut tx, new.id, job::Stage::Observe, row).await?;
             turn::take(&mut tx, new.id).await?;
-            new.id
+            Submitted {
+                id: new.id,
+                known: false,
+            }
         }
     };
     if let Some(key) = key {
-        idempotency_key::insert(&mut tx, &caller.group, key, &fingerprint, id).await?;
+        idempotency_key::insert(&mut tx, &caller.group, key, &fingerprint, submitted.id).await?;
     }
     crash::point("before_commit");
     tx.commit().await?;
     crash::point("after_commit");
     server.rides.put(&kept.sha256, &request, Arc::new(parsed));
     server.queue.wake(jobs::QUICK);
-    Ok(id)
+    Ok(submitted)
 }
 
 /// The job that the idempotency key was used for.

@@ -5,14 +5,15 @@ use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderName, StatusCode, header};
 use axum::response::IntoResponse;
 use utoipa::ToSchema;
-use uuid::Uuid;
 
 use super::receive::receive;
-use super::submit::submit;
+use super::submit::{Submitted, submit};
 use crate::api::access::Caller;
 use crate::api::jobs::view::{JobView, find};
 use crate::api::problem::Problem;
 use crate::api::{App, Server};
+
+const KNOWN: HeaderName = HeaderName::from_static("veloid-known");
 
 /// A ride with its bike and how to treat them.
 #[derive(ToSchema)]
@@ -26,6 +27,10 @@ pub struct Upload {
     file: Vec<u8>,
     /// The bike file (JSON), or the name of a bike of the fleet.
     bike: String,
+    /// Name of a bike of the fleet, as a form's list has it; `bike`, where it is given, goes before.
+    fleet: Option<String>,
+    /// File name, in place of the one that came with the file.
+    name: Option<String>,
     /// Settings and reading options (JSON object); each may also be a part of its own.
     options: Option<crate::options::Options>,
     /// Identify again even where the same file, bike and options have a job.
@@ -37,7 +42,8 @@ pub struct Upload {
 /// As a form with the parts `file`, `bike` and `options`, or as the raw file with `bike` and options
 /// in the query or in the headers `Veloid-Bike` and `Veloid-Options`. The file is checked at once; the
 /// answer 202 comes when it is safe on disk and the job is committed. The same file, bike and options
-/// give the same job unless `again` is set.
+/// give the same job unless `again` is set. Every part and every option comes once, `map` once for each
+/// channel.
 #[utoipa::path(post, path = "/v1/rides", operation_id = "upload_ride", tag = "rides",
     params(
         ("Idempotency-Key" = Option<String>, Header,
@@ -50,6 +56,7 @@ pub struct Upload {
     responses(
         (status = 202, description = "Queued", body = JobView, headers(
             ("Location" = String, description = "Address of the job"),
+            ("Veloid-Known" = bool, description = "Whether the same was uploaded before, so that the job is not a new one"),
             ("Retry-After" = u32, description = "Seconds to wait before asking again"))),
         (status = 400, description = "Malformed request", body = Problem, content_type = "application/problem+json"),
         (status = 408, description = "The body came too slowly", body = Problem, content_type = "application/problem+json"),
@@ -61,11 +68,12 @@ pub async fn upload(
     caller: Caller,
     request: Request,
 ) -> Result<impl IntoResponse, Problem> {
-    let id = submit_upload(&server, &caller, request).await?;
+    let Submitted { id, known } = submit_upload(&server, &caller, request).await?;
     let job = find(&server.db, &caller.group, id).await?;
-    let headers: [(HeaderName, String); 2] = [
+    let headers: [(HeaderName, String); 3] = [
         (header::LOCATION, job.links.job.clone()),
         (header::RETRY_AFTER, "1".to_owned()),
+        (KNOWN, known.to_string()),
     ];
     Ok((StatusCode::ACCEPTED, headers, Json(job)))
 }
@@ -75,7 +83,7 @@ pub async fn submit_upload(
     server: &Arc<Server>,
     caller: &Caller,
     request: Request,
-) -> Result<Uuid, Problem> {
+) -> Result<Submitted, Problem> {
     let key = idempotency_key(request.headers());
     let outcome = async {
         let received = receive(server, caller, request).await?;
