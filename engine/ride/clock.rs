@@ -7,6 +7,15 @@ const EVEN: f64 = 1e-4;
 /// least-squares line: half a digit, and 5/6 by which roundings may raise an end of that line.
 const ROUNDED: f64 = 4.0 / 3.0;
 
+/// How far (steps) from its even place a stamp may lie and still be that place's own: half a step, and a sixth for what
+/// the clock that follows the stamps is off itself when they jitter by nearly half a step.
+const REACH: f64 = 2.0 / 3.0;
+/// How much of a stamp's deviation the clock follows: a time constant of 20 samples, in which jitter averages out and
+/// the quartz of a logger does not drift.
+const FOLLOW: f64 = 0.05;
+/// After a longer pause (steps) the clock starts anew with the stamp that ends it.
+const LONG_PAUSE: f64 = 4.0;
+
 /// Uniform instants start + k step, k below count.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Grid {
@@ -60,6 +69,22 @@ pub(super) struct Clock {
     pub even_knots: Option<Vec<f64>>,
 }
 
+impl From<Clock> for Fit {
+    fn from(clock: Clock) -> Self {
+        Self {
+            clock,
+            repeats: Vec::new(),
+        }
+    }
+}
+
+/// A clock, and the stamps that it has no place for.
+pub(super) struct Fit {
+    pub clock: Clock,
+    /// Places of stamps that repeat another one or nearly do, increasing.
+    pub repeats: Vec<usize>,
+}
+
 impl Clock {
     /// A clock without stamps.
     pub fn regular(rate_hz: f64, count: usize) -> Self {
@@ -83,38 +108,36 @@ impl Clock {
         clock
     }
 
-    /// Fits a clock to strictly increasing `times` (s), at least two.
-    pub fn fit(times: &[f64]) -> Self {
-        let n = times.len();
-        let typical = typical_step(times);
-        let step = refined_step(times, typical);
-        let jittery = off_step(times, step) > 0.25;
-        let mut indices = Vec::new();
-        let mut gaps = Vec::new();
-        let mut k = 0usize;
-        for (i, pair) in times.windows(2).enumerate() {
-            let steps = (pair[1] - pair[0]) / step;
-            let whole = if steps < if jittery { 2.5 } else { 1.5 } {
-                1
-            } else {
-                steps.round().min(1e9) as usize
+    /// Fits a clock to `times` (s) that do not fall, at least one.
+    pub fn fit(times: &[f64]) -> Fit {
+        let Some(typical) = typical_step(times) else {
+            return Fit {
+                clock: Self::instant(times[0]),
+                repeats: (1..times.len()).collect(),
             };
-            if whole > 1 {
-                if indices.is_empty() {
-                    indices.extend(0..=i);
-                }
-                gaps.push(Gap {
-                    from_s: pair[0],
-                    to_s: pair[1],
-                    missing: whole - 1,
-                });
+        };
+        let seats = seat(times, refined_step(times, typical));
+        let clock = match seats.repeats.as_slice() {
+            [] => Self::through(times, &seats),
+            repeats => {
+                let mut kept = times.to_vec();
+                drop_at(&mut kept, repeats);
+                Self::through(&kept, &seats)
             }
-            k += whole;
-            if !indices.is_empty() {
-                indices.push(k);
-            }
+        };
+        Fit {
+            clock,
+            repeats: seats.repeats,
         }
-        let index = |i: usize| indices.get(i).copied().unwrap_or(i) as f64;
+    }
+
+    /// The clock of stamps of which each has a seat of its own.
+    fn through(times: &[f64], seats: &Seats) -> Self {
+        let n = times.len();
+        let index = |i: usize| seats.indices.get(i).copied().unwrap_or(i) as f64;
+        if n < 2 {
+            return Self::instant(times[0]);
+        }
         let (start_s, step_s) = line(times, index);
         let residual = |i: usize| times[i] - start_s - index(i) * step_s;
         let (mut most, mut square) = (0.0f64, 0.0);
@@ -132,6 +155,7 @@ impl Clock {
                 rms_s: (square / n as f64).sqrt(),
             }
         };
+        let k = index(n - 1) as usize;
         let (start_s, step_s) = match pace {
             Pace::Even => rounded((start_s, step_s), times[0], k),
             Pace::Jitter { .. } => (start_s, step_s),
@@ -141,14 +165,15 @@ impl Clock {
             step_s,
             count: k + 1,
         };
-        let even_knots: Option<Vec<f64>> = (!gaps.is_empty()).then(|| (0..n).map(index).collect());
+        let even_knots: Option<Vec<f64>> =
+            (!seats.gaps.is_empty()).then(|| (0..n).map(index).collect());
         let knots = match pace {
             Pace::Even => even_knots.clone(),
             Pace::Jitter { .. } => Some(times.iter().map(|t| (t - start_s) / step_s).collect()),
         };
         Self {
             grid,
-            gaps,
+            gaps: seats.gaps.clone(),
             pace,
             knots,
             even_knots,
@@ -160,14 +185,15 @@ impl Clock {
     }
 }
 
-/// Median of the steps, from at most some thousand of them.
-fn typical_step(times: &[f64]) -> f64 {
+/// Median of the steps between stamps that differ, from at most some thousand of them.
+fn typical_step(times: &[f64]) -> Option<f64> {
     let stride = (times.len() / 4000).max(1);
     let mut steps: Vec<f64> = (times.windows(2).step_by(stride))
         .map(|p| p[1] - p[0])
+        .filter(|step| *step > 0.0)
         .collect();
     let middle = steps.len() / 2;
-    *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+    (!steps.is_empty()).then(|| *steps.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 /// Mean of the steps that are near the typical one: free of rounding, blind to gaps.
@@ -178,14 +204,98 @@ fn refined_step(times: &[f64], typical: f64) -> f64 {
     if n == 0 { typical } else { sum / n as f64 }
 }
 
-/// How far off a step the worst tenth of the steps is, in steps.
-fn off_step(times: &[f64], step: f64) -> f64 {
-    let stride = (times.len() / 4000).max(1);
-    let mut off: Vec<f64> = (times.windows(2).step_by(stride))
-        .map(|p| ((p[1] - p[0]) / step - 1.0).abs())
+/// Where stamps sit on an even clock.
+struct Seats {
+    /// Seats of the stamps that are kept; empty if stamp i sits at i.
+    indices: Vec<usize>,
+    gaps: Vec<Gap>,
+    /// Stamps whose seat another one has.
+    repeats: Vec<usize>,
+}
+
+/// Gives every stamp the next seat of an even clock that follows them slowly, leaves out seats where none comes near
+/// ([`REACH`]), and of several stamps that come for one seat keeps the nearest.
+fn seat(times: &[f64], step_s: f64) -> Seats {
+    let mut out = Seats {
+        indices: Vec::new(),
+        gaps: Vec::new(),
+        repeats: Vec::new(),
+    };
+    let (mut seat_s, mut step) = (first_seat(times, step_s), step_s);
+    let (mut last, mut index) = (0, 0usize);
+    for (i, time) in times.iter().copied().enumerate().skip(1) {
+        let steps = (time - seat_s) / step;
+        if steps < 1.0 - REACH {
+            let nearer = (time - seat_s).abs() < (times[last] - seat_s).abs();
+            if nearer && let Some(gap) = out.gaps.last_mut().filter(|g| g.to_s == times[last]) {
+                gap.to_s = time;
+            }
+            out.repeats.push(if nearer { last } else { i });
+            last = if nearer { i } else { last };
+            continue;
+        }
+        let whole = if steps <= 1.0 + REACH {
+            1.0
+        } else {
+            steps.round().min(1e9)
+        };
+        let whole_steps = whole as usize;
+        let kept = i - out.repeats.len();
+        if whole_steps > 1 {
+            if out.indices.is_empty() {
+                out.indices.extend(0..kept);
+            }
+            out.gaps.push(Gap {
+                from_s: times[last],
+                to_s: time,
+                missing: whole_steps - 1,
+            });
+        }
+        index += whole_steps;
+        if !out.indices.is_empty() {
+            out.indices.push(index);
+        }
+        last = i;
+        let off = steps - whole;
+        if whole > LONG_PAUSE {
+            seat_s = time;
+        } else {
+            seat_s += (whole + FOLLOW * off) * step;
+            step *= 1.0 + 0.5 * FOLLOW * FOLLOW * off;
+        }
+    }
+    out.repeats.sort_unstable();
+    out
+}
+
+/// Time of the seat that the first stamp has: where the first stamps lie on average, less those that lie elsewhere.
+fn first_seat(times: &[f64], step: f64) -> f64 {
+    let mut seats = 0.0;
+    let mut early: Vec<f64> = (times.windows(2).take(31))
+        .map(|p| {
+            seats += ((p[1] - p[0]) / step).round().max(1.0);
+            (p[1] - times[0]) / step - seats
+        })
         .collect();
-    let worst = (off.len() - 1) * 9 / 10;
-    *off.select_nth_unstable_by(worst, f64::total_cmp).1
+    early.push(0.0);
+    let middle = early.len() / 2;
+    let median = *early.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let near: Vec<f64> = (early.into_iter())
+        .filter(|off| (off - median).abs() < REACH)
+        .collect();
+    let mean = near.iter().sum::<f64>() / near.len() as f64;
+    times[0] + (mean - mean.round()) * step
+}
+
+/// Takes the entries at the increasing places `at` out.
+pub(super) fn drop_at(values: &mut Vec<f64>, at: &[usize]) {
+    let (mut place, mut next) = (0, 0);
+    values.retain(|_| {
+        let dropped = at.get(next) == Some(&place);
+        next += usize::from(dropped);
+        place += 1;
+        !dropped
+    });
 }
 
 /// Least-squares line through (index, time).
@@ -242,7 +352,7 @@ mod tests {
     #[test]
     fn even_stamps_anywhere() {
         let times: Vec<f64> = (0..1000).map(|i| 1.7e9 + i as f64 * 0.01).collect();
-        let clock = Clock::fit(&times);
+        let clock = Clock::fit(&times).clock;
         assert_eq!(
             (clock.pace, clock.knots, clock.grid.count),
             (Pace::Even, None, 1000)
@@ -256,7 +366,7 @@ mod tests {
         let times: Vec<f64> = (0..870)
             .map(|i| ((i as f64 * 0.033_366_7 + 0.033) * 1e3).round() / 1e3)
             .collect();
-        let clock = Clock::fit(&times);
+        let clock = Clock::fit(&times).clock;
         assert_eq!(clock.pace, Pace::Even);
         near(clock.grid.step_s, 0.033_366_7, 1e-6);
     }
@@ -265,14 +375,14 @@ mod tests {
     fn one_stamp_rounded_the_other_way_is_even() {
         let mut times: Vec<f64> = (0..102).map(|i| i as f64 * 0.003_457 - 219.0).collect();
         times[101] -= 1e-6;
-        assert_eq!(Clock::fit(&times).pace, Pace::Even);
+        assert_eq!(Clock::fit(&times).clock.pace, Pace::Even);
     }
 
     #[test]
     fn gaps_are_counted_through() {
         let kept = |i: &usize| !(200..300).contains(i) && *i != 700;
         let times: Vec<f64> = (0..1000).filter(kept).map(|i| i as f64 * 0.01).collect();
-        let clock = Clock::fit(&times);
+        let clock = Clock::fit(&times).clock;
         let missing: Vec<usize> = clock.gaps.iter().map(|g| g.missing).collect();
         assert_eq!(
             (missing, clock.grid.count, clock.pace),
@@ -295,7 +405,7 @@ mod tests {
             let mut times: Vec<f64> = (0..2000).map(|i| i as f64 / rate + jitter()).collect();
             times.sort_by(f64::total_cmp);
             times.drain(500..500 + missing);
-            let clock = Clock::fit(&times);
+            let clock = Clock::fit(&times).clock;
             assert_eq!(
                 (clock.missing(), clock.grid.count),
                 (missing, 2000),
@@ -306,5 +416,59 @@ mod tests {
                 matches!(clock.pace, Pace::Jitter { rms_s } if (0.0009..0.0012).contains(&rms_s))
             );
         }
+    }
+
+    /// 2000 stamps at 100 Hz.
+    fn even() -> Vec<f64> {
+        (0..2000).map(|i| f64::from(i) * 0.01).collect()
+    }
+
+    #[test]
+    fn near_repeats_have_no_place_of_their_own() {
+        for apart in [0.0, 1e-13, 1e-9, 1e-6, 1e-4, 1e-3] {
+            for at in [1000, 2000] {
+                let mut times = even();
+                let burst = (1..=300).map(|i| 0.01 * (at - 1) as f64 + apart * f64::from(i));
+                let later = times.split_off(at);
+                times.extend(burst);
+                let end = times[times.len() - 1];
+                times.extend(later.iter().filter(|t| **t > end));
+                let fit = Clock::fit(&times);
+                assert!(fit.repeats.len() >= 260, "{apart}: {}", fit.repeats.len());
+                near(fit.clock.grid.step_s, 0.01, 2e-5);
+                assert!(fit.clock.grid.count.abs_diff(2000) <= 32);
+            }
+        }
+    }
+
+    /// How far off a stamp may be before it loses its place moves with REACH.
+    #[test]
+    fn one_bad_stamp_costs_at_most_one_sample() {
+        for off in [-0.99, -0.7, -0.6, -0.3, -0.01, 0.01, 0.3, 0.6, 0.7, 0.99] {
+            for at in [1, 2, 1000, 1998] {
+                let mut times = even();
+                times[at] += 0.01 * off;
+                let Fit { clock, repeats } = Clock::fit(&times);
+                let lost = usize::from(f64::abs(off) > REACH);
+                assert_eq!((clock.missing(), repeats.len()), (lost, lost), "{off} {at}");
+                assert_eq!(clock.grid.count, 2000, "{off} {at}");
+                near(clock.grid.step_s, 0.01, 1e-8);
+                let last = clock.knots.map_or(1999.0, |knots| knots[knots.len() - 1]);
+                near(last, 1999.0, 0.02);
+            }
+        }
+    }
+
+    #[test]
+    fn a_clock_that_wanders_keeps_its_samples() {
+        let mut time = 0.0;
+        let times: Vec<f64> = (0..20_000)
+            .map(|i| {
+                time += 0.01 * (1.0 + 0.03 * (f64::from(i) * 0.005).sin());
+                time
+            })
+            .collect();
+        let Fit { clock, repeats } = Clock::fit(&times);
+        assert_eq!((clock.missing(), repeats.len()), (0, 0));
     }
 }

@@ -175,7 +175,10 @@ pub enum Problem {
         six_digits(*step_s)
     )]
     RateOutOfRange { step_s: f64 },
-    #[error("{repeated} of {stamps} time stamps repeat the one before, expected distinct ones")]
+    #[error(
+        "{repeated} of {stamps} time stamps repeat the one before or lie within a third of a step of its place, \
+         expected even ones, or ones that jitter by at most half a step"
+    )]
     TimeRepeats { repeated: usize, stamps: usize },
     #[error(
         "{missing_s:.1} s of {total_s:.1} s are missing, expected gaps of at most a quarter; \

@@ -6,7 +6,7 @@ use std::fmt;
 use super::Column;
 use super::channel::Channel;
 use super::checks::is_constant;
-use super::clock::{Clock, Pace};
+use super::clock::{Clock, Fit, Pace, drop_at};
 use super::error::{Problem, ReadError};
 use super::options::{RATES_HZ, ReadOptions, USUAL_HZ};
 use super::resample::roughness;
@@ -51,28 +51,42 @@ impl Recording {
             ..Self::default()
         };
         let stamps = out.stamps(&mut table, options)?;
-        let mut known: Vec<Option<Vec<f64>>> = Vec::new();
-        let mut repeats = 0;
+        let mut known: Vec<Known> = Vec::new();
+        let (mut repeats, mut first_repeat) = (0, None);
         for (spec, mut values) in std::mem::take(&mut table.columns) {
             scale(&mut values, spec.unit.scale);
-            let own = stamps.own(&mut values, &mut repeats);
+            let own = stamps.own(&mut values);
             if values.is_empty() {
                 out.warnings
                     .push(format!("{} holds no number", spec.header));
                 out.ignored.push(spec.header);
                 continue;
             }
-            let clock = known.iter().position(|k| *k == own).unwrap_or_else(|| {
-                out.clocks.push(match (&own, &stamps) {
-                    (Some(times), _) | (None, Stamps::Listed { times, .. }) => clock(times),
-                    (None, Stamps::Rate(rate)) => Clock::regular(*rate, values.len()),
-                });
-                known.push(own);
-                known.len() - 1
-            });
+            let clock = match known.iter().position(|k| k.own == own) {
+                Some(clock) => clock,
+                None => {
+                    let fit = match (&own, &stamps) {
+                        (Some(times), _) | (None, Stamps::Listed { times, .. }) => {
+                            Clock::fit(times)
+                        }
+                        (None, Stamps::Rate(rate)) => {
+                            Fit::from(Clock::regular(*rate, values.len()))
+                        }
+                    };
+                    if fit.repeats.len() > repeats {
+                        repeats = fit.repeats.len();
+                        first_repeat = stamps.row(&own, fit.repeats[0]);
+                    }
+                    out.clocks.push(fit.clock);
+                    let repeats = fit.repeats;
+                    known.push(Known { own, repeats });
+                    known.len() - 1
+                }
+            };
+            drop_at(&mut values, &known[clock].repeats);
             let step_s = out.clocks[clock].grid.step_s;
             if !RATES_HZ.contains(&(1.0 / step_s)) {
-                let at = match (&known[clock], &stamps) {
+                let at = match (&known[clock].own, &stamps) {
                     (None, Stamps::Listed { spec, .. }) => spec,
                     _ => &spec,
                 };
@@ -93,16 +107,14 @@ impl Recording {
                 repeated: repeats,
                 stamps: out.rows,
             };
-            return Err(match stamps {
-                Stamps::Listed { first_repeat, .. } => {
-                    table.places.blame(first_repeat.unwrap_or(0), problem)
-                }
-                Stamps::Rate(_) => problem.into(),
+            return Err(match first_repeat {
+                Some(row) => table.places.blame(row, problem),
+                None => problem.into(),
             });
         }
         if repeats > 0 {
             out.warnings.push(format!(
-                "{repeats} time stamp(s) repeat the one before: the first sample of each was kept"
+                "{repeats} time stamp(s) repeat the one before or nearly do: one sample of each was kept"
             ));
         }
         out.settle_jitter();
@@ -132,7 +144,6 @@ impl Recording {
                 .blame(row, problem)
                 .in_column(spec.number, &spec.header)
         };
-        let mut first_repeat = None;
         let mut before = f64::NEG_INFINITY;
         for (row, time) in times.iter().copied().enumerate() {
             if time.is_nan() {
@@ -142,18 +153,11 @@ impl Recording {
                 let after = time;
                 return Err(blame(row, Problem::TimeNotIncreasing { before, after }));
             }
-            if time == before {
-                first_repeat = first_repeat.or(Some(row));
-            }
             before = time;
         }
         let span = times.last().unwrap_or(&0.0) - times.first().unwrap_or(&0.0);
         self.columns.push(Column::new(&spec, times.len(), span));
-        Ok(Stamps::Listed {
-            spec,
-            times,
-            first_repeat,
-        })
+        Ok(Stamps::Listed { spec, times })
     }
 
     /// Headers in the file, for messages.
@@ -271,55 +275,42 @@ impl fmt::Display for Stamps {
 }
 
 enum Stamps {
-    Listed {
-        spec: Spec,
-        times: Vec<f64>,
-        first_repeat: Option<usize>,
-    },
+    Listed { spec: Spec, times: Vec<f64> },
     Rate(f64),
+}
+
+/// The stamps that a clock was fitted to, and those it has no place for.
+struct Known {
+    /// `None`: all in the file.
+    own: Option<Vec<f64>>,
+    repeats: Vec<usize>,
 }
 
 impl Stamps {
     /// Leaves only the samples that are there in `values`. Their times, unless they are all there.
-    fn own(&self, values: &mut Vec<f64>, repeats: &mut usize) -> Option<Vec<f64>> {
-        let repeating = matches!(
-            self,
-            Self::Listed {
-                first_repeat: Some(_),
-                ..
-            }
-        );
-        if !repeating && !values.iter().any(|v| v.is_nan()) {
+    fn own(&self, values: &mut Vec<f64>) -> Option<Vec<f64>> {
+        if !values.iter().any(|v| v.is_nan()) {
             return None;
         }
-        let mut own: Vec<f64> = Vec::new();
-        let mut repeated = 0;
-        for row in 0..values.len() {
-            let time = match self {
-                Self::Listed { times, .. } => times[row],
-                Self::Rate(rate) => row as f64 / rate,
-            };
-            if values[row].is_nan() {
-                continue;
-            }
-            if own.last() == Some(&time) {
-                repeated += 1;
-                continue;
-            }
-            values[own.len()] = values[row];
-            own.push(time);
-        }
-        values.truncate(own.len());
-        *repeats = repeated.max(*repeats);
+        let time = |row: usize| match self {
+            Self::Listed { times, .. } => times[row],
+            Self::Rate(rate) => row as f64 / rate,
+        };
+        let own = (values.iter().enumerate())
+            .filter(|(_, v)| !v.is_nan())
+            .map(|(row, _)| time(row))
+            .collect();
+        values.retain(|v| !v.is_nan());
         Some(own)
     }
-}
 
-fn clock(times: &[f64]) -> Clock {
-    match times {
-        [] => Clock::instant(0.0),
-        [time] => Clock::instant(*time),
-        times => Clock::fit(times),
+    /// The row of stamp `i` of `own`.
+    fn row(&self, own: &Option<Vec<f64>>, i: usize) -> Option<usize> {
+        match (self, own) {
+            (Self::Listed { times, .. }, Some(own)) => times.iter().position(|t| *t == own[i]),
+            (Self::Listed { .. }, None) => Some(i),
+            (Self::Rate(_), _) => None,
+        }
     }
 }
 

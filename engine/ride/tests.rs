@@ -344,6 +344,37 @@ fn jitter_is_undone_whichever_way_it_arose() {
     }
 }
 
+/// Stamps of a burst are dropped as repeats are: a few with a warning, many not at all.
+#[test]
+fn bursts_of_stamps_are_dropped_or_refused() {
+    let text = Waves::csv(2000, 100.0);
+    for apart in [1e-9, 1e-6, 1e-4, 1e-3] {
+        for (rows, refused) in [(8, false), (300, true)] {
+            let mut long = text.clone();
+            for i in 1..=rows {
+                let t = 19.99 + apart * f64::from(i);
+                writeln!(long, "{t:.10},0.001,0.002").unwrap();
+            }
+            if refused {
+                assert_eq!(refusal(&long, &[]).0, "time-not-increasing", "{apart}");
+                continue;
+            }
+            let ride = read_text(&long).unwrap();
+            assert!(
+                warned(&ride, "repeat the one before or nearly do"),
+                "{apart}"
+            );
+            let front = ride.axles.front.as_ref().unwrap();
+            let off = worst(
+                &front.displacement,
+                |i| Waves::z(i as f64 * 0.01, 0),
+                0..2000,
+            );
+            assert!(off < 1e-6, "{apart}: {off}");
+        }
+    }
+}
+
 #[test]
 fn free_decay_loads_and_noise_at_rest_does_not() {
     let row = |i: usize, z: f64| format!("{:.2},{z:.6}\n", i as f64 * 0.01);
