@@ -88,7 +88,7 @@ impl Table {
             1 => (0.9 * x).sin() * (-0.05 * x).exp(),
             2 => f64::from(i == self.rows / 2),
             3 => {
-                if i % 2 == 0 {
+                if i.is_multiple_of(2) {
                     1.0
                 } else {
                     -1.0
@@ -302,7 +302,7 @@ fn clocks_beyond_the_range_are_refused() {
     }
     // A channel that is there once a month has a clock of its own.
     let month = |i: usize| {
-        let v = if i % 50 == 0 { "1" } else { "" };
+        let v = if i.is_multiple_of(50) { "1" } else { "" };
         format!("{},{},{v}\n", i as f64 * 900.0, (0.3 * i as f64).sin())
     };
     let text = format!("t,z_f,v\n{}", (0..120).map(month).collect::<String>());

@@ -57,16 +57,18 @@ struct Outing {
     bike: String,
     at: i64,
     verdict: &'static str,
-    /// Method, axle, name, value, standard error, unit.
-    parameters: Vec<(
-        &'static str,
-        &'static str,
-        &'static str,
-        f64,
-        Option<f64>,
-        &'static str,
-    )>,
+    parameters: Vec<Found>,
 }
+
+/// Method, axle, name, value, standard error, unit.
+type Found = (
+    &'static str,
+    &'static str,
+    &'static str,
+    f64,
+    Option<f64>,
+    &'static str,
+);
 
 impl Season {
     pub fn new(bikes: u32, rides: u32, seed: u64) -> Self {
