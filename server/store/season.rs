@@ -51,8 +51,17 @@ pub struct Told {
     pub parameters: usize,
 }
 
-/// Method, axle, name, value, standard error and unit of a parameter.
-type Row = (
+/// One ride before it is written.
+struct Outing {
+    id: Uuid,
+    bike: String,
+    at: i64,
+    verdict: &'static str,
+    parameters: Vec<Found>,
+}
+
+/// Method, axle, name, value, standard error, unit.
+type Found = (
     &'static str,
     &'static str,
     &'static str,
@@ -60,16 +69,6 @@ type Row = (
     Option<f64>,
     &'static str,
 );
-
-/// One ride before it is written.
-struct Outing {
-    id: Uuid,
-    bike: String,
-    at: i64,
-    verdict: &'static str,
-    /// Method, axle, name, value, standard error, unit.
-    parameters: Vec<Row>,
-}
 
 impl Season {
     pub fn new(bikes: u32, rides: u32, seed: u64) -> Self {
