@@ -144,13 +144,7 @@ fn regressed<'a>(
     ride: &Ride,
     bike: &Bike,
 ) -> Result<Record<'a>, EngineError> {
-    let mass = bike.mass(axle);
-    if mass.is_none() && record.force.is_none() {
-        return Err(EngineError::Bike(format!(
-            "mass_{axle}_kg is null and the ride has no force_{} channel to estimate it from",
-            if axle == Axle::Front { "f" } else { "r" }
-        )));
-    }
+    let mass = bike.mass_or_force(axle, record.force.is_some())?;
     Ok(Record {
         step_s: ride.step_s,
         input: Input::new(&record.road, record.force.as_deref(), ride.step_s),

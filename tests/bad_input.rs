@@ -126,6 +126,7 @@ async fn bikes_and_options_are_checked_before_the_job_is_queued() {
         (r#"{"bike": "b", "mass_front": 23}"#, &[], "bad-bike"),
         (r#"{"bike": "b", "mass_front_kg": 1e-300}"#, &[], "bad-bike"),
         (r#"{"bike": "b", "l_front_m": 808}"#, &[], "bad-bike"),
+        (r#"{"bike": "b", "mass_front_kg": 23}"#, &[], "bad-bike"),
         (r#"{"bike": ".."}"#, &[], "bad-bike"),
         (r#"{"bike": "a\u202eb"}"#, &[], "bad-bike"),
         (

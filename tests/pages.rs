@@ -165,6 +165,23 @@ async fn a_preview_says_what_was_understood_and_keeps_nothing() {
     };
     let (status, seen) = preview(ride::example()).await;
     assert_eq!(status, 200, "{seen}");
+    for (bike, lacks) in [
+        (ride::BIKE, None),
+        (r#"{"mass_rear_kg": 63}"#, Some("mass_front_kg")),
+        ("{", None),
+    ] {
+        let file = Part::bytes(ride::example()).file_name("a.csv");
+        let form = Form::new().part("file", file).text("bike", bike);
+        let request = server.client.post(server.address("/v1/rides/preview"));
+        let response = request.multipart(form).send().await.unwrap();
+        let seen: Value = response.json().await.unwrap();
+        let problem = seen["problem"].as_str();
+        assert_eq!(problem.is_some(), lacks.is_some(), "{bike}: {seen}");
+        assert!(
+            problem.is_none_or(|p| p.contains("mass_front_kg is null")),
+            "{seen}"
+        );
+    }
     assert_eq!(seen["columns"].as_array().unwrap().len(), 5);
     assert_eq!(seen["samples"], 4000);
     assert!(seen["problem"].is_null());

@@ -357,6 +357,18 @@ impl Bike {
         }
     }
 
+    /// The mass on an axle; unknown only where a measured force tells it.
+    pub fn mass_or_force(&self, axle: Axle, has_force: bool) -> Result<Option<f64>, EngineError> {
+        let mass = self.mass(axle);
+        if mass.is_none() && !has_force {
+            return Err(EngineError::Bike(format!(
+                "mass_{axle}_kg is null and the ride has no force_{} channel to estimate it from",
+                if axle == Axle::Front { "f" } else { "r" }
+            )));
+        }
+        Ok(mass)
+    }
+
     pub fn wheel_radius(&self, axle: Axle) -> Option<f64> {
         match axle {
             Axle::Front => self.wheel_radius_front_m,

@@ -79,14 +79,8 @@ impl<'a> Problem<'a> {
         bike: &Bike,
         step: f64,
     ) -> Result<Self, EngineError> {
-        let mass = bike.mass(axle);
         let pushed = record.force.is_some();
-        if mass.is_none() && !pushed {
-            return Err(EngineError::Bike(format!(
-                "mass_{axle}_kg is null and the ride has no force_{} channel to estimate it from",
-                if axle == Axle::Front { "f" } else { "r" }
-            )));
-        }
+        let mass = bike.mass_or_force(axle, pushed)?;
         let rest_point = pushed || !record.has_road();
         Ok(Self {
             axle,

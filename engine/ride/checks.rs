@@ -2,6 +2,7 @@
 
 use super::channel::Channel;
 use super::recording::{Recording, Track};
+use crate::number::significant;
 
 /// Fewest equal samples at an extreme that count as clipped.
 const FLAT_RUN: usize = 3;
@@ -182,10 +183,10 @@ pub(super) fn examine(recording: &mut Recording) -> Vec<(Channel, Vec<(f64, f64)
 }
 
 /// A value with its unit, lengths in mm.
-fn size(channel: Channel, value: f64) -> String {
+pub(super) fn size(channel: Channel, value: f64) -> String {
     match channel.dimension().si_name() {
-        "m" => format!("{:.4} mm", value * 1e3),
-        unit => format!("{value:.4} {unit}"),
+        "m" if value.abs() < 1.0 => format!("{:.4} mm", value * 1e3),
+        unit => format!("{} {unit}", significant(value, 5)),
     }
 }
 
@@ -203,8 +204,9 @@ fn odd_size(channel: Channel, track: &Track, warnings: &mut Vec<String>) {
     };
     if amplitude > most || amplitude > 0.0 && amplitude < least {
         warnings.push(format!(
-            "{} moves by +-{amplitude:.3e} {}, unusual for a bicycle: is the unit ({}) right?",
+            "{} moves by ±{} {}, unusual for a bicycle: is the unit ({}) right?",
             channel.name(),
+            significant(amplitude, 4),
             channel.dimension().si_name(),
             track.spec.unit.name
         ));

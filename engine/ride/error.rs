@@ -130,7 +130,7 @@ pub enum Problem {
     ComplexNumbers { variable: String },
     #[error("MATLAB v7.3 (HDF5), expected v5 or v7: save it with the flag -v7")]
     MatV73,
-    #[error("{found} cells, expected {expected}")]
+    #[error("{}, expected {expected}", cells(*found))]
     RaggedRow { found: usize, expected: usize },
     #[error("the file ends within the line, expected a whole one")]
     CutShort,
@@ -138,7 +138,7 @@ pub enum Problem {
     NotANumber { cell: String, decimal: &'static str },
     #[error("'{cell}' is not finite, expected a number or a blank cell")]
     NotFinite { cell: String },
-    #[error("{value} is beyond {limit:e}, expected a measured value")]
+    #[error("{value:?} is beyond {limit:e}, expected a measured value")]
     OutOfRange { value: f64, limit: f64 },
     #[error("unknown unit '{unit}' for {channel}, expected {expected}")]
     UnknownUnit {
@@ -168,7 +168,7 @@ pub enum Problem {
     TimeMissing { found: String },
     #[error("the time is blank beside a value, expected a time stamp")]
     TimeBlank,
-    #[error("time goes from {before} s to {after} s, expected it to increase")]
+    #[error("time goes from {before:?} s to {after:?} s, expected it to increase")]
     TimeNotIncreasing { before: f64, after: f64 },
     #[error(
         "one sample every {:e} s, expected a rate of {RATES}: is the unit of the time right?",
@@ -195,6 +195,16 @@ pub enum Problem {
          expected that or a column u_r"
     )]
     RearRoadMissing { missing: &'static str },
+    #[error(
+        "{wild} of {samples} samples of {channel} lie far outside of all others, the first at {value}; expected \
+         at most one in a hundred"
+    )]
+    Wild {
+        channel: &'static str,
+        wild: usize,
+        samples: usize,
+        value: String,
+    },
     #[error("{samples} samples, expected at least {least}")]
     TooShort { samples: usize, least: usize },
     #[error(
@@ -206,13 +216,20 @@ pub enum Problem {
         samples: usize,
         least: usize,
     },
-    #[error("{channel} is constant at {value}, expected it to move")]
+    #[error("{channel} is constant at {value:?}, expected it to move")]
     Constant { channel: &'static str, value: f64 },
     #[error(
         "{channel} moves only by noise while road and force are constant, \
          expected a moving road, a force or a free decay"
     )]
     NotExcited { channel: &'static str },
+}
+
+fn cells(found: usize) -> String {
+    match found {
+        1 => "1 cell".to_owned(),
+        n => format!("{n} cells"),
+    }
 }
 
 fn six_digits(value: f64) -> f64 {
@@ -252,6 +269,7 @@ impl Problem {
             Self::GapTooLong { .. } => "gap-too-long",
             Self::AxleMissing { .. } => "axle-missing",
             Self::RearRoadMissing { .. } => "rear-road-missing",
+            Self::Wild { .. } => "wild-samples",
             Self::TooShort { .. } => "too-short",
             Self::Untrusted { .. } => "untrusted",
             Self::Constant { .. } => "constant",

@@ -24,6 +24,7 @@ mod table;
 #[cfg(test)]
 mod tests;
 mod unit;
+mod wild;
 
 use serde::{Deserialize, Serialize};
 
@@ -32,7 +33,8 @@ pub use error::{Problem, ReadError};
 pub use options::{Limits, RATES_HZ, ReadOptions};
 pub use read::{Preview, PreviewGap, parse_only, preview, read};
 
-use crate::bicycle::PerAxle;
+use crate::EngineError;
+use crate::bicycle::{Bike, PerAxle};
 
 /// A ride after reading: SI units, one clock, no blanks.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,6 +81,14 @@ impl AxleRecord {
 }
 
 impl Ride {
+    /// Whether `bike` tells the masses that this ride does not.
+    pub fn fits(&self, bike: &Bike) -> Result<(), EngineError> {
+        for (axle, record) in self.axles.iter() {
+            bike.mass_or_force(axle, record.force.is_some())?;
+        }
+        Ok(())
+    }
+
     pub fn duration_s(&self) -> f64 {
         self.samples.saturating_sub(1) as f64 * self.step_s
     }

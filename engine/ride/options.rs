@@ -64,10 +64,10 @@ impl ReadOptions {
         if let Some(rate) = self.rate_hz
             && !RATES_HZ.contains(&rate)
         {
-            return bad("rate_hz", format!("{rate} Hz"), RATES);
+            return bad("rate_hz", format!("{rate:?} Hz"), RATES);
         }
         if self.deflection_sign.abs() != 1.0 {
-            let value = self.deflection_sign.to_string();
+            let value = format!("{:?}", self.deflection_sign);
             return bad("deflection_sign", value, "1 or -1");
         }
         if let Some((low, high)) = self.band_hz
@@ -75,7 +75,7 @@ impl ReadOptions {
         {
             return bad(
                 "band_hz",
-                format!("{low} to {high}"),
+                format!("{low:?} to {high:?}"),
                 "0.01 Hz <= low < high",
             );
         }

@@ -9,7 +9,7 @@ use super::error::{Problem, ReadError};
 use super::recording::Recording;
 use super::table::Table;
 use super::{Column, ReadOptions, Ride, RideSummary, axles, csv, mat};
-use crate::bicycle::Bike;
+use crate::bicycle::{Axle, Bike};
 
 /// Reads a ride file: CSV in any dialect, gzip or zstd around it, or MATLAB v5/v7.
 ///
@@ -84,6 +84,19 @@ pub fn preview(bytes: &[u8], file: &str, options: &ReadOptions) -> Result<Previe
 }
 
 impl Preview {
+    /// Says what `bike` lacks for this ride, where nothing else is in the way.
+    pub fn with_bike(mut self, bike: &Bike) -> Self {
+        let has = |channel: Channel| self.columns.iter().any(|c| c.channel == channel.name());
+        let fault = Axle::BOTH
+            .into_iter()
+            .filter(|axle| axles::basis(has, *axle).is_some())
+            .find_map(|axle| bike.mass_or_force(axle, has(Channel::Force(axle))).err());
+        if self.problem.is_none() {
+            self.problem = fault.map(|fault| fault.to_string());
+        }
+        self
+    }
+
     fn look(&mut self, table: Table, options: &ReadOptions) -> Result<(), ReadError> {
         let mut recording = Recording::new(table, options)?;
         self.columns = recording.columns.clone();

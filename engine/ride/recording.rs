@@ -5,12 +5,13 @@ use std::fmt;
 
 use super::Column;
 use super::channel::Channel;
-use super::checks::is_constant;
+use super::checks::{is_constant, size};
 use super::clock::{Clock, Fit, Pace, drop_at};
 use super::error::{Problem, ReadError};
 use super::options::{RATES_HZ, ReadOptions, USUAL_HZ};
 use super::resample::roughness;
 use super::table::{Spec, Table};
+use super::wild;
 
 /// Largest share of a channel's samples that may be missing.
 const MOST_MISSING: f64 = 0.25;
@@ -53,8 +54,11 @@ impl Recording {
         let stamps = out.stamps(&mut table, options)?;
         let mut known: Vec<Known> = Vec::new();
         let (mut repeats, mut first_repeat) = (0, None);
+        for (spec, values) in &mut table.columns {
+            scale(values, spec.unit.scale);
+        }
+        out.leave_out_wild(&mut table, &stamps)?;
         for (spec, mut values) in std::mem::take(&mut table.columns) {
-            scale(&mut values, spec.unit.scale);
             let own = stamps.own(&mut values);
             if values.is_empty() {
                 out.warnings
@@ -121,6 +125,36 @@ impl Recording {
         out.note_gaps()?;
         out.note_unusual_rate(&stamps);
         Ok(out)
+    }
+
+    /// Blanks the samples that lie far outside of all others.
+    fn leave_out_wild(&mut self, table: &mut Table, stamps: &Stamps) -> Result<(), ReadError> {
+        let duration_s = stamps.duration_s(table.rows);
+        for found in wild::find(&table.columns, duration_s) {
+            let (spec, values) = &mut table.columns[found.column];
+            let (row, samples) = (found.rows[0], found.rows.len());
+            let (channel, value) = (spec.channel, size(spec.channel, values[row]));
+            if found.too_many() {
+                let problem = Problem::Wild {
+                    channel: channel.name(),
+                    wild: samples,
+                    samples: found.samples,
+                    value,
+                };
+                let error = table.places.blame(row, problem);
+                return Err(error.in_column(spec.number, &spec.header));
+            }
+            let first = if samples > 1 { "the first " } else { "" };
+            self.warnings.push(format!(
+                "{}: {samples} sample(s) far outside of all others, {first}{value} at {:.3} s; taken as missing",
+                channel.name(),
+                stamps.time_s(row)
+            ));
+            for row in found.rows {
+                values[row] = f64::NAN;
+            }
+        }
+        Ok(())
     }
 
     fn stamps(&mut self, table: &mut Table, options: &ReadOptions) -> Result<Stamps, ReadError> {
@@ -292,16 +326,28 @@ impl Stamps {
         if !values.iter().any(|v| v.is_nan()) {
             return None;
         }
-        let time = |row: usize| match self {
-            Self::Listed { times, .. } => times[row],
-            Self::Rate(rate) => row as f64 / rate,
-        };
         let own = (values.iter().enumerate())
             .filter(|(_, v)| !v.is_nan())
-            .map(|(row, _)| time(row))
+            .map(|(row, _)| self.time_s(row))
             .collect();
         values.retain(|v| !v.is_nan());
         Some(own)
+    }
+
+    fn time_s(&self, row: usize) -> f64 {
+        match self {
+            Self::Listed { times, .. } => times[row],
+            Self::Rate(rate) => row as f64 / rate,
+        }
+    }
+
+    fn duration_s(&self, rows: usize) -> f64 {
+        let last = rows.saturating_sub(1);
+        if rows > 0 {
+            self.time_s(last) - self.time_s(0)
+        } else {
+            0.0
+        }
     }
 
     /// The row of stamp `i` of `own`.

@@ -375,6 +375,100 @@ fn bursts_of_stamps_are_dropped_or_refused() {
     }
 }
 
+/// A ride of `columns` of Waves at 100 Hz, with some values of one column replaced.
+fn spoiled(columns: &str, column: usize, spikes: &[(usize, f64)]) -> String {
+    let mut text = format!("t,{columns}\n");
+    for i in 0..2000 {
+        let t = i as f64 * 0.01;
+        let (u, z) = (Waves::u(t), Waves::z(t, 0));
+        let mut row: Vec<f64> = (columns.split(','))
+            .map(|c| match c {
+                "u_f" => u,
+                "d_f" => u - z,
+                _ => z,
+            })
+            .collect();
+        if let Some((_, value)) = spikes.iter().find(|(at, _)| *at == i) {
+            row[column] = *value;
+        }
+        writeln!(text, "{t:.2},{:.9},{:.9}", row[0], row[1]).unwrap();
+    }
+    text
+}
+
+#[test]
+fn wild_samples_are_taken_as_missing() {
+    for (columns, column, sizes) in [
+        ("u_f,z_f", 1, [0.2, 1.0, 10.0, -1e3, 999_999.0]),
+        ("u_f,z_f", 0, [0.5, 1.0, 10.0, -1e3, 999_999.0]),
+        ("u_f,d_f", 1, [0.5, 1.0, 10.0, -1e3, 999_999.0]),
+        ("z_f,d_f", 1, [0.5, 1.0, 10.0, -1e3, 999_999.0]),
+    ] {
+        let clean = read_text(&spoiled(columns, column, &[])).unwrap();
+        let clean = clean.axles.front.unwrap();
+        assert!(clean.valid.iter().all(|v| *v));
+        for size in sizes {
+            let spikes = [(500, size), (900, size), (901, -size), (902, size)];
+            let ride = read_text(&spoiled(columns, column, &spikes)).unwrap();
+            assert!(
+                warned(&ride, "4 sample(s) far outside of all others"),
+                "{columns} {size}: {:?}",
+                ride.summary.warnings
+            );
+            let front = ride.axles.front.as_ref().unwrap();
+            let distrusted: Vec<usize> = (0..2000).filter(|i| !front.valid[*i]).collect();
+            assert_eq!(distrusted, [500, 900, 901, 902], "{columns} {size}");
+            let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+            for (now, before) in [
+                (&front.displacement, &clean.displacement),
+                (&front.road, &clean.road),
+            ] {
+                let (a, b) = (mean(now), mean(before));
+                let off = worst(now, |i| before[i] - b + a, 0..2000);
+                assert!(off < 2e-3, "{columns} {size}: {off}");
+            }
+        }
+        // A fifth of a span outside is the axle's own.
+        let range = clean.displacement.iter().copied().fold(0.0, f64::max);
+        let near = read_text(&spoiled(columns, column, &[(500, 1.2 * range)])).unwrap();
+        assert!(!warned(&near, "far outside"), "{columns}");
+        let many: Vec<(usize, f64)> = (0..30).map(|i| (100 + 20 * i, 1e3)).collect();
+        let e = read_text(&spoiled(columns, column, &many)).unwrap_err();
+        assert_eq!((e.kind(), e.line()), ("wild-samples", Some(102)), "{e}");
+    }
+}
+
+/// A bump of 40 mm that is one to five samples long on a flat road, and what the axle makes of it.
+#[test]
+fn a_short_bump_on_a_flat_road_is_no_spike() {
+    for (rate, noise) in [(50.0, 0.0), (100.0, 0.0), (100.0, 5e-5), (250.0, 5e-5)] {
+        for long in 1..=5 {
+            let (mut z, mut w) = (0.0, 0.0);
+            let mut text = "t,u_f,z_f\n".to_owned();
+            for i in 0..2000u64 {
+                let hit = (600..600 + long).contains(&i);
+                let u = if hit { 0.04 } else { 0.0 };
+                for _ in 0..100 {
+                    let step = 0.01 / rate;
+                    w += step * (4800.0 * (u - z) - 50.0 * w);
+                    z += step * w;
+                }
+                let random =
+                    |k: u64| ((i * 2 + k).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40) as f64;
+                let error = |k| noise * (random(k) / f64::from(1 << 23) - 1.0);
+                let t = i as f64 / rate;
+                writeln!(text, "{t:.3},{:.9},{:.9}", u + error(0), z + error(1)).unwrap();
+            }
+            let ride = read_text(&text).unwrap();
+            assert!(
+                !warned(&ride, "far outside"),
+                "{rate} {noise} {long}: {:?}",
+                ride.summary.warnings
+            );
+        }
+    }
+}
+
 #[test]
 fn free_decay_loads_and_noise_at_rest_does_not() {
     let row = |i: usize, z: f64| format!("{:.2},{z:.6}\n", i as f64 * 0.01);
@@ -518,6 +612,27 @@ fn refusals_name_the_place() {
             .kind(),
         "bad-option"
     );
+}
+
+#[test]
+fn large_numbers_are_told_shortly() {
+    let huge = |z: &str| format!("t,z_f\n{}", format!("0,{z}\n").repeat(60));
+    let e = read_text(&huge("1e300")).unwrap_err().to_string();
+    assert!(e.contains("1e300 is beyond 1e15"), "{e}");
+    let rate = ReadOptions {
+        rate_hz: Some(1e300),
+        ..ReadOptions::default()
+    };
+    let e = read(b"z_f\n1\n", "x", &bike(), &rate)
+        .unwrap_err()
+        .to_string();
+    assert!(e.contains("rate_hz: 1e300 Hz"), "{e}");
+    let row = |i: usize| format!("{},{}\n", i as f64 / 100.0, 5e5 * (i as f64 * 0.3).cos());
+    let large: String = (0..300).map(row).collect();
+    let ride = read_text(&format!("t,z_f\n{large}")).unwrap();
+    assert!(warned(&ride, "moves by ±"), "{:?}", ride.summary.warnings);
+    let e = read_text("t,z_f\n1,2\n1\n1,2\n").unwrap_err().to_string();
+    assert!(e.contains("1 cell, expected 2"), "{e}");
 }
 
 #[test]

@@ -10,8 +10,8 @@ const input = document.querySelector('#file');
 const list = document.querySelector('#rides');
 const drop = document.querySelector('.drop');
 const rides = new Map();
-/** Options on which it depends how a file is read. */
-const READING = ['rate_hz', 'rows', 'map'];
+/** What it depends on how a file is read, and whether it can be identified. */
+const READING = ['rate_hz', 'rows', 'map', 'bike'];
 
 input.multiple = true;
 input.required = false;

@@ -1,8 +1,9 @@
 use axum::Json;
 use axum::extract::{Request, State};
-use veloid_engine::ride::{self, Preview};
+use veloid_engine::ride::{self, Preview, ReadError};
 
 use super::receive::receive;
+use super::submit;
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::problem::Problem;
@@ -13,7 +14,7 @@ use crate::options::Options;
 /// Takes what `POST /v1/rides` takes; the bike may be left out.
 #[utoipa::path(post, path = "/v1/rides/preview", operation_id = "preview_ride", tag = "rides",
     params(
-        ("bike" = Option<String>, Query, description = "Not looked at"),
+        ("bike" = Option<String>, Query, description = "Bike file, or the name of a bike of the fleet: whether it tells the masses that the ride needs"),
         ("name" = Option<String>, Query, description = "File name, with a raw body"),
         ("options" = Option<String>, Query, description = "Options (JSON), with a raw body; each may be a parameter of its own"),
         ("again" = Option<bool>, Query, description = "Not looked at")),
@@ -31,9 +32,17 @@ pub async fn preview(
 ) -> Result<Json<Preview>, Problem> {
     let mut received = receive(&server, &caller, request).await?;
     let options = Options::try_from(std::mem::take(&mut received.options))?;
+    // A bike that is still being typed is no reason to show nothing.
+    let bike = submit::the_bike(&server, &caller, received.bike.as_deref()).await;
     let _permit = server.readers.acquire().await.map_err(Problem::internal)?;
     let bytes = received.incoming.contents().await?;
     let name = received.name.clone();
-    let read = move || ride::preview(&bytes, &name, &options.reading);
+    let read = move || {
+        let preview = ride::preview(&bytes, &name, &options.reading)?;
+        Ok::<_, ReadError>(match bike {
+            Ok(bike) => preview.with_bike(&bike),
+            Err(_) => preview,
+        })
+    };
     Ok(Json(tokio::task::spawn_blocking(read).await??))
 }

@@ -51,6 +51,7 @@ pub async fn submit(
     let bytes = received.incoming.contents().await?;
     let parsed = jobs::read(bytes, received.name.clone(), request.clone()).await??;
     drop(permit);
+    parsed.fits(&request.bike)?;
 
     let fingerprint = fingerprint(&received.incoming.sha256(), &request);
     let again = received.again;
@@ -140,7 +141,11 @@ fn fleet_name(bike: &Bike) -> &str {
 }
 
 /// The bike file that came along, or the fleet's bike of that name.
-async fn the_bike(server: &Server, caller: &Caller, text: Option<&str>) -> Result<Bike, Problem> {
+pub async fn the_bike(
+    server: &Server,
+    caller: &Caller,
+    text: Option<&str>,
+) -> Result<Bike, Problem> {
     let Some(text) = text else {
         return Err(Problem::new(
             Kind::BadBike,
