@@ -1,7 +1,6 @@
 //! The whole diagnosis on rides whose physics is integrated here, apart from the engine's own laws.
 #![allow(clippy::unwrap_used)]
 
-mod banded;
 mod honest;
 mod shaken;
 
