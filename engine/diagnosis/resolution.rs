@@ -1,8 +1,7 @@
 //! What a record cannot resolve. Between its samples the road is taken for a cubic spline; what it was
 //! instead moves the axle too, and leaves a residual that is no noise. Sensors drown it. A record that is
 //! quieter, as simulations are, would have physics sought in it, so white noise is laid over it for the
-//! search (dither), and taken off the figures again. So it is where sensors hold nothing outside a band: a model of the
-//! noise that took this silence for precision would weigh it above all that was measured.
+//! search (dither), and taken off the figures again.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -39,24 +38,12 @@ pub fn dither(
     let mut dither = PerAxle::default();
     for (axle, record) in ride.axles.iter() {
         let Some(fit) = fits.get(axle) else { continue };
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        rng.set_stream(u64::MAX - axle as u64);
-        let mut white = |noise: f64| -> Vec<f64> {
-            (0..ride.samples)
-                .map(|_| noise * normal(&mut rng))
-                .collect()
-        };
         let noise = lacking(record, fit, bike, ride.step_s, fitted);
-        let mut laid = (noise > 0.0).then(|| white(noise));
-        if let Some(band) = record.band {
-            let rate = 1.0 / ride.step_s;
-            let inside = fit.train_rms.powi(2) / band.width_hz(rate).max(1.0 / ride.duration_s());
-            let silent = band.beyond(&white(deviation(inside, ride.step_s)), rate);
-            let laid = laid.get_or_insert_with(|| vec![0.0; ride.samples]);
-            laid.iter_mut().zip(silent).for_each(|(x, y)| *x += y);
-        }
-        if let Some(laid) = laid {
-            dither.set(axle, laid);
+        if noise > 0.0 {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            rng.set_stream(u64::MAX - axle as u64);
+            let draws = (0..ride.samples).map(|_| noise * normal(&mut rng));
+            dither.set(axle, draws.collect());
         }
     }
     dither
@@ -81,12 +68,8 @@ fn lacking(record: &AxleRecord, fit: &AxleFit, bike: &Bike, step: f64, fitted: u
     let far = distance(&twice, &four);
     // Richardson's extrapolation.
     let between = (near * (near / far).min(FOURTH)).max(FINEST * rms(&once));
-    let own = match (bike.noise_displacement_m, record.band) {
-        (Some(declared), _) => declared,
-        (None, None) => deviation(white_floor(&record.displacement, step), step),
-        // Its noise is where its motion is, and tells nothing beside it.
-        (None, Some(_)) => fit.train_rms,
-    };
+    let own = (bike.noise_displacement_m)
+        .unwrap_or_else(|| deviation(white_floor(&record.displacement, step), step));
     let own = own.min(fit.train_rms);
     let noise = |gain: f64| between * (fitted as f64 / (2.0 * gain)).sqrt();
     if own >= noise(BORNE) {

@@ -119,9 +119,7 @@ pub fn diagnose(
         scene: record,
         samples: split.train.end,
     };
-    // Where a record holds nothing outside a band, what was fitted with noise there is the measurement.
-    let banded = ride.axles.iter().any(|(_, record)| record.band.is_some());
-    let (shown_plain, shown) = if dithered.is_some() && !banded {
+    let (shown_plain, shown) = if dithered.is_some() {
         let settled = polish(&on_record, &model, search.thorough(&model));
         let mut shown = finer(&on_record, settled.as_ref().unwrap_or(&model));
         // What lies between the samples is no noise: how far it may lead, the dithered fit tells.

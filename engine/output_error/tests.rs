@@ -53,7 +53,6 @@ fn ride(noise: f64) -> (Ride, Bike) {
                 displacement: z,
                 acceleration: None,
                 valid: vec![true; n],
-                band: None,
             },
         );
     }
@@ -229,7 +228,6 @@ fn drive() -> Ride {
         displacement,
         acceleration: None,
         valid: vec![true; n],
-        band: None,
     };
     Ride {
         axles: PerAxle {

@@ -257,7 +257,6 @@ impl Parts {
             displacement,
             acceleration: self.acceleration,
             valid,
-            band: self.band,
         })
     }
 

@@ -6,7 +6,7 @@ use super::spectrum::{Beyond, filter};
 
 /// Limits (Hz); a missing one does not limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Band {
+pub(super) struct Band {
     pub low_hz: Option<f64>,
     pub high_hz: Option<f64>,
 }
@@ -17,7 +17,7 @@ impl Band {
     }
 
     /// The narrower of both at either end.
-    pub(super) fn within(&self, other: Band) -> Band {
+    pub fn within(&self, other: Band) -> Band {
         let pick = |a: Option<f64>, b: Option<f64>, f: fn(f64, f64) -> f64| match (a, b) {
             (Some(a), Some(b)) => Some(f(a, b)),
             (a, b) => a.or(b),
@@ -45,18 +45,6 @@ impl Band {
         self.low_hz.map_or(0.0, |low| 1.0 / low) + self.high_hz.map_or(0.0, |high| 1.0 / high)
     }
 
-    /// What of `values` lies outside the band.
-    pub fn beyond(&self, values: &[f64], rate_hz: f64) -> Vec<f64> {
-        let inside = self.keep(values, rate_hz);
-        values.iter().zip(inside).map(|(x, y)| x - y).collect()
-    }
-
-    /// Width (Hz) of the band in a record sampled at `rate_hz`.
-    pub fn width_hz(&self, rate_hz: f64) -> f64 {
-        let top = 0.5 * rate_hz;
-        (self.high_hz.unwrap_or(top).min(top) - self.low_hz.unwrap_or(0.0)).max(0.0)
-    }
-
     /// What of `values` lies in the band; no phase is added.
     pub fn keep(&self, values: &[f64], rate_hz: f64) -> Vec<f64> {
         let margin = 4.0 * self.memory_s();
@@ -64,7 +52,7 @@ impl Band {
     }
 
     /// Displacement from acceleration, -1/omega^2 within the band.
-    pub(super) fn integrate_twice(&self, values: &[f64], rate_hz: f64) -> Vec<f64> {
+    pub fn integrate_twice(&self, values: &[f64], rate_hz: f64) -> Vec<f64> {
         let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
         let centred: Vec<f64> = values.iter().map(|v| v - mean).collect();
         let margin = 4.0 * self.memory_s();
@@ -77,7 +65,7 @@ impl Band {
         })
     }
 
-    pub(super) fn describe(&self) -> String {
+    pub fn describe(&self) -> String {
         match (self.low_hz, self.high_hz) {
             (Some(low), Some(high)) => format!("{low:.2} Hz to {high:.2} Hz only"),
             (None, Some(high)) => format!("what is below {high:.2} Hz only"),
@@ -147,17 +135,6 @@ mod tests {
                 .iter()
                 .all(|v| v.abs() < 1e-3)
         );
-    }
-
-    #[test]
-    fn inside_and_outside_make_the_whole() {
-        let z = motion(0);
-        let (inside, outside) = (BAND.keep(&z, 100.0), BAND.beyond(&z, 100.0));
-        for ((z, a), b) in z.iter().zip(inside).zip(outside) {
-            assert!((z - a - b).abs() < 1e-15);
-        }
-        assert!((BAND.width_hz(100.0) - 12.1).abs() < 1e-12);
-        assert!((BAND.width_hz(20.0) - 9.5).abs() < 1e-12);
     }
 
     #[test]

@@ -28,7 +28,6 @@ mod wild;
 
 use serde::{Deserialize, Serialize};
 
-pub use band::Band;
 pub use error::{Problem, ReadError};
 pub use options::{Limits, RATES_HZ, ReadOptions};
 pub use read::{Preview, PreviewGap, parse_only, preview, read};
@@ -69,8 +68,6 @@ pub struct AxleRecord {
     pub acceleration: Option<Vec<f64>>,
     /// Samples to trust: false where z is clipped, missing or bridged over a gap.
     pub valid: Vec<bool>,
-    /// What road, force and displacement were limited to; outside it they hold nothing.
-    pub band: Option<Band>,
 }
 
 impl AxleRecord {

@@ -318,7 +318,6 @@ impl Outing {
                     force: m.force,
                     displacement: m.displacement,
                     acceleration: None,
-                    band: None,
                 },
             );
         }
@@ -342,7 +341,6 @@ impl Outing {
             displacement: noisy(&r.displacement, self.noise_displacement_m),
             acceleration: None,
             valid: vec![true; self.samples()],
-            band: None,
         });
         self.logged(axles, 1)
     }
