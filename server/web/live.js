@@ -27,13 +27,11 @@ export function follow(job, on) {
 }
 
 async function poll(job, on) {
-  let etag;
+  const known = { etag: null };
   for (;;) {
     try {
-      const headers = etag ? { 'If-None-Match': etag } : {};
-      const response = await fetch(`${job}?wait=20`, { headers, cache: 'no-store' });
+      const response = await ask(`${job}?wait=20`, known);
       if (response.status === 200) {
-        etag = response.headers.get('ETag');
         const view = await response.json();
         if (!running(view)) { on.done?.(view); return; }
         on.stage?.(view);
@@ -51,6 +49,14 @@ async function poll(job, on) {
   }
 }
 
+/** Asks for what has changed since the answer whose ETag is `known`. */
+async function ask(address, known) {
+  const headers = known.etag ? { 'If-None-Match': known.etag } : {};
+  const response = await fetch(address, { headers, cache: 'no-store' });
+  if (response.status === 200) known.etag = response.headers.get('ETag');
+  return response;
+}
+
 const watched = new Map();
 /** Time between two rounds of asking (ms). */
 const ROUND = 1000;
@@ -58,8 +64,11 @@ const ROUND = 1000;
 /** Calls `show` with the job whenever it has changed, to its end. Several may watch one job: the same ride sent twice. */
 export function watch(job, show) {
   const idle = watched.size === 0;
-  const shows = [...(watched.get(job)?.shows ?? []), show];
-  watched.set(job, { shows, etag: null });
+  // A round may be asking after this job just now: it has to find whoever has joined.
+  const known = watched.get(job) ?? { shows: [] };
+  known.shows.push(show);
+  known.etag = null;
+  watched.set(job, known);
   if (idle) round();
 }
 
@@ -68,10 +77,8 @@ async function round() {
     await pause(ROUND);
     for (const [job, known] of watched) {
       try {
-        const headers = known.etag ? { 'If-None-Match': known.etag } : {};
-        const response = await fetch(job, { headers, cache: 'no-store' });
+        const response = await ask(job, known);
         if (response.status === 200) {
-          known.etag = response.headers.get('ETag');
           const view = await response.json();
           for (const show of known.shows) show(view);
           if (!running(view)) watched.delete(job);

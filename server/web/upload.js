@@ -11,7 +11,7 @@ const list = document.querySelector('#rides');
 const drop = document.querySelector('.drop');
 const rides = new Map();
 /** What it depends on how a file is read, and whether it can be identified. */
-const READING = ['rate_hz', 'rows', 'map', 'bike'];
+const READING = ['rate_hz', 'rows', 'map', 'bike', 'fleet'];
 
 input.multiple = true;
 input.required = false;

@@ -332,6 +332,49 @@ async fn a_made_up_ride_says_so_and_asks_for_nothing_that_it_lacks() {
     browser.stop().await;
 }
 
+/// A bench in the fleet whose mass nobody knows serves rides whose force was recorded, and no others.
+#[tokio::test]
+async fn a_preview_knows_the_bicycle_that_is_chosen_from_the_fleet() {
+    let server = Server::with(&["--workers", "0"]);
+    let Some(browser) = Browser::start(Look::WIDE).await else {
+        return;
+    };
+    let forced = ride::table(2000, 200.0).replacen("t,u_f,u_r,z_f,z_r", "t,force_f,a,z_f,b", 1);
+    let bench = r#"{"bike": "bench", "mass_front_kg": null}"#;
+    let known = server.upload(forced.into_bytes(), bench, &[]).await;
+    assert_eq!(known.status(), 202);
+    let path = server.folder.write("ride.csv", ride::example());
+    browser.goto(&server.address("/")).await;
+    let field = browser.find("#file").await;
+    field.send_keys(path.to_str().unwrap()).await.unwrap();
+    browser.sees("#rides", "20.0 s at 200 Hz").await;
+    browser.choose("#fleet", "bench").await;
+    browser.sees("#rides .fault", "mass_front_kg is null").await;
+    browser.choose("#fleet", "").await;
+    browser.sees("#rides", "20.0 s at 200 Hz").await;
+    browser.stop().await;
+}
+
+/// Two rides may be one job, and the second upload may end while the page asks after the first.
+#[tokio::test]
+async fn whoever_joins_while_a_job_is_asked_after_is_told_its_end() {
+    let server = Server::with(&["--workers", "0"]);
+    let Some(browser) = Browser::start(Look::WIDE).await else {
+        return;
+    };
+    browser.goto(&server.address("/")).await;
+    let script = "const done = arguments[arguments.length - 1]; \
+        const home = document.querySelector('script[src$=\"page.js\"]').src; \
+        import(new URL('live.js', home)).then(({ watch }) => { \
+          window.fetch = async () => { \
+            watch('/v1/jobs/1', ({ state }) => done(state)); \
+            return new Response('{\"state\": \"succeeded\"}'); }; \
+          watch('/v1/jobs/1', () => {}); })";
+    let told = browser.client.execute_async(script, vec![]).await.unwrap();
+    assert_eq!(told, "succeeded");
+    browser.stop().await;
+}
+
 /// Numbers are written by the pages' scripts as by the engine.
 #[tokio::test]
 async fn scripts_write_numbers_as_the_engine_does() {
