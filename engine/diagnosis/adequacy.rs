@@ -29,19 +29,29 @@ pub struct Motion {
 impl Motion {
     /// The plain model's motion as output error has fitted it.
     pub fn of_fit(track: &Track, fit: &AxleFit) -> Self {
-        let input = &track.input;
         let fitted = track.measured.iter().zip(&fit.residual);
         let z: Vec<f64> = fitted.map(|(y, r)| y - r).collect();
-        let v = slopes(&z, input.step);
+        let v = slopes(&z, track.input.step);
+        let p = &fit.plain;
+        Self::plain(
+            &track.input,
+            z,
+            &v,
+            [p.kappa, p.beta, p.per_mass, p.constant],
+        )
+    }
+
+    /// A motion that the linear spring and damper alone bring about, by k/m, B/m, 1/m and a constant (m/s^2).
+    fn plain(input: &Input, z: Vec<f64>, v: &[f64], base: [f64; 4]) -> Self {
+        let [kappa, beta, per_mass, constant] = base;
         let d: Vec<f64> = input.road.iter().zip(&z).map(|(u, z)| u - z).collect();
-        let w: Vec<f64> = (input.road_slope.iter().zip(&v))
+        let w: Vec<f64> = (input.road_slope.iter().zip(v))
             .map(|(u, v)| u - v)
             .collect();
-        let p = &fit.plain;
         let linear: Vec<f64> = (0..z.len())
             .map(|i| {
                 let push = input.force.as_ref().map_or(0.0, |(f, _)| f[i]);
-                p.kappa * d[i] + p.beta * w[i] + p.per_mass * push + p.constant
+                kappa * d[i] + beta * w[i] + per_mass * push + constant
             })
             .collect();
         Self {
@@ -87,25 +97,9 @@ pub fn motions(scene: &Scene, model: &Model) -> Vec<Motion> {
                 x.iter().map(|x| x.0[0]).collect()
             };
             let (z, v, acceleration) = (lane(&m.z), lane(&m.v), lane(&m.a));
-            let d: Vec<f64> = input.road.iter().zip(&z).map(|(u, z)| u - z).collect();
-            let w: Vec<f64> = input
-                .road_slope
-                .iter()
-                .zip(&v)
-                .map(|(u, v)| u - v)
-                .collect();
-            let linear = (0..z.len())
-                .map(|i| {
-                    let push = input.force.as_ref().map_or(0.0, |(f, _)| f[i]);
-                    kappa * d[i] + beta * w[i] + per_mass * push + constant
-                })
-                .collect();
             Motion {
-                z,
-                d,
-                w,
                 acceleration,
-                linear,
+                ..Motion::plain(input, z, &v, [kappa, beta, per_mass, constant])
             }
         })
         .collect()

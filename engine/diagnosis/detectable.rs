@@ -6,7 +6,6 @@ use crate::simulate::lanes::LANES;
 
 use super::effects::{Spec, Values};
 use super::extend::Model;
-use super::model::Term;
 use super::name::{COARSE, Search};
 use super::scene::Scale;
 use super::signature::{Promise, Signatures, Tangent};
@@ -29,10 +28,9 @@ const STARTS: usize = 3;
 
 /// The weakest detectable size of every effect that the model does not hold.
 pub fn detectable(search: &Search, model: &Model) -> Vec<Detectable> {
-    let offers = search.offers(model, &model.terms);
+    let tangents = search.tangents(model, &model.terms);
+    let offers = search.offers_along(&tangents, model, &model.terms);
     let need = search.score_bound(&offers) + POWER;
-    let terms: Vec<Term> = offers.iter().map(|o| o.term).collect();
-    let tangents = search.tangents(model, &terms);
     let of_offer = |offer: &Signatures| {
         let (_, tangent) = tangents.iter().find(|(p, _)| *p == offer.term.place)?;
         Some(weakest(search, model, tangent, offer, need))

@@ -20,15 +20,19 @@ pub const LEADERS: usize = 6;
 impl Search<'_> {
     /// Signatures of every candidate outside `taken`.
     pub fn offers(&self, model: &Model, taken: &[Term]) -> Vec<Signatures> {
-        let open: Vec<Term> = self
-            .candidates
-            .iter()
-            .copied()
-            .filter(|t| !taken.contains(t))
-            .collect();
+        self.offers_along(&self.tangents(model, taken), model, taken)
+    }
+
+    /// Signatures of every candidate outside `taken`, by the tangents of their places.
+    pub fn offers_along(
+        &self,
+        tangents: &[(Place, Tangent)],
+        model: &Model,
+        taken: &[Term],
+    ) -> Vec<Signatures> {
         let substeps = model.substeps(self.fitter.scene, COARSE);
-        let tangents = self.tangents(model, &open);
-        open.par_iter()
+        self.open(taken)
+            .par_iter()
             .filter_map(|term| {
                 let (_, tangent) = tangents.iter().find(|(p, _)| *p == term.place)?;
                 Some(tangent.signatures(&self.fitter, *term, substeps))
@@ -37,13 +41,19 @@ impl Search<'_> {
             .collect()
     }
 
-    /// The tangents of the places where some terms act.
-    pub fn tangents(&self, model: &Model, terms: &[Term]) -> Vec<(Place, Tangent)> {
+    fn open(&self, taken: &[Term]) -> Vec<Term> {
+        let open = self.candidates.iter().filter(|t| !taken.contains(t));
+        open.copied().collect()
+    }
+
+    /// The tangents of the places where candidates outside `taken` act.
+    pub fn tangents(&self, model: &Model, taken: &[Term]) -> Vec<(Place, Tangent)> {
+        let open = self.open(taken);
         let substeps = model.substeps(self.fitter.scene, COARSE);
         [Place::Front, Place::Rear, Place::Both]
             .par_iter()
             .filter_map(|place| {
-                let term = terms.iter().find(|t| t.place == *place)?;
+                let term = open.iter().find(|t| t.place == *place)?;
                 Some((*place, tangent_for(&self.fitter, model, *term, substeps)))
             })
             .collect()

@@ -3,7 +3,7 @@
 use crate::bicycle::{Axle, PerAxle};
 use crate::number::Quantity;
 
-use super::{Diagnosis, EffectName, HeldOut, Place, Verdict};
+use super::{Diagnosis, HeldOut, Place, Verdict};
 
 fn at(place: Place) -> &'static str {
     match place {
@@ -13,12 +13,15 @@ fn at(place: Place) -> &'static str {
     }
 }
 
-fn set(names: &[EffectName]) -> String {
-    names
-        .iter()
-        .map(|n| format!("{} ({})", n.id.replace('_', " "), at(n.axle)))
+fn set<'a>(effects: impl Iterator<Item = (&'a String, Place)>) -> String {
+    effects
+        .map(|(id, place)| format!("{} ({})", id.replace('_', " "), at(place)))
         .collect::<Vec<_>>()
         .join(" with ")
+}
+
+fn length(rms_m: f64) -> Quantity {
+    Quantity::rough(rms_m, 3, "m")
 }
 
 /// Share of the motion (RMS) that a model may leave and still be said to follow it: a fifth of its power is explained.
@@ -28,7 +31,6 @@ const NOISE: f64 = 1.3;
 
 /// That nothing was found, and what that is worth.
 fn nothing_missing(held_out: &PerAxle<HeldOut>, moves: &dyn Fn(Axle) -> f64) -> String {
-    let length = |rms_m: f64| Quantity::rough(rms_m, 3, "m");
     let left = |a: Axle| Some((a, held_out.get(a)?.plain_rms_m?));
     let lefts = || [Axle::Front, Axle::Rear].into_iter().filter_map(left);
     if let Some((axle, rms)) = lefts().find(|(a, rms)| *rms > FOLLOWS * moves(*a)) {
@@ -60,6 +62,7 @@ fn nothing_missing(held_out: &PerAxle<HeldOut>, moves: &dyn Fn(Axle) -> f64) -> 
 /// One or two sentences for a person who has not read the report; `moves`: RMS of what each axle does (m).
 pub fn sentence(d: &Diagnosis, moves: &dyn Fn(Axle) -> f64) -> String {
     let gains = gains(d);
+    let found = set(d.effects.iter().map(|e| (&e.id, e.axle)));
     match d.verdict {
         Verdict::NothingMissing => nothing_missing(&d.held_out, moves),
         Verdict::Named => {
@@ -73,23 +76,17 @@ pub fn sentence(d: &Diagnosis, moves: &dyn Fn(Axle) -> f64) -> String {
             format!("The plain model leaves something out: {parts}{margins}. {gains}")
         }
         Verdict::Ambiguous => {
-            let own: Vec<EffectName> = d
-                .effects
-                .iter()
-                .map(|e| EffectName {
-                    id: e.id.clone(),
-                    axle: e.axle,
-                })
+            let others = d.alternatives.iter();
+            let others: Vec<String> = others
+                .map(|names| set(names.iter().map(|n| (&n.id, n.axle))))
                 .collect();
-            let others: Vec<String> = d.alternatives.iter().map(|a| set(a)).collect();
             let next = d.next_ride.as_ref().map_or(
                 " None of the rides that were tried in simulation would tell them apart."
                     .to_owned(),
                 |n| format!(" To tell them apart: {}.", n.what),
             );
             format!(
-                "The plain model leaves something out, and this ride cannot tell {} from {}.{next} {gains}",
-                set(&own),
+                "The plain model leaves something out, and this ride cannot tell {found} from {}.{next} {gains}",
                 others.join(" or ")
             )
         }
@@ -105,21 +102,10 @@ pub fn sentence(d: &Diagnosis, moves: &dyn Fn(Axle) -> f64) -> String {
                     Some(format!("the {a} axle{state}"))
                 })
                 .collect();
-            let nearest: Vec<EffectName> = d
-                .effects
-                .iter()
-                .map(|e| EffectName {
-                    id: e.id.clone(),
-                    axle: e.axle,
-                })
-                .collect();
-            let near = if nearest.is_empty() {
+            let near = if found.is_empty() {
                 String::new()
             } else {
-                format!(
-                    " The nearest shape is {}, but it does not explain the ride.",
-                    set(&nearest)
-                )
+                format!(" The nearest shape is {found}, but it does not explain the ride.")
             };
             format!(
                 "Something is left out on {}, and it is none of the effects in the library.{near} {gains}",
@@ -130,7 +116,6 @@ pub fn sentence(d: &Diagnosis, moves: &dyn Fn(Axle) -> f64) -> String {
 }
 
 fn gains(d: &Diagnosis) -> String {
-    let length = |rms_m: f64| Quantity::rough(rms_m, 3, "m");
     [Axle::Front, Axle::Rear]
         .into_iter()
         .filter_map(|a| {
