@@ -9,7 +9,8 @@ use proptest::prelude::*;
 use proptest::sample::select;
 
 use crate::bicycle::Bike;
-use crate::identify::{Progress, identify};
+use crate::identify::identify;
+use crate::progress::Progress;
 use crate::ride::{RATES_HZ, ReadOptions, Ride, read};
 use crate::settings::Settings;
 use crate::simulate::outing::Outing;

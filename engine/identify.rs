@@ -2,58 +2,20 @@
 //! runs as queued jobs. Each stage's result can be stored as JSON and read back without losing a bit.
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use crate::EngineError;
 use crate::bicycle::{Bike, PerAxle};
 use crate::checked::checked;
-use crate::diagnosis::{self, Diagnosis};
+use crate::diagnosis;
 use crate::output_error;
-use crate::report::{
-    Comparison, Estimate, ObserverReport, RecursivePath, Report, RollReport, SwarmReport, Trial,
-};
+use crate::output_error::start::{start_from, starts_from};
+use crate::progress::Progress;
+use crate::report::diagnosis::Diagnosis;
+use crate::report::stages::{Conclusion, Observed};
+use crate::report::{Comparison, Estimate, Report, SwarmReport, Trial};
 use crate::ride::Ride;
 use crate::settings::Settings;
 use crate::swarm::Swarm;
-
-/// Hears how an identification advances and may stop it. Called from several threads.
-pub trait Progress: Sync {
-    /// A stage begins: `observe`, `trials`, `conclude` or `diagnose`.
-    fn stage(&self, _name: &str) {}
-    /// A swarm iteration is done.
-    fn iteration(&self, _trial: usize, _iteration: usize, _best_cost: f64) {}
-    /// Asked at least once per swarm iteration and per fit of the diagnosis.
-    fn cancelled(&self) -> bool {
-        false
-    }
-}
-
-/// Hears nothing, stops nothing.
-pub struct Silent;
-
-impl Progress for Silent {}
-
-/// First stage: observer, least squares and instrumental variables.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
-pub struct Observed {
-    pub observer: PerAxle<ObserverReport>,
-    pub least_squares: PerAxle<Estimate>,
-    pub instrumental: PerAxle<Estimate>,
-    pub recursive: PerAxle<RecursivePath>,
-    pub roll: Option<RollReport>,
-}
-
-/// Third stage: the swarm's result, the output-error fit and the comparison of all methods.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
-pub struct Conclusion {
-    pub least_squares: PerAxle<Estimate>,
-    pub instrumental: PerAxle<Estimate>,
-    pub swarm: SwarmReport,
-    pub output_error: PerAxle<Estimate>,
-    pub comparison: Comparison,
-}
 
 /// Runs all stages; trials run in parallel on the current rayon pool.
 pub fn identify(
@@ -136,18 +98,6 @@ pub fn conclude(
         comparison,
     };
     checked("conclude", conclusion)
-}
-
-pub(crate) fn starts_from(estimates: &PerAxle<Estimate>) -> PerAxle<output_error::Start> {
-    estimates.map(|_, e| start_from(e))
-}
-
-fn start_from(e: &Estimate) -> output_error::Start {
-    output_error::Start {
-        kappa: e.k_n_m / e.mass_kg,
-        beta: e.b_n_s_m / e.mass_kg,
-        per_mass: 1.0 / e.mass_kg,
-    }
 }
 
 /// Stage `diagnose`: what physics the model leaves out.

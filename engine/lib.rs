@@ -16,9 +16,11 @@ mod hostile;
 mod identify;
 pub mod least_squares;
 pub mod number;
+pub mod numerics;
 mod observe;
 pub mod observer;
 pub mod output_error;
+mod progress;
 pub mod report;
 pub mod ride;
 mod settings;
@@ -29,7 +31,7 @@ mod skips;
 pub mod swarm;
 
 pub use error::EngineError;
-pub use identify::{
-    Conclusion, Observed, Progress, Silent, assemble, conclude, diagnose, identify, observe,
-};
+pub use identify::{assemble, conclude, diagnose, identify, observe};
+pub use progress::{Progress, Silent};
+pub use report::stages::{Conclusion, Observed};
 pub use settings::{Objective, Settings};

@@ -4,15 +4,15 @@ use crate::EngineError;
 use crate::bicycle::load::wheel_load;
 use crate::bicycle::roll::roll;
 use crate::bicycle::{Axle, Bike, GRAVITY, PerAxle};
-use crate::identify::Observed;
 use crate::least_squares::{Deflection, Found, Record, estimates, instrumental, least_squares};
+use crate::numerics::spline::slopes;
 use crate::observer::{States, accuracy, differentiate_all, jerk_bound};
 use crate::output_error;
+use crate::report::stages::Observed;
 use crate::report::{Estimate, ObserverReport};
 use crate::ride::{AxleRecord, Ride};
 use crate::settings::Settings;
 use crate::simulate::linear::Input;
-use crate::simulate::spline::slopes;
 
 /// What is visible at once: paper section 3 and 4 on every axle.
 ///

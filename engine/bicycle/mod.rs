@@ -1,117 +1,20 @@
 //! The bicycle: masses, geometry and the parameters that the models need.
 
+mod axle;
 pub mod load;
 pub mod roll;
 
 use std::collections::BTreeMap;
-use std::fmt;
 
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 use crate::EngineError;
 
+pub use axle::{Axle, PerAxle};
+
 /// Standard gravity (m/s^2).
 pub const GRAVITY: f64 = 9.80665;
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
-#[serde(rename_all = "snake_case")]
-pub enum Axle {
-    Front,
-    Rear,
-}
-
-impl Axle {
-    pub const BOTH: [Axle; 2] = [Axle::Front, Axle::Rear];
-
-    pub fn name(self) -> &'static str {
-        match self {
-            Axle::Front => "front",
-            Axle::Rear => "rear",
-        }
-    }
-}
-
-impl fmt::Display for Axle {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-/// One value for each axle that the ride recorded.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
-pub struct PerAxle<T> {
-    #[cfg_attr(feature = "openapi", schema(schema_with = nullable::<T>))]
-    pub front: Option<T>,
-    #[cfg_attr(feature = "openapi", schema(schema_with = nullable::<T>))]
-    pub rear: Option<T>,
-}
-
-/// The derived schema of a generic `Option` forgets that it may be null.
-#[cfg(feature = "openapi")]
-fn nullable<T: utoipa::ToSchema>() -> utoipa::openapi::Schema {
-    use utoipa::openapi::schema::{ObjectBuilder, OneOfBuilder, Type};
-    let null = ObjectBuilder::new().schema_type(Type::Null);
-    OneOfBuilder::new().item(T::schema()).item(null).into()
-}
-
-impl<T> Default for PerAxle<T> {
-    fn default() -> Self {
-        Self {
-            front: None,
-            rear: None,
-        }
-    }
-}
-
-impl<T> PerAxle<T> {
-    pub fn get(&self, axle: Axle) -> Option<&T> {
-        match axle {
-            Axle::Front => self.front.as_ref(),
-            Axle::Rear => self.rear.as_ref(),
-        }
-    }
-
-    pub fn get_mut(&mut self, axle: Axle) -> Option<&mut T> {
-        match axle {
-            Axle::Front => self.front.as_mut(),
-            Axle::Rear => self.rear.as_mut(),
-        }
-    }
-
-    pub fn set(&mut self, axle: Axle, value: T) {
-        match axle {
-            Axle::Front => self.front = Some(value),
-            Axle::Rear => self.rear = Some(value),
-        }
-    }
-
-    /// The axles present, front first.
-    pub fn iter(&self) -> impl Iterator<Item = (Axle, &T)> {
-        Axle::BOTH
-            .into_iter()
-            .filter_map(|a| self.get(a).map(|v| (a, v)))
-    }
-
-    pub fn map<'a, U>(&'a self, mut f: impl FnMut(Axle, &'a T) -> U) -> PerAxle<U> {
-        PerAxle {
-            front: self.front.as_ref().map(|v| f(Axle::Front, v)),
-            rear: self.rear.as_ref().map(|v| f(Axle::Rear, v)),
-        }
-    }
-
-    pub fn try_map<'a, U, E>(
-        &'a self,
-        mut f: impl FnMut(Axle, &'a T) -> Result<U, E>,
-    ) -> Result<PerAxle<U>, E> {
-        Ok(PerAxle {
-            front: self.front.as_ref().map(|v| f(Axle::Front, v)).transpose()?,
-            rear: self.rear.as_ref().map(|v| f(Axle::Rear, v)).transpose()?,
-        })
-    }
-}
 
 /// Largest bike file (bytes).
 const LARGEST_FILE: usize = 64 << 10;

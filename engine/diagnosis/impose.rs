@@ -4,17 +4,18 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::Place;
-use super::effects::{FOILS, Kind, MAX_PARAMETERS, Values};
-use super::extend::candidates;
-use super::model::{Point, Term, Unit};
-use super::scene::Scene;
 use crate::EngineError;
 use crate::bicycle::{Axle, Bike, PerAxle};
+use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::effects::{FOILS, Kind};
+use crate::diagnosis::fit::{Point, Term, Unit};
+use crate::diagnosis::law::{MAX_PARAMETERS, Values};
+use crate::diagnosis::search::extend::candidates;
+use crate::numerics::lanes::LANES;
 use crate::output_error::AxleFit;
+use crate::report::diagnosis::Place;
 use crate::ride::Ride;
 use crate::settings::within;
-use crate::simulate::lanes::LANES;
 use crate::simulate::outing::Outing;
 use crate::simulate::sensitivity::Plain;
 
@@ -199,7 +200,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::diagnosis::effects::ALL;
-    use crate::diagnosis::{Diagnosis, Verdict};
+    use crate::report::diagnosis::{Diagnosis, Verdict};
     use crate::settings::Settings;
     use crate::simulate::outing::{SpeedChange, Spring};
     use crate::{Silent, identify};

@@ -2,31 +2,38 @@
 
 use std::ops::Range;
 
+use crate::EngineError;
 use crate::bicycle::{Axle, Bike, PerAxle};
+use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::dataset::dither::{dither, lay_over};
+use crate::diagnosis::explain::detectable::detectable;
+use crate::diagnosis::explain::free_form::free_form;
+use crate::diagnosis::explain::{input_noise, locate, next_ride, show, words};
+use crate::diagnosis::fit::estimate::estimate;
+use crate::diagnosis::fit::fitter::ORDER;
+use crate::diagnosis::fit::model::stable_substeps;
+use crate::diagnosis::fit::physical::is_physical;
+use crate::diagnosis::fit::polish::polish;
+use crate::diagnosis::fit::refine::finer;
+use crate::diagnosis::fit::{Effort, FINE, Fitter, Model, Motion, Point, Term, Unit, motions};
+use crate::diagnosis::search::criteria::ADEQUATE;
+use crate::diagnosis::search::extend::candidates;
+use crate::diagnosis::search::null::FINEST;
+use crate::diagnosis::search::{Named, Round, Search};
+use crate::diagnosis::verdict::general_laws::{dominates, is_curve, is_outgrown};
+use crate::diagnosis::verdict::judge::{Judged, held_rms, judge};
 use crate::finite::finite;
-use crate::identify::{Conclusion, Progress};
-use crate::output_error::{self, Split, colour::Colour, rms_valid};
+use crate::numerics::autoregressive::Colour;
+use crate::output_error::start::starts_from;
+use crate::output_error::{self, Split, rms_valid};
+use crate::progress::Progress;
 use crate::report::Estimate;
+use crate::report::diagnosis::{
+    Diagnosis, Evidence, Excerpt, Location, ResidualSpectrum, Surface, Verdict,
+};
+use crate::report::stages::Conclusion;
 use crate::ride::Ride;
 use crate::settings::Settings;
-use crate::{EngineError, identify};
-
-use super::adequacy::{Motion, motions};
-use super::detectable::detectable;
-use super::evidence::{Evidence, Excerpt, ResidualSpectrum, Surface};
-use super::extend::{Model, candidates, polish, stable_substeps};
-use super::finer::finer;
-use super::fit::{Effort, Fitter, ORDER};
-use super::foil::{dominates, is_curve, is_outgrown};
-use super::free_form::free_form;
-use super::input_noise;
-use super::judge::{Judged, held_rms, judge};
-use super::model::{Point, Term, Unit};
-use super::name::{ADEQUATE, FINE, Named, Search};
-use super::null::FINEST;
-use super::physical::is_physical;
-use super::scene::Scene;
-use super::{Diagnosis, Location, Verdict, locate, next_ride, resolution, show, words};
 
 /// A model explains a ride as well as another if it is behind by no more than this in log likelihood.
 const TIE: f64 = 4.0;
@@ -49,12 +56,12 @@ pub fn diagnose(
         ..bike.clone()
     };
     let starts = [
-        identify::starts_from(&conclusion.output_error),
-        identify::starts_from(&conclusion.instrumental),
+        starts_from(&conclusion.output_error),
+        starts_from(&conclusion.instrumental),
     ];
     let recorded = output_error::fit(ride, &separate, settings, &starts)?;
-    let dither = resolution::dither(ride, &separate, &recorded, split.train.end, settings.seed);
-    let dithered = resolution::lay_over(ride, &dither);
+    let dither = dither(ride, &separate, &recorded, split.train.end, settings.seed);
+    let dithered = lay_over(ride, &dither);
     let refitted = (dithered.as_ref())
         .map(|ride| output_error::fit(ride, &separate, settings, &starts))
         .transpose()?;
@@ -207,7 +214,7 @@ pub fn diagnose(
     for (t, (track, judged)) in scene.tracks.iter().zip(judged).enumerate() {
         let axle = track.axle;
         let extended = model.terms.iter().any(|term| term.acts_on(axle));
-        let before = show::estimate(record, &shown_plain, t);
+        let before = estimate(record, &shown_plain, t);
         let mut after = show::told_estimate(record, &corrected, t);
         let changes = match recorded.get(axle).filter(|_| !extended) {
             // Where nothing is added the extended model is the plain one, and that is output error's: the noise
@@ -382,7 +389,7 @@ fn location(
     scene: &Scene,
     fits: &PerAxle<output_error::AxleFit>,
     model: &Model,
-    rounds: &[super::name::Round],
+    rounds: &[Round],
     motion: &Motion,
     judged: &Judged,
     t: usize,

@@ -7,19 +7,22 @@ mod shaken;
 
 use std::f64::consts::TAU;
 
-use super::integrate::run;
-use super::model::{Point, Term, Unit};
-use super::null::FINEST;
-use super::scene::Scene;
-use super::*;
-use crate::bicycle::{Axle, Bike};
+use super::dataset::Scene;
+use super::effects::Kind;
+use super::fit::integrate::run;
+use super::fit::{Point, Term, Unit};
+use super::impose;
+use super::search::null::FINEST;
+use crate::bicycle::{Axle, Bike, PerAxle};
+use crate::numerics::lanes::LANES;
+use crate::numerics::spline::{cubic, slopes};
+use crate::output_error::start::starts_from;
 use crate::output_error::{self, Split};
+use crate::report::diagnosis::{Detectable, Diagnosis, Place, Stronger, Verdict};
 use crate::ride::{AxleRecord, Ride};
 use crate::settings::Settings;
-use crate::simulate::lanes::LANES;
 use crate::simulate::linear::simulate;
 use crate::simulate::outing::{Excitation, Normal, Outing};
-use crate::simulate::spline::{cubic, slopes};
 use crate::{Silent, identify};
 
 const K: f64 = 60e3;
@@ -127,7 +130,7 @@ fn val_the_plain_model_moves_as_the_exact_one() {
     let fits = output_error::fit(&ride, &bike(), &settings, &[PerAxle::default()]);
     let fits = fits.or_else(|_| {
         let observed = identify::observe(&ride, &bike(), &settings)?;
-        let start = identify::starts_from(&observed.instrumental);
+        let start = starts_from(&observed.instrumental);
         output_error::fit(&ride, &bike(), &settings, &[start])
     });
     let end = Split::of(&ride, &settings).train.end;
@@ -169,12 +172,12 @@ fn friction_with_little_give_moves_an_axle_by_finite_amounts() {
     let ride = ride(|_, _, _| 0.0);
     let settings = Settings::default();
     let observed = identify::observe(&ride, &bike(), &settings).unwrap();
-    let start = identify::starts_from(&observed.instrumental);
+    let start = starts_from(&observed.instrumental);
     let fits = output_error::fit(&ride, &bike(), &settings, &[start]).unwrap();
     let end = Split::of(&ride, &settings).train.end;
     let scene = Scene::new(&ride, &bike(), &fits, end);
     let term = Term {
-        kind: effects::Kind::Hysteresis,
+        kind: Kind::Hysteresis,
         place: Place::Front,
     };
     let unit = Unit {

@@ -3,10 +3,12 @@
 #![allow(clippy::unwrap_used)]
 
 use proptest::prelude::*;
+use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::*;
 use crate::bicycle::Axle;
+use crate::progress::Silent;
 use crate::ride::AxleRecord;
 use crate::simulate::outing::Outing;
 

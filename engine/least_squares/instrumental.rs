@@ -1,6 +1,6 @@
 use super::{Deflection, Found, Record, Theta, solve, usable};
+use crate::numerics::spline::slopes;
 use crate::simulate::linear::{Input, simulate};
-use crate::simulate::spline::slopes;
 use crate::simulate::start::start;
 
 /// Most regressions, each with filter and instruments from the one before, and the relative change of

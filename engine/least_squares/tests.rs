@@ -1,7 +1,8 @@
 #![allow(clippy::unwrap_used)]
 use crate::bicycle::{Axle, Bike};
-use crate::identify::{Observed, observe};
+use crate::identify::observe;
 use crate::report::Estimate;
+use crate::report::stages::Observed;
 use crate::ride::Ride;
 use crate::settings::Settings;
 use crate::simulate::outing::{Excitation, Outing, Spring};

@@ -31,7 +31,7 @@ pub use jerk::bound as jerk_bound;
 
 use rayon::prelude::*;
 
-use crate::simulate::spline::slopes;
+use crate::numerics::spline::slopes;
 
 /// Implicit steps per sample interval. The second takes the velocity error of a noisy 100 Hz ride
 /// from 0.06 to 0.02 m/s; further ones gain nothing.

@@ -6,22 +6,23 @@
 //! Besides k/m and B/m the initial state is unknown; on rides with an applied force and on free
 //! decays also a rest point (a constant force), and 1/m where the bike's mass is null.
 
-pub mod colour;
 mod split;
+pub mod start;
 
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use crate::EngineError;
 use crate::bicycle::{Axle, Bike, PerAxle};
 use crate::finite::std_error;
+use crate::numerics::autoregressive::Colour;
+use crate::numerics::spline::slopes;
 use crate::report::Estimate;
 use crate::ride::{AxleRecord, Ride};
 use crate::settings::Settings;
 use crate::simulate::linear::Input;
 use crate::simulate::sensitivity::{PARAMETERS, Plain, walk};
-use crate::simulate::spline::slopes;
-use colour::Colour;
 pub use split::Split;
+pub use start::Start;
 
 const STAGE: &str = "output error";
 const MAX_ITERATIONS: usize = 200;
@@ -53,14 +54,6 @@ impl AxleFit {
             held_rms: 0.0,
         }
     }
-}
-
-/// Where a fit starts: k/m (1/s^2), B/m (1/s), 1/m (1/kg).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Start {
-    pub kappa: f64,
-    pub beta: f64,
-    pub per_mass: f64,
 }
 
 struct Problem<'a> {

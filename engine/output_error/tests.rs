@@ -1,6 +1,7 @@
 #![allow(clippy::unwrap_used)]
 use super::*;
-use crate::identify::{observe, starts_from};
+use crate::identify::observe;
+use crate::output_error::start::starts_from;
 use crate::ride::{ReadOptions, RideSummary, read};
 use crate::simulate::linear::simulate;
 use crate::simulate::outing::Outing;

@@ -1,17 +1,19 @@
 //! The report: the one document that the CLI writes, the API serves and the pages show.
 
 mod comparison;
+pub mod diagnosis;
+mod estimate;
 pub(crate) mod identifiable;
 mod series;
+pub mod stages;
 
 use serde::{Deserialize, Serialize};
 
 use crate::bicycle::{Bike, PerAxle};
-use crate::diagnosis::Diagnosis;
-use crate::finite::finite;
 use crate::ride::RideSummary;
 use crate::settings::Settings;
 
+pub use estimate::Estimate;
 pub use series::{Curve, Quantity, Series, Window};
 
 /// Everything that one identification found out.
@@ -37,47 +39,7 @@ pub struct Report {
     /// Roll angle and roll acceleration, paper eqs. (3) to (9), where the channels are there.
     pub roll: Option<RollReport>,
     /// Absent with `--no-diagnosis`.
-    pub diagnosis: Option<Diagnosis>,
-}
-
-/// Stiffness and damping of one axle with their uncertainty.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
-pub struct Estimate {
-    pub k_n_m: f64,
-    pub b_n_s_m: f64,
-    /// Standard errors; null where this ride does not tell the value, and for the swarm, which has none.
-    pub k_std_n_m: Option<f64>,
-    pub b_std_n_s_m: Option<f64>,
-    /// Why there is no standard error.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub k_not_identifiable: Option<String>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub b_not_identifiable: Option<String>,
-    /// Standard deviation over the trials of the swarm: how well they agree, not how well the ride tells the value.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub k_scatter_n_m: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub b_scatter_n_s_m: Option<f64>,
-    /// Mass carried (kg): the bike file's, or estimated where that is null.
-    pub mass_kg: f64,
-    /// Standard error of an estimated mass (kg).
-    pub mass_std_kg: Option<f64>,
-    /// Difference to the output-error estimate (%): the method's bias on this ride.
-    pub k_bias_percent: Option<f64>,
-    pub b_bias_percent: Option<f64>,
-}
-
-impl Estimate {
-    /// With the difference to the reference estimate in percent.
-    pub fn judged_by(self, reference: Option<&Estimate>) -> Self {
-        let percent = |value: f64, by: f64| finite(100.0 * (value / by - 1.0));
-        Self {
-            k_bias_percent: reference.and_then(|r| percent(self.k_n_m, r.k_n_m)),
-            b_bias_percent: reference.and_then(|r| percent(self.b_n_s_m, r.b_n_s_m)),
-            ..self
-        }
-    }
+    pub diagnosis: Option<diagnosis::Diagnosis>,
 }
 
 /// How well the sliding-mode observer follows the measurement, paper figures 4 and 5.
@@ -124,59 +86,6 @@ pub struct SwarmReport {
     /// Means over the trials (figure 7).
     pub mean: PerAxle<Parameters>,
     pub trials: Vec<Trial>,
-}
-
-impl SwarmReport {
-    /// Ranks the trials; the scatter over them is the standard deviation of the estimates.
-    pub fn of(trials: Vec<Trial>, observed: &crate::Observed) -> Self {
-        let last = |t: &Trial| t.best_cost.last().copied().unwrap_or(f64::INFINITY);
-        let best_trial = (0..trials.len())
-            .min_by(|a, b| last(&trials[*a]).total_cmp(&last(&trials[*b])))
-            .unwrap_or(0);
-        let spread = |pick: fn(&Trial) -> &Option<Parameters>| {
-            let all: Vec<&Parameters> = trials.iter().filter_map(|t| pick(t).as_ref()).collect();
-            let mean = |of: fn(&Parameters) -> f64| {
-                all.iter().map(|p| of(p)).sum::<f64>() / all.len() as f64
-            };
-            let (k, b) = (mean(|p| p.k_n_m), mean(|p| p.b_n_s_m));
-            let std = |of: fn(&Parameters) -> f64, mean: f64| {
-                (all.iter().map(|p| (of(p) - mean).powi(2)).sum::<f64>() / all.len() as f64).sqrt()
-            };
-            let best = trials.get(best_trial).and_then(|t| pick(t).clone())?;
-            Some((
-                Parameters {
-                    k_n_m: k,
-                    b_n_s_m: b,
-                },
-                std(|p| p.k_n_m, k),
-                std(|p| p.b_n_s_m, b),
-                best,
-            ))
-        };
-        let (front, rear) = (spread(|t| &t.front), spread(|t| &t.rear));
-        let estimate = |of: &Option<(Parameters, f64, f64, Parameters)>,
-                        mass: Option<&Estimate>| {
-            let (_, k_scatter, b_scatter, best) = of.as_ref()?;
-            Some(Estimate {
-                k_n_m: best.k_n_m,
-                b_n_s_m: best.b_n_s_m,
-                k_scatter_n_m: Some(*k_scatter),
-                b_scatter_n_s_m: Some(*b_scatter),
-                mass_kg: mass?.mass_kg,
-                ..Estimate::default()
-            })
-        };
-        Self {
-            best_trial,
-            front: estimate(&front, observed.instrumental.front.as_ref()),
-            rear: estimate(&rear, observed.instrumental.rear.as_ref()),
-            mean: PerAxle {
-                front: front.map(|f| f.0),
-                rear: rear.map(|r| r.0),
-            },
-            trials,
-        }
-    }
 }
 
 /// One run of the swarm from one seed.

@@ -4,7 +4,7 @@ use super::channel::Channel;
 use super::common::Common;
 use super::error::{Problem, ReadError};
 use crate::bicycle::Bike;
-use crate::simulate::spline;
+use crate::numerics::spline;
 
 pub(super) struct Delayed {
     pub road: Vec<f64>,

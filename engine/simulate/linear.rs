@@ -4,7 +4,7 @@
 
 use nalgebra::SMatrix;
 
-use super::spline::{cubic, slopes};
+use crate::numerics::spline::{cubic, slopes};
 
 /// What drives one axle: values and spline slopes at the samples.
 #[derive(Clone, Debug)]
@@ -209,6 +209,19 @@ pub fn simulate(
         v.push(y);
     }
     (z, v)
+}
+
+/// Power gain at `hz` from a force over the mass (m/s^2) to the displacement (m) of an axle with
+/// k/m = `kappa` and B/m = `beta`.
+pub fn force_answer(kappa: f64, beta: f64, hz: f64) -> f64 {
+    let w = std::f64::consts::TAU * hz;
+    1.0 / ((kappa - w * w).powi(2) + (w * beta).powi(2))
+}
+
+/// The same from the road (m) to the displacement.
+pub fn road_answer(kappa: f64, beta: f64, hz: f64) -> f64 {
+    let w = std::f64::consts::TAU * hz;
+    (kappa * kappa + (w * beta).powi(2)) / ((kappa - w * w).powi(2) + (w * beta).powi(2))
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::spline::{cubic, slopes};
+use crate::numerics::spline::{cubic, slopes};
 
 /// Roughness classes of ISO 8608, by the geometric mean of their displacement PSD at 0.1 cycles/m.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -4,7 +4,7 @@
 use nalgebra::SMatrix;
 
 use super::linear::{Input, Transition, drive, is_tame};
-use super::spline::cubic;
+use crate::numerics::spline::cubic;
 
 /// Parameters of one axle's plain model.
 #[derive(Clone, Copy, Debug, PartialEq)]

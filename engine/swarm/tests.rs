@@ -1,6 +1,7 @@
 #![allow(clippy::unwrap_used)]
 use super::*;
-use crate::identify::{Silent, observe};
+use crate::identify::observe;
+use crate::progress::Silent;
 use crate::settings::Objective;
 use crate::simulate::outing::{Excitation, Normal, Outing};
 use nalgebra::{Matrix2, Vector2};

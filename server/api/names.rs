@@ -4,8 +4,8 @@
 use std::sync::LazyLock;
 
 use utoipa::openapi::schema::{ObjectBuilder, Schema, Type};
-use veloid_engine::diagnosis::Verdict;
 use veloid_engine::diagnosis::effects::Kind;
+use veloid_engine::report::diagnosis::Verdict;
 
 use super::problem::{self, Problem};
 use crate::store::parameter::{AXLES, METHODS};

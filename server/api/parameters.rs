@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::openapi::path::{Parameter, ParameterIn};
 use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
-use veloid_engine::diagnosis::Verdict;
+use veloid_engine::report::diagnosis::Verdict;
 
 use super::access::Caller;
 use super::extract::Query;

@@ -13,7 +13,7 @@ use utoipa::openapi::OpenApi as Document;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use utoipa_swagger_ui::{Config, SwaggerUi};
-use veloid_engine::diagnosis::{Excerpt, ResidualSpectrum, Surface};
+use veloid_engine::report::diagnosis::{Excerpt, ResidualSpectrum, Surface};
 
 use super::problem::{Kind, Problem};
 use super::security::secured;

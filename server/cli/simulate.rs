@@ -6,8 +6,8 @@ use std::str::FromStr;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use veloid_engine::bicycle::{Axle, Bike};
-use veloid_engine::diagnosis::Place;
 use veloid_engine::diagnosis::impose::{self, Imposed};
+use veloid_engine::report::diagnosis::Place;
 use veloid_engine::simulate::outing::{Excitation, Outing, SpeedChange, Spring};
 use veloid_engine::simulate::road::{Bump, Roughness};
 

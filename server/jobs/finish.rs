@@ -3,7 +3,7 @@
 use serde_json::Value;
 use uuid::Uuid;
 use veloid_engine::bicycle::PerAxle;
-use veloid_engine::diagnosis::Diagnosis;
+use veloid_engine::report::diagnosis::Diagnosis;
 use veloid_engine::report::{Estimate, Report};
 
 use crate::store::parameter::{self, Parameter};

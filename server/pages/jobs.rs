@@ -5,7 +5,7 @@ use axum::extract::{OriginalUri, State};
 use axum::response::Html;
 use serde::Deserialize;
 use uuid::Uuid;
-use veloid_engine::diagnosis::Verdict;
+use veloid_engine::report::diagnosis::Verdict;
 
 use super::layout::{Fault, Query, filled, html};
 use crate::api::App;

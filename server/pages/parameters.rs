@@ -4,8 +4,8 @@ use askama::Template;
 use axum::extract::{OriginalUri, State};
 use axum::response::Html;
 use serde::Deserialize;
-use veloid_engine::diagnosis::Verdict;
 use veloid_engine::number::{Quantity, fixed};
+use veloid_engine::report::diagnosis::Verdict;
 
 use super::layout::{Fault, Query, filled, html};
 use super::words;

@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// B (1 + a sign(w)) w: compression and rebound damp differently.
 pub struct AsymmetricDamping;

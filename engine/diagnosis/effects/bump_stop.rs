@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// ks (d - gap) beyond the gap, in compression, in rebound or both: bottoming, rim strike. The third
 /// value chooses the side: 1, -1 or 0 for both.

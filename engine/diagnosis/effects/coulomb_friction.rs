@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// Fc sign(w), smoothed over the rate that the integrator can resolve: dry friction in a fork, a
 /// seat post, a rig.

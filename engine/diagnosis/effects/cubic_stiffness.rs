@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// k3 d^3: stiffens (or softens) alike in compression and rebound.
 pub struct CubicStiffness;

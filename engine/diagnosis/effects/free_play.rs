@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// Zero spring force within +-gap/2: backlash, a loose headset or bearing.
 pub struct FreePlay;

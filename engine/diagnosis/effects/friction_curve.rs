@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 use super::coulomb_friction::{FRICTION, dry, sharpness};
 
 /// Fc sign(w) (1 + a v^2 / (w^2 + v^2)): dry friction that is larger or smaller while it hardly slides

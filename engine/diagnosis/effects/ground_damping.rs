@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// -cg z': a damper to the resting frame, not across the tyre.
 pub struct GroundDamping;

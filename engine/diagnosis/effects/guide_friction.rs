@@ -1,5 +1,5 @@
 use super::coulomb_friction::{FRICTION, WIDTH, dry, sharpness};
-use super::*;
+use crate::diagnosis::law::*;
 
 /// -Fc sign(z'), smoothed: dry friction against the resting frame of a rig.
 pub struct GuideFriction;

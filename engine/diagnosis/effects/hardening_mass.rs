@@ -1,5 +1,5 @@
 use super::sprung_mass::{DAMPING, FRACTION, FREQUENCY, SprungMass};
-use super::*;
+use crate::diagnosis::law::*;
 
 /// A sprung mass whose spring hardens or softens with the square of its travel. Not an effect to be named: a general law
 /// against which a linear mode is held.

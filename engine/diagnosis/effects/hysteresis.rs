@@ -1,5 +1,4 @@
-use super::*;
-use crate::diagnosis::integrate::STABLE;
+use crate::diagnosis::law::*;
 
 /// Rate-independent loss (Bouc-Wen): f' = A w - (A/fy) |w| f. Fitted as A and the yield deflection
 /// fy/A, in which the force is linear in A.

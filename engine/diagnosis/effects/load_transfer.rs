@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// + m V' h / L on the front, - m V' h / L on the rear axle: braking and accelerating load the axles.
 pub struct LoadTransfer;

@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// m (1 + e) inside a window: the rider stands up, luggage falls off.
 pub struct MassStep;

@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// a sin(2 crank angle + phase), fitted as its sine and cosine parts.
 pub struct PedallingForce;

@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// Pitch inertia I differs from m l_F l_R, so that the axles push each other. Fitted as
 /// m l_F l_R / I - 1, zero in the plain model; the integrator couples the axles.

@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// c d^2 w: a damper that depends on where it is. Not an effect to be named: a general shape against
 /// which the named laws of the rate are held.

@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// c |w / w_rms|^p sign(w): a damper of any power. Not an effect to be named: a general curve against
 /// which the named laws of the rate are held.

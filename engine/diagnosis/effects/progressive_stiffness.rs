@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// k2 d^2: stiffens in compression, softens in rebound; beyond its turning point d = -k/(2 k2) the
 /// spring force stays constant.

@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// c2 w |w|: damping that grows with speed.
 pub struct QuadraticDamping;

@@ -1,5 +1,5 @@
 use super::hysteresis::{Hysteresis, STIFFNESS, YIELD, slide};
-use super::*;
+use crate::diagnosis::law::*;
 
 /// Hysteresis whose yield force goes with a power of the rate. Not an effect to be named: a general law against which
 /// rate-independent loss is held.

@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// z is logged late by tau (negative: early): the loggers' clocks differ.
 pub struct SensorDelay;

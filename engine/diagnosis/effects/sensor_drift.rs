@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// z + r t, t from the first sample: the zero point wanders.
 pub struct SensorDrift;

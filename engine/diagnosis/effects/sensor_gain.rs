@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// g z: the displacement sensor's calibration. Fitted as g - 1.
 pub struct SensorGain;

@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// z + o: the displacement sensor's zero point.
 pub struct SensorOffset;

@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// B (1 + s (V0/V - 1)), V0 = 5 m/s, V no less than 0.5 m/s: tyre damping falls with rolling speed.
 pub struct SpeedDependentDamping;

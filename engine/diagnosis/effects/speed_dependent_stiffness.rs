@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// k (1 + s (V - mean V over the ride)).
 pub struct SpeedDependentStiffness;

@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// A share mu of the axle mass rides on its own spring and damper above the rest, which is z: a rider
 /// on the saddle, luggage, a second stage.

@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// k (1 + r t), t from the first sample: pressure loss, warming.
 pub struct StiffnessDrift;

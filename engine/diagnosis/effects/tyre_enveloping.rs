@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// The contact patch averages the road over a length centred on the contact point.
 pub struct TyreEnveloping;

@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// A wheel of share mu of the mass stands on the tyre and carries the rest, which is z, on its own
 /// spring and damper: a fork or suspension stage. The integrator takes the tyre's deflection from

@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// A relaxing spring beside the tyre's own (Maxwell branch, standard linear solid):
 /// f' = k1 w - f/tau.

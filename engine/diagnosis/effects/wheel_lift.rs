@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// The tyre cannot pull: its force is never below minus the static load.
 pub struct WheelLift;

@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// u + a sin(x/R + phase), x the distance ridden: run-out once per revolution. Fitted as sine and
 /// cosine part and the rolling radius over the bike file's.

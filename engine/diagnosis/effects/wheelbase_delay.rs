@@ -1,4 +1,4 @@
-use super::*;
+use crate::diagnosis::law::*;
 
 /// The rear road input is shifted by a wrong wheelbase: u_R(t - dL/V).
 pub struct WheelbaseDelay;

@@ -9,8 +9,8 @@
 //! u'' of a cubic spline is linear between the samples, and that of a linear road is zero between
 //! them: so the road costs less than it does in z.
 
+use crate::numerics::spline::cubic;
 use crate::simulate::linear::Transition;
-use crate::simulate::spline::cubic;
 
 /// Second derivatives, at the samples, of the cubic spline given by values and slopes.
 pub fn curvature(values: &[f64], slopes: &[f64], step: f64) -> Vec<f64> {
@@ -60,7 +60,7 @@ pub fn linear_gains(t: &Transition) -> [[f64; 2]; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulate::spline::slopes;
+    use crate::numerics::spline::slopes;
 
     #[test]
     fn b_splines_meet_values_and_slopes() {

@@ -3,7 +3,7 @@ use axum::response::Response;
 use serde::Deserialize;
 use utoipa::IntoParams;
 use uuid::Uuid;
-use veloid_engine::diagnosis::Verdict;
+use veloid_engine::report::diagnosis::Verdict;
 
 use super::view::JobView;
 use crate::api::App;

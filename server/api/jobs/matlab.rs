@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use veloid_engine::bicycle::Axle;
-use veloid_engine::diagnosis::{Diagnosis, ParameterReport};
+use veloid_engine::report::diagnosis::{Diagnosis, ParameterReport};
 use veloid_engine::report::{Estimate, Report};
 
 /// What does not depend on the ride: the exact solution for inputs that are cubic splines.

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
 use veloid_engine::bicycle::PerAxle;
-use veloid_engine::diagnosis::EffectReport;
+use veloid_engine::report::diagnosis::EffectReport;
 use veloid_engine::report::{Estimate, Report};
 
 use super::matlab;

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use veloid_engine::diagnosis::HeldOut;
 use veloid_engine::number::significant;
+use veloid_engine::report::diagnosis::HeldOut;
 
 const ROW: f64 = 26.0;
 const LEFT: f64 = 120.0;

@@ -1,11 +1,11 @@
 //! The report's diagnosis in words and tables.
 
 use veloid_engine::bicycle::Axle;
-use veloid_engine::diagnosis::{
-    Detectable, Diagnosis, EffectReport, HeldOut, NextRide, Place, Stronger, Verdict,
-};
 use veloid_engine::number::{Quantity, fixed, powers, significant};
 use veloid_engine::report::Report;
+use veloid_engine::report::diagnosis::{
+    Detectable, Diagnosis, EffectReport, HeldOut, NextRide, Place, Stronger, Verdict,
+};
 
 use super::bars;
 use crate::pages::words;

@@ -1,0 +1,105 @@
+//! What a record cannot resolve. Between its samples the road is taken for a cubic spline; what it was
+//! instead moves the axle too, and leaves a residual that is no noise. Sensors drown it. A record that is
+//! quieter, as simulations are, would have physics sought in it, so white noise is laid over it for the
+//! search (dither), and taken off the figures again.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::bicycle::{Bike, PerAxle};
+use crate::numerics::random::normal;
+use crate::numerics::spectrum::{deviation, white_floor};
+use crate::output_error::AxleFit;
+use crate::ride::{AxleRecord, Ride};
+use crate::simulate::linear::{Input, simulate};
+use crate::simulate::sensitivity::Plain;
+
+/// Gain in log likelihood that a model of all that lies between the samples may have under a record's own
+/// noise, and that it has under ours.
+const BORNE: f64 = 10.0;
+const HIDDEN: f64 = 0.25;
+/// Most noise that is laid over a record, as a share of the deflection (RMS).
+const MOST: f64 = 0.03;
+/// Errors of a cubic spline fall with the fourth power of the step, where it follows the road at all.
+const FOURTH: f64 = 1.0 / 16.0;
+
+/// Share of the motion (RMS) that no sensor tells (20 bits), and no integrator needs to.
+const FINEST: f64 = 1e-6;
+
+/// Noise (m) to lay over each sample of the displacement, on the axles that need it.
+pub fn dither(
+    ride: &Ride,
+    bike: &Bike,
+    fits: &PerAxle<AxleFit>,
+    fitted: usize,
+    seed: u64,
+) -> PerAxle<Vec<f64>> {
+    let mut dither = PerAxle::default();
+    for (axle, record) in ride.axles.iter() {
+        let Some(fit) = fits.get(axle) else { continue };
+        let noise = lacking(record, fit, bike, ride.step_s, fitted);
+        if noise > 0.0 {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            rng.set_stream(u64::MAX - axle as u64);
+            let draws = (0..ride.samples).map(|_| noise * normal(&mut rng));
+            dither.set(axle, draws.collect());
+        }
+    }
+    dither
+}
+
+/// The ride with the noise on it; nothing where there is none.
+pub fn lay_over(ride: &Ride, dither: &PerAxle<Vec<f64>>) -> Option<Ride> {
+    let mut noisy = None;
+    for (axle, noise) in dither.iter() {
+        let noisy = noisy.get_or_insert_with(|| ride.clone());
+        if let Some(record) = noisy.axles.get_mut(axle) {
+            (record.displacement.iter_mut().zip(noise)).for_each(|(z, n)| *z += n);
+        }
+    }
+    noisy
+}
+
+/// Noise (m, RMS) that the record lacks to hide what lies between its samples from a fit.
+fn lacking(record: &AxleRecord, fit: &AxleFit, bike: &Bike, step: f64, fitted: usize) -> f64 {
+    let [once, twice, four] = [1, 2, 4].map(|every| moved(record, &fit.plain, step, every));
+    let near = distance(&once, &twice);
+    let far = distance(&twice, &four);
+    // Richardson's extrapolation.
+    let between = (near * (near / far).min(FOURTH)).max(FINEST * rms(&once));
+    let own = (bike.noise_displacement_m)
+        .unwrap_or_else(|| deviation(white_floor(&record.displacement, step), step));
+    let own = own.min(fit.train_rms);
+    let noise = |gain: f64| between * (fitted as f64 / (2.0 * gain)).sqrt();
+    if own >= noise(BORNE) {
+        return 0.0;
+    }
+    let deflection: Vec<f64> = record.road.iter().zip(&once).map(|(u, z)| u - z).collect();
+    let wanted = noise(HIDDEN).min(MOST * rms(&deflection));
+    (wanted * wanted - own * own).max(0.0).sqrt()
+}
+
+/// Displacement (m) of the plain axle, had only every so-manieth sample been recorded of what drives it.
+fn moved(record: &AxleRecord, plain: &Plain, step: f64, every: usize) -> Vec<f64> {
+    let thin = |x: &Vec<f64>| -> Vec<f64> { x.iter().copied().step_by(every).collect() };
+    let force = record.force.as_ref().map(thin);
+    let input = Input::new(&thin(&record.road), force.as_deref(), step * every as f64);
+    let Plain {
+        kappa,
+        beta,
+        per_mass,
+        constant,
+        initial,
+    } = *plain;
+    simulate(&input, kappa, beta, per_mass, constant, initial).0
+}
+
+/// RMS of the difference of two motions, the second with half the samples.
+fn distance(fine: &[f64], coarse: &[f64]) -> f64 {
+    let pairs = fine.iter().step_by(2).zip(coarse);
+    rms(&pairs.map(|(a, b)| a - b).collect::<Vec<_>>())
+}
+
+fn rms(x: &[f64]) -> f64 {
+    (x.iter().map(|x| x * x).sum::<f64>() / x.len().max(1) as f64).sqrt()
+}

@@ -1,0 +1,8 @@
+//! A ride as the extended model sees it: inputs, noise floors, dither, and rides that are only planned.
+
+pub mod dither;
+pub mod inputs;
+pub mod planned;
+mod speed;
+
+pub use inputs::{Scene, Track};

@@ -1,0 +1,291 @@
+//! A ride that has not been ridden yet: the present one at another pace, over a rougher road, or there and
+//! back. Everything that an effect may look at follows from the place on the present ride, so that a
+//! road stays a function of the distance.
+
+use super::inputs::Scene;
+use crate::numerics::spline::{cubic, slopes};
+
+/// How the present ride's inputs change.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Change {
+    /// Factor on road, force and release.
+    pub rougher: f64,
+    /// Factor on the pace at which the same course is ridden, in the same gear.
+    pub faster: f64,
+    /// Whether the course is ridden back to its start as well.
+    pub back: bool,
+}
+
+impl Change {
+    /// Samples of the changed ride for so many of the present one.
+    pub fn samples(&self, present: usize) -> usize {
+        let ways = if self.back { 2.0 } else { 1.0 };
+        (ways * present.saturating_sub(1) as f64 / self.faster) as usize + 1
+    }
+
+    /// Place on the present ride (samples), and whether the way leads back there.
+    fn place(&self, i: usize, last: f64) -> (f64, bool) {
+        let way = i as f64 * self.faster;
+        if way > last {
+            ((2.0 * last - way).max(0.0), true)
+        } else {
+            (way, false)
+        }
+    }
+}
+
+/// The changed ride. What is measured on it is not known yet; the sizes in [`crate::diagnosis::law::Scale`] stay, since the laws
+/// of the present ride's effects are written in them (the mean speed that a slope counts from).
+pub fn planned(scene: &Scene, change: &Change) -> Scene {
+    let mut next = scene.clone();
+    let last = scene.samples.saturating_sub(1);
+    let places: Vec<(f64, bool)> = (0..change.samples(scene.samples))
+        .map(|i| change.place(i, last as f64))
+        .collect();
+    let at = |x: &[f64]| -> Vec<f64> {
+        let slope = slopes(x, scene.step);
+        places
+            .iter()
+            .map(|(p, _)| {
+                let i = (*p as usize).min(last.saturating_sub(1));
+                let s = p - i as f64;
+                let j = (i + 1).min(last);
+                let c = cubic(x[i], x[j], slope[i], slope[j], scene.step);
+                c[0] + s * (c[1] + s * (c[2] + s * c[3]))
+            })
+            .collect()
+    };
+    // What grows along the way goes on growing on the way back.
+    let along = |x: &[f64]| -> Vec<f64> {
+        let end = x.last().copied().unwrap_or(0.0);
+        let pairs = at(x).into_iter().zip(&places);
+        pairs
+            .map(|(x, (_, back))| if *back { 2.0 * end - x } else { x })
+            .collect()
+    };
+    let times = |mut x: Vec<f64>, factor: f64| -> Vec<f64> {
+        x.iter_mut().for_each(|x| *x *= factor);
+        x
+    };
+    next.samples = places.len();
+    next.speed = times(at(&scene.speed), change.faster);
+    next.speed_rate = times(at(&scene.speed_rate), change.faster * change.faster);
+    for (rate, (_, back)) in next.speed_rate.iter_mut().zip(&places) {
+        *rate *= if *back { -1.0 } else { 1.0 };
+    }
+    next.distance = along(&scene.distance);
+    next.crank = along(&scene.crank);
+    for track in &mut next.tracks {
+        let road = times(at(&track.input.road), change.rougher);
+        let force = (track.input.force.as_ref()).map(|(f, _)| times(at(f), change.rougher));
+        track.set_inputs(&road, force.as_deref());
+        let valid = |(p, _): &(f64, bool)| track.valid[(p.round() as usize).min(last)];
+        track.valid = places.iter().map(valid).collect();
+        track.measured = vec![0.0; places.len()];
+    }
+    next
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bicycle::{Axle, Bike, PerAxle};
+    use crate::diagnosis::effects::Kind;
+    use crate::diagnosis::fit::{Point, Term, Unit};
+    use crate::diagnosis::law::MAX_PARAMETERS;
+    use crate::numerics::lanes::LANES;
+    use crate::output_error::AxleFit;
+    use crate::report::diagnosis::Place;
+    use crate::simulate::outing::{Excitation, Outing, SpeedChange};
+    use crate::simulate::road::Bump;
+    use crate::simulate::sensitivity::Plain;
+
+    const NONE: Change = Change {
+        rougher: 1.0,
+        faster: 1.0,
+        back: false,
+    };
+
+    fn bike() -> Bike {
+        Bike {
+            mass_front_kg: Some(23.0),
+            mass_rear_kg: Some(63.0),
+            l_front_m: Some(0.808),
+            l_rear_m: Some(0.293),
+            wheel_radius_front_m: Some(0.34),
+            wheel_radius_rear_m: Some(0.34),
+            ..Bike::default()
+        }
+    }
+
+    /// A course over bumps with a swinging speed and steady pedalling in one gear, ridden so many times faster.
+    fn course(faster: f64) -> Scene {
+        let bumps = (0..12).map(|i| Bump {
+            at_m: 4.0 + 6.5 * f64::from(i),
+            length_m: 1.2,
+            height_m: 0.01 + 1e-3 * f64::from(i),
+        });
+        let outing = Outing {
+            duration_s: 20.0 / faster,
+            rate_hz: 400.0,
+            speed_m_s: 4.0 * faster,
+            speed_change: Some(SpeedChange {
+                share: 0.25,
+                period_s: 8.0 / faster,
+            }),
+            cadence_rpm: Some(60.0 * faster),
+            excitation: Excitation::Road {
+                roughness: None,
+                bumps: bumps.collect(),
+            },
+            ..Outing::default()
+        };
+        let ride = outing.ride();
+        let mut fits = PerAxle::default();
+        for (axle, mass) in [(Axle::Front, 23.0), (Axle::Rear, 63.0)] {
+            let plain = Plain {
+                kappa: 110e3 / mass,
+                beta: 1150.0 / mass,
+                per_mass: 1.0 / mass,
+                constant: 0.0,
+                initial: [0.0; 2],
+            };
+            fits.set(axle, AxleFit::exact(plain, ride.samples));
+        }
+        Scene::new(&ride, &bike(), &fits, ride.samples)
+    }
+
+    /// Motion of the axles (m) with an effect of these values, or none.
+    fn moved(scene: &Scene, effect: Option<(Kind, Place, [f64; 2])>) -> Vec<f64> {
+        let terms: Vec<Term> = (effect.iter())
+            .map(|(kind, place, _)| Term {
+                kind: *kind,
+                place: *place,
+            })
+            .collect();
+        let mut out = Vec::new();
+        for unit in Unit::all(scene, &terms) {
+            let base = unit.tracks.iter().map(|t| {
+                let s = &scene.tracks[*t].scale;
+                [s.k / s.mass, s.b / s.mass, 1.0 / s.mass, 0.0, 0.0, 0.0]
+            });
+            let mut values = [0.0; MAX_PARAMETERS];
+            if let Some((_, _, [first, second])) = effect {
+                values[..2].copy_from_slice(&[first, second]);
+                values[2] = 1.0;
+            }
+            let point = Point {
+                base: base.collect(),
+                values: vec![values; unit.terms.len()],
+                initial: vec![[0.0; 2]; unit.terms.len()],
+            };
+            let points: [Point; LANES] = std::array::from_fn(|_| point.clone());
+            for z in unit.simulate(scene, &points, None, scene.samples, 2) {
+                out.extend(z.iter().map(|z| z.0[0]));
+            }
+        }
+        out
+    }
+
+    fn rms(x: impl Iterator<Item = f64>) -> f64 {
+        let (sum, n) = x.fold((0.0, 0.0), |(sum, n), x| (sum + x * x, n + 1.0));
+        (sum / n).sqrt()
+    }
+
+    #[test]
+    fn every_input_of_a_faster_ride_is_that_of_the_course_ridden_faster() {
+        let slow = course(1.0);
+        for faster in [0.75, 1.5] {
+            let change = Change { faster, ..NONE };
+            let (next, ridden) = (planned(&slow, &change), course(faster));
+            let near = |name: &str, a: &[f64], b: &[f64]| {
+                let n = a.len().min(b.len());
+                assert!(
+                    n + 2 > a.len().max(b.len()),
+                    "{name}: {} {}",
+                    a.len(),
+                    b.len()
+                );
+                let off = rms(a[..n].iter().zip(b).map(|(a, b)| a - b));
+                let size = rms(b.iter().copied());
+                assert!(off < 0.01 * size, "{name} at {faster}: {off} of {size}");
+            };
+            near("speed", &next.speed, &ridden.speed);
+            near("speed rate", &next.speed_rate, &ridden.speed_rate);
+            near("distance", &next.distance, &ridden.distance);
+            near("crank", &next.crank, &ridden.crank);
+            for (a, b) in next.tracks.iter().zip(&ridden.tracks) {
+                near("road", &a.input.road, &b.input.road);
+                near("road slope", &a.input.road_slope, &b.input.road_slope);
+            }
+        }
+    }
+
+    /// Each effect that looks at speed, distance, crank or road moves the planned ride as the ridden one.
+    #[test]
+    fn every_kind_of_effect_is_predicted_for_another_pace() {
+        let effects = [
+            (Kind::WheelOutOfRound, Place::Front, [1e-3, 0.0]),
+            (Kind::PedallingForce, Place::Rear, [60.0, 0.0]),
+            (Kind::LoadTransfer, Place::Both, [1.0, 0.0]),
+            (Kind::TyreEnveloping, Place::Front, [0.5, 0.0]),
+            (Kind::SpeedDependentStiffness, Place::Front, [0.1, 0.0]),
+            (Kind::SpeedDependentDamping, Place::Front, [0.9, 0.0]),
+            (Kind::WheelbaseDelay, Place::Rear, [0.1, 0.0]),
+            (Kind::CubicStiffness, Place::Front, [4e9, 0.0]),
+            (Kind::SensorDelay, Place::Front, [0.01, 0.0]),
+        ];
+        let change = Change {
+            faster: 1.5,
+            ..NONE
+        };
+        let slow = course(1.0);
+        let next = planned(&slow, &change);
+        let mut ridden = course(1.5);
+        for (ridden, track) in ridden.tracks.iter_mut().zip(&slow.tracks) {
+            ridden.scale = track.scale.clone();
+        }
+        let samples = next.samples.min(ridden.samples);
+        assert!(samples + 2 > next.samples.max(ridden.samples));
+        let mut next = next;
+        (next.samples, ridden.samples) = (samples, samples);
+        for effect in effects {
+            let predicted = moved(&next, Some(effect));
+            let truth = moved(&ridden, Some(effect));
+            let without = moved(&ridden, None);
+            let does = rms(truth.iter().zip(&without).map(|(a, b)| a - b));
+            let off = rms(predicted.iter().zip(&truth).map(|(a, b)| a - b));
+            assert!(off < 0.03 * does, "{effect:?}: {off} of {does}");
+        }
+    }
+
+    #[test]
+    fn the_way_back_leads_over_the_same_road() {
+        let scene = course(1.0);
+        let next = planned(&scene, &Change { back: true, ..NONE });
+        assert_eq!(next.samples, 2 * scene.samples - 1);
+        let last = scene.samples - 1;
+        let road = &next.tracks[0].input.road;
+        for i in 0..last {
+            assert!((road[last - i] - road[last + i]).abs() < 1e-12);
+            assert!(next.distance[last + i] >= next.distance[last + i - 1]);
+        }
+        let way = next.distance[2 * last] / scene.distance[last];
+        assert!((way - 2.0).abs() < 1e-9, "{way}");
+    }
+
+    #[test]
+    fn a_rougher_ride_scales_what_drives_it() {
+        let scene = course(1.0);
+        let next = planned(
+            &scene,
+            &Change {
+                rougher: 2.0,
+                ..NONE
+            },
+        );
+        let (a, b) = (&next.tracks[0].input.road, &scene.tracks[0].input.road);
+        assert!(a.iter().zip(b).all(|(a, b)| (a - 2.0 * b).abs() < 1e-12));
+        assert_eq!(next.speed.len(), scene.speed.len());
+    }
+}

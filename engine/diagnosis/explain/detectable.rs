@@ -1,0 +1,244 @@
+//! What a ride would have shown: for each effect the weakest size that it could not have hidden.
+
+use rayon::prelude::*;
+
+use crate::diagnosis::fit::tangent::Tangent;
+use crate::diagnosis::fit::{COARSE, Model};
+use crate::diagnosis::law::{Scale, Spec, Values};
+use crate::diagnosis::search::Search;
+use crate::diagnosis::search::score_test::{Promise, Signatures};
+use crate::numerics::lanes::LANES;
+use crate::report::diagnosis::{Detectable, Stronger};
+
+/// Deviations beyond the bound of significance that a score must be expected at to reach it with 95 % power.
+const POWER: f64 = 1.65;
+/// Sizes that one simulation tries.
+const RUNGS: usize = LANES - 1;
+/// Ratio of the strongest to the weakest size of a ladder that knows nothing.
+const SPAN: f64 = 1e4;
+/// Factor to either side of the size that a linear start promises.
+const NEAR: f64 = 16.0;
+/// Ratio of neighbouring sizes between which the crossing is interpolated.
+const CLOSE: f64 = 1.5;
+/// Ladders that are climbed for one size, each within two rungs of the one before or beside it.
+const LADDERS: usize = 5;
+/// Starts that are tried, clearest first: the clearest may be one that no integrator can follow.
+const STARTS: usize = 3;
+
+/// The weakest detectable size of every effect that the model does not hold.
+pub fn detectable(search: &Search, model: &Model) -> Vec<Detectable> {
+    let tangents = search.tangents(model, &model.terms);
+    let offers = search.offers_along(&tangents, model, &model.terms);
+    let need = search.score_bound(&offers) + POWER;
+    let of_offer = |offer: &Signatures| {
+        let (_, tangent) = tangents.iter().find(|(p, _)| *p == offer.term.place)?;
+        Some(weakest(search, model, tangent, offer, need))
+    };
+    offers.par_iter().filter_map(of_offer).collect()
+}
+
+fn weakest(
+    search: &Search,
+    model: &Model,
+    tangent: &Tangent,
+    offer: &Signatures,
+    need: f64,
+) -> Detectable {
+    let (fitter, term) = (&search.fitter, offer.term);
+    let spec = term.kind.spec();
+    let (unit, at, _) = tangent.with(term);
+    let scale = unit.scale(fitter.scene, at);
+    let substeps = model.substeps(fitter.scene, COARSE);
+    let mut starts: Vec<&Promise> = offer.starts.iter().collect();
+    starts.sort_by(|a, b| b.size.total_cmp(&a.size));
+    starts.truncate(STARTS);
+    let lengths = |rungs: &[Values]| tangent.lengths(fitter, term, rungs, substeps);
+    let ladders = starts.iter().map(|s| Ladder::new(spec, scale, s, need));
+    let size = ladders
+        .filter_map(|ladder| ladder.climb(need, &lengths))
+        .find_map(|values| told_size(spec, scale, &values));
+    let told = starts.first().map(|s| (spec.report)(&s.unit, scale));
+    let told = told.and_then(|r| r.into_iter().nth(spec.told));
+    Detectable {
+        id: spec.id.to_owned(),
+        axle: term.place,
+        parameter: told.as_ref().map_or("", |r| r.name).to_owned(),
+        smallest_detectable: size,
+        stronger: spec.stronger,
+        reason: (size.is_none())
+            .then(|| "not on this ride: no size that is looked for would show".to_owned()),
+        unit: told.as_ref().map_or("", |r| r.unit).to_owned(),
+    }
+}
+
+/// How much of an effect these values are: the parameter that tells it, counted from what it is without the effect.
+fn told_size(spec: &Spec, scale: &Scale, values: &Values) -> Option<f64> {
+    let told = |values: &Values| {
+        let reported = (spec.report)(values, scale);
+        reported.get(spec.told).map(|r| r.value)
+    };
+    let mut none = *values;
+    none[spec.told] = 0.0;
+    let neutral = match spec.amplitudes {
+        [] => 0.0,
+        _ => told(&none)?,
+    };
+    let size = (told(values)? - neutral).abs();
+    (size.is_finite() && size > 0.0).then_some(size)
+}
+
+/// Sizes of an effect within the limits of its fit.
+struct Ladder {
+    base: Values,
+    /// Which of the values tells the size.
+    told: usize,
+    /// Its weakest and its strongest value to try first, and the strongest of all.
+    first: [f64; 2],
+    end: f64,
+    /// Whether it may be as weak as one likes.
+    amplitude: bool,
+}
+
+impl Ladder {
+    fn new(spec: &Spec, scale: &Scale, start: &Promise, need: f64) -> Self {
+        let told = spec.told;
+        let [low, high] = (spec.parameters[told].limits)(scale);
+        let amplitude = !spec.amplitudes.is_empty();
+        let (first, end) = match spec.stronger {
+            _ if amplitude => {
+                let guess = start.unit[told] * need / start.size;
+                let end = if guess > 0.0 { high } else { low };
+                let strong = if (NEAR * guess).abs() < end.abs() {
+                    NEAR * guess
+                } else {
+                    end
+                };
+                ([guess / NEAR, strong], end)
+            }
+            Stronger::Larger => ([low.max(high / SPAN), high], high),
+            Stronger::Smaller => ([high, low.max(high / SPAN)], low.max(high / SPAN)),
+        };
+        Self {
+            base: start.unit,
+            told,
+            first,
+            end,
+            amplitude,
+        }
+    }
+
+    /// The weakest values whose `lengths` (deviations of the noise) reach what is needed.
+    fn climb(&self, need: f64, lengths: &dyn Fn(&[Values]) -> Vec<f64>) -> Option<Values> {
+        let with = |x: f64| {
+            let mut values = self.base;
+            values[self.told] = x;
+            values
+        };
+        let [mut weak, mut strong] = self.first;
+        for _ in 0..LADDERS {
+            let ratio = strong / weak;
+            if !(ratio.is_finite() && ratio > 0.0)
+                || (weak.abs() > self.end.abs()) && self.amplitude
+            {
+                return None;
+            }
+            let rung = |i: usize| weak * ratio.powf(i as f64 / (RUNGS - 1) as f64);
+            let rungs: Vec<Values> = (0..RUNGS).map(|i| with(rung(i))).collect();
+            let lengths = lengths(&rungs);
+            // Where weaker ones do more, the integrator does not follow.
+            let least = (0..RUNGS).min_by(|a, b| lengths[*a].total_cmp(&lengths[*b]))?;
+            let shown = (least..RUNGS).find(|i| lengths[*i] >= need);
+            match shown {
+                Some(i) if i > least => {
+                    let step = ratio.powf(1.0 / (RUNGS - 1) as f64);
+                    if step.max(1.0 / step) < CLOSE {
+                        let part =
+                            (need / lengths[i - 1]).ln() / (lengths[i] / lengths[i - 1]).ln();
+                        return part
+                            .is_finite()
+                            .then(|| with(rung(i - 1) * step.powf(part)));
+                    }
+                    (weak, strong) = (rung(i - 1), rung(i));
+                }
+                Some(i) if !self.amplitude => return Some(rungs[i]),
+                Some(_) => (weak, strong) = (weak / SPAN, weak),
+                None if self.amplitude && strong.abs() < self.end.abs() => {
+                    let further = strong * SPAN;
+                    let most = if further.abs() < self.end.abs() {
+                        further
+                    } else {
+                        self.end
+                    };
+                    (weak, strong) = (strong, most);
+                }
+                None => return None,
+            }
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::law::MAX_PARAMETERS;
+
+    fn ladder(first: [f64; 2], end: f64, amplitude: bool) -> Ladder {
+        Ladder {
+            base: [0.0; MAX_PARAMETERS],
+            told: 0,
+            first,
+            end,
+            amplitude,
+        }
+    }
+
+    fn climbed(ladder: &Ladder, need: f64, does: impl Fn(f64) -> f64) -> Option<f64> {
+        let lengths = |rungs: &[Values]| rungs.iter().map(|v| does(v[0])).collect();
+        ladder.climb(need, &lengths).map(|v| v[0])
+    }
+
+    #[test]
+    fn the_crossing_is_found_wherever_the_guess_lies() {
+        for guess in [1e-6, 0.3, 1.0, 40.0] {
+            let ladder = ladder([guess / NEAR, guess * NEAR], 1e6, true);
+            let found = climbed(&ladder, 5.0, |x| x * x).unwrap_or_default();
+            assert!(
+                (found / 5_f64.sqrt() - 1.0).abs() < 0.01,
+                "{guess}: {found}"
+            );
+        }
+        let down = ladder([-0.1, -10.0], -100.0, true);
+        let found = climbed(&down, 5.0, f64::abs).unwrap_or_default();
+        assert!((found + 5.0).abs() < 0.05, "{found}");
+    }
+
+    #[test]
+    fn where_smaller_is_stronger_the_largest_is_told() {
+        let ladder = ladder([1e4, 1.0], 1.0, false);
+        let found = climbed(&ladder, 5.0, |x| 500.0 / x).unwrap_or_default();
+        assert!((found / 100.0 - 1.0).abs() < 0.01, "{found}");
+    }
+
+    #[test]
+    fn what_never_shows_has_no_size() {
+        assert_eq!(
+            climbed(&ladder([0.1, 10.0], 20.0, true), 5.0, |x| 0.1 * x),
+            None
+        );
+        assert_eq!(climbed(&ladder([1e4, 1.0], 1.0, false), 5.0, |_| 0.1), None);
+        assert_eq!(
+            climbed(&ladder([1e-4, 1.0], 1.0, false), 5.0, |_| f64::INFINITY),
+            Some(1e-4)
+        );
+    }
+
+    /// A stiff wheel makes an integrator blow up; that is no effect to be seen.
+    #[test]
+    fn what_no_integrator_follows_does_not_count_as_seen() {
+        let ladder = ladder([1e4, 1.0], 1.0, false);
+        let does = |x: f64| if x > 3e3 { f64::INFINITY } else { 500.0 / x };
+        let found = climbed(&ladder, 5.0, does).unwrap_or_default();
+        assert!((found / 100.0 - 1.0).abs() < 0.01, "{found}");
+    }
+}

@@ -1,0 +1,10 @@
+//! What the verdict means for whoever rode: where, how much, what it changes, what to ride next.
+
+pub mod detectable;
+pub mod evidence;
+pub mod free_form;
+pub mod input_noise;
+pub mod locate;
+pub mod next_ride;
+pub mod show;
+pub mod words;

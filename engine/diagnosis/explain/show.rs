@@ -1,0 +1,247 @@
+//! From the fitted models to the report: effects with their uncertainty, held-out errors, what the
+//! omission means.
+
+use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::fit::estimate::estimate;
+use crate::diagnosis::fit::{Fitted, Model, Motion, Slot, Term};
+use crate::diagnosis::law::{Reported, Scale, Values};
+use crate::finite::{finite, std_error};
+use crate::report::Estimate;
+use crate::report::diagnosis::{Consequences, EffectName, EffectReport, ParameterReport, Place};
+use crate::report::identifiable::identified;
+
+pub fn name(term: &Term) -> EffectName {
+    EffectName {
+        id: term.kind.id().to_owned(),
+        axle: term.place,
+    }
+}
+
+/// One named effect. `separation` is what the model without it lacks in log likelihood, where that could be fitted.
+pub fn effect(
+    scene: &Scene,
+    model: &Model,
+    term: &Term,
+    separation: Option<f64>,
+    p_value: Option<f64>,
+) -> Option<EffectReport> {
+    let fit = model.fits.iter().find(|f| f.unit.terms.contains(term))?;
+    let at = fit.unit.terms.iter().position(|t| t == term)?;
+    let spec = term.kind.spec();
+    let scale = fit.unit.scale(scene, at);
+    let values = fit.point.values[at];
+    let reported = (spec.report)(&values, scale);
+    let untold: Vec<&str> = unlearned(scene, fit)
+        .filter(|(of, ..)| *of == term)
+        .map(|(_, name, ..)| name)
+        .collect();
+    let told = |(r, error): (&Reported, Option<f64>)| {
+        if untold.contains(&r.name) {
+            return Err(BEYOND_PRIOR.to_owned());
+        }
+        if !untold.is_empty() {
+            return Err(RESTS_ON_PRIOR.to_owned());
+        }
+        identified(r.value, error, as_good_as_zero(r.unit), r.unit)
+    };
+    let errors = standard_errors(scene, fit, at, &values, scale);
+    let errors: Vec<Result<f64, String>> = reported.iter().zip(errors).map(told).collect();
+    let parameters: Vec<(&str, ParameterReport)> = reported
+        .into_iter()
+        .zip(errors)
+        .map(|(r, error)| {
+            (
+                r.name,
+                ParameterReport {
+                    value: r.value,
+                    std_error: error.as_ref().ok().copied(),
+                    not_identifiable: error.err(),
+                    unit: r.unit.to_owned(),
+                },
+            )
+        })
+        .collect();
+    let told = parameters
+        .iter()
+        .map(|(name, p)| {
+            let plain = name.replace('_', " ");
+            if untold.contains(name) {
+                return format!("{plain} as expected");
+            }
+            format!("{plain} {}", p.quantity(name))
+        })
+        .collect::<Vec<_>>()
+        .join(", ");
+    let place = match term.place {
+        Place::Front => "on the front axle",
+        Place::Rear => "on the rear axle",
+        Place::Both => "on both axles",
+    };
+    Some(EffectReport {
+        id: spec.id.to_owned(),
+        axle: term.place,
+        parameters: parameters
+            .into_iter()
+            .map(|(name, p)| (name.to_owned(), p))
+            .collect(),
+        p_value,
+        separation: separation.and_then(finite).map(|s| s.max(0.0)),
+        adequate: true,
+        material: true,
+        sentence: format!("{place}, {}: {told}", spec.words),
+    })
+}
+
+/// An angle's zero is a direction as any other: it is told to within half a radian or not at all.
+fn as_good_as_zero(unit: &str) -> f64 {
+    match unit {
+        "rad" => 1.0,
+        _ => 0.0,
+    }
+}
+
+const BEYOND_PRIOR: &str = "not identifiable beyond what is expected of any bicycle";
+const RESTS_ON_PRIOR: &str =
+    "rests on what is expected of another parameter, which this ride does not tell";
+
+/// Parameters of a fit's effects of which the ride says less than what was expected before it: term, name, expected value
+/// and its deviation. What the ride says adds to what was expected, so that together they have half its variance
+/// where both say as much.
+pub fn unlearned<'f>(
+    scene: &Scene,
+    fit: &'f Fitted,
+) -> impl Iterator<Item = (&'f Term, &'static str, f64, f64)> {
+    let slots = fit.unit.slots(scene);
+    fit.unit
+        .terms
+        .iter()
+        .enumerate()
+        .flat_map(move |(i, term)| {
+            let spec = term.kind.spec();
+            let slots = slots.clone();
+            let expected = spec.expected.iter().filter(move |(q, _, deviation)| {
+                let slot = slots.iter().position(|s| *s == Slot::Value(i, *q));
+                slot.is_none_or(|s| !(fit.covariance[(s, s)] < 0.5 * deviation * deviation))
+            });
+            expected.map(move |(q, value, deviation)| {
+                (term, spec.parameters[*q].name, *value, *deviation)
+            })
+        })
+}
+
+/// Standard errors of the reported parameters, by the delta method.
+fn standard_errors(
+    scene: &Scene,
+    fit: &Fitted,
+    at: usize,
+    values: &Values,
+    scale: &Scale,
+) -> Vec<Option<f64>> {
+    let spec = fit.unit.terms[at].kind.spec();
+    let slots = fit.unit.slots(scene);
+    let fitted: Vec<(usize, usize)> = slots
+        .iter()
+        .enumerate()
+        .filter_map(|(i, s)| match s {
+            Slot::Value(term, q) if *term == at => Some((i, *q)),
+            _ => None,
+        })
+        .collect();
+    let base = (spec.report)(values, scale);
+    let derivatives: Vec<Vec<f64>> = fitted
+        .iter()
+        .map(|(_, q)| {
+            let step = 1e-6
+                * (spec.parameters[*q].size)(scale)
+                    .abs()
+                    .max(values[*q].abs());
+            let mut moved = *values;
+            moved[*q] += step;
+            (spec.report)(&moved, scale)
+                .iter()
+                .zip(&base)
+                .map(|(a, b)| (a.value - b.value) / step)
+                .collect()
+        })
+        .collect();
+    (0..base.len())
+        .map(|r| {
+            let mut variance = 0.0;
+            for (a, (i, _)) in fitted.iter().enumerate() {
+                for (b, (j, _)) in fitted.iter().enumerate() {
+                    let (x, y) = (derivatives[a][r], derivatives[b][r]);
+                    if x != 0.0 && y != 0.0 {
+                        variance += x * y * fit.covariance[(*i, *j)];
+                    }
+                }
+            }
+            std_error(variance)
+        })
+        .collect()
+}
+
+/// The same without intervals where they rest on what was only expected: along a flat and curved ridge they are far
+/// too narrow.
+pub fn told_estimate(scene: &Scene, model: &Model, track: usize) -> Estimate {
+    let mut told = estimate(scene, model, track);
+    let axle = scene.tracks[track].axle;
+    let (fit, _) = model.of_track(track);
+    if unlearned(scene, fit).any(|(term, ..)| term.acts_on(axle)) {
+        (told.k_std_n_m, told.b_std_n_s_m) = (None, None);
+        told.k_not_identifiable = Some(RESTS_ON_PRIOR.to_owned());
+        told.b_not_identifiable = Some(RESTS_ON_PRIOR.to_owned());
+    }
+    told
+}
+
+/// What the omission changes for the rider.
+pub fn consequences(
+    scene: &Scene,
+    track: usize,
+    plain: (&Estimate, &Motion),
+    extended: (&Estimate, &Motion),
+) -> Consequences {
+    let s = &scene.tracks[track].scale;
+    let load = |m: &Motion, by_law: bool| -> Vec<f64> {
+        let constant = scene.tracks[track].input.force.is_some();
+        let force = if by_law && !constant {
+            &m.acceleration
+        } else {
+            &m.linear
+        };
+        let static_load = if s.static_load.is_finite() {
+            s.static_load
+        } else {
+            0.0
+        };
+        force.iter().map(|a| static_load + s.mass * a).collect()
+    };
+    // What a model does where nothing was recorded, or before it has forgotten its start, is nobody's load.
+    let recorded = |load: Vec<f64>| -> Vec<f64> {
+        let known = load.into_iter().zip(&scene.tracks[track].valid);
+        known.filter(|(_, valid)| **valid).map(|(f, _)| f).collect()
+    };
+    let before = recorded(load(plain.1, false));
+    let after = recorded(load(extended.1, true));
+    let peak = |x: &[f64]| {
+        let known = x.iter().all(|f| f.is_finite());
+        known.then(|| x.iter().copied().fold(0.0, f64::max))
+    };
+    let airborne = after
+        .iter()
+        .filter(|f| **f <= 1e-3 * s.static_load.abs())
+        .count() as f64
+        / after.len().max(1) as f64;
+    let percent = |a: f64, b: f64| finite(100.0 * (a / b - 1.0));
+    let resonance =
+        |e: &Estimate| finite((e.k_n_m.max(0.0) / e.mass_kg).sqrt() / std::f64::consts::TAU);
+    Consequences {
+        k_change_percent: percent(extended.0.k_n_m, plain.0.k_n_m),
+        b_change_percent: percent(extended.0.b_n_s_m, plain.0.b_n_s_m),
+        peak_load_plain_n: peak(&before),
+        peak_load_extended_n: peak(&after),
+        airborne_share: scene.tracks[track].has_road.then_some(airborne),
+        resonance_plain_hz: resonance(plain.0),
+        resonance_extended_hz: resonance(extended.0),
+    }
+}

@@ -1,0 +1,172 @@
+//! The verdict in plain words.
+
+use crate::bicycle::{Axle, PerAxle};
+use crate::number::Quantity;
+use crate::report::diagnosis::{Diagnosis, HeldOut, Place, Verdict};
+
+fn at(place: Place) -> &'static str {
+    match place {
+        Place::Front => "front",
+        Place::Rear => "rear",
+        Place::Both => "both axles",
+    }
+}
+
+fn set<'a>(effects: impl Iterator<Item = (&'a String, Place)>) -> String {
+    effects
+        .map(|(id, place)| format!("{} ({})", id.replace('_', " "), at(place)))
+        .collect::<Vec<_>>()
+        .join(" with ")
+}
+
+fn length(rms_m: f64) -> Quantity {
+    Quantity::rough(rms_m, 3, "m")
+}
+
+/// Share of the motion (RMS) that a model may leave and still be said to follow it: a fifth of its power is explained.
+const FOLLOWS: f64 = 0.9;
+/// Times the sensor's noise that what is left may be and still pass for it: noise floors are measured to within a third.
+const NOISE: f64 = 1.3;
+
+/// That nothing was found, and what that is worth.
+fn nothing_missing(held_out: &PerAxle<HeldOut>, moves: &dyn Fn(Axle) -> f64) -> String {
+    let left = |a: Axle| Some((a, held_out.get(a)?.plain_rms_m?));
+    let lefts = || [Axle::Front, Axle::Rear].into_iter().filter_map(left);
+    if let Some((axle, rms)) = lefts().find(|(a, rms)| *rms > FOLLOWS * moves(*a)) {
+        return format!(
+            "The plain spring and damper follow hardly anything of what the {axle} axle does: {} of {} are left. No effect in the \
+             library explains more, but this ride is no ground for a verdict: are channels swapped, turned or noise?",
+            length(rms),
+            length(moves(axle))
+        );
+    }
+    let louder = |(a, rms): &(Axle, f64)| {
+        let floor = held_out.get(*a).and_then(|h| h.noise_floor_m);
+        floor
+            .filter(|floor| *rms > NOISE * floor)
+            .map(|floor| (*a, *rms, floor))
+    };
+    match lefts().find_map(|left| louder(&left)) {
+        Some((axle, rms, floor)) => format!(
+            "Nothing that this ride could show is missing beside the plain spring and damper, but on the {axle} axle they leave {}, \
+             and the sensor's noise is {}.",
+            length(rms),
+            length(floor)
+        ),
+        None => "The plain spring and damper explain this ride to within its noise; nothing that this ride could show is missing."
+            .to_owned(),
+    }
+}
+
+/// One or two sentences for a person who has not read the report; `moves`: RMS of what each axle does (m).
+pub fn sentence(d: &Diagnosis, moves: &dyn Fn(Axle) -> f64) -> String {
+    let gains = gains(d);
+    let found = set(d.effects.iter().map(|e| (&e.id, e.axle)));
+    match d.verdict {
+        Verdict::NothingMissing => nothing_missing(&d.held_out, moves),
+        Verdict::Named => {
+            let parts: Vec<&str> = d.effects.iter().map(|e| e.sentence.as_str()).collect();
+            let parts = parts.join("; ");
+            let margins = if parts.contains('±') {
+                " (intervals of 95 %)"
+            } else {
+                ""
+            };
+            format!("The plain model leaves something out: {parts}{margins}. {gains}")
+        }
+        Verdict::Ambiguous => {
+            let others = d.alternatives.iter();
+            let others: Vec<String> = others
+                .map(|names| set(names.iter().map(|n| (&n.id, n.axle))))
+                .collect();
+            let next = d.next_ride.as_ref().map_or(
+                " None of the rides that were tried in simulation would tell them apart."
+                    .to_owned(),
+                |n| format!(" To tell them apart: {}.", n.what),
+            );
+            format!(
+                "The plain model leaves something out, and this ride cannot tell {found} from {}.{next} {gains}",
+                others.join(" or ")
+            )
+        }
+        Verdict::Unnamed => {
+            let places: Vec<String> = [Axle::Front, Axle::Rear]
+                .into_iter()
+                .filter_map(|a| {
+                    let l = d.location.get(a).filter(|l| l.mismatch)?;
+                    let state = l
+                        .states
+                        .first()
+                        .map_or(String::new(), |s| format!(" ({s})"));
+                    Some(format!("the {a} axle{state}"))
+                })
+                .collect();
+            let near = if found.is_empty() {
+                String::new()
+            } else {
+                format!(" The nearest shape is {found}, but it does not explain the ride.")
+            };
+            format!(
+                "Something is left out on {}, and it is none of the effects in the library.{near} {gains}",
+                places.join(" and on ")
+            )
+        }
+    }
+}
+
+fn gains(d: &Diagnosis) -> String {
+    [Axle::Front, Axle::Rear]
+        .into_iter()
+        .filter_map(|a| {
+            let h = d.held_out.get(a)?;
+            let (plain, extended) = (h.plain_rms_m?, h.extended_rms_m?);
+            let noise = (h.noise_floor_m).map_or(String::new(), |floor| {
+                format!(" (the sensor's noise is {})", length(floor))
+            });
+            (extended < 0.999 * plain).then(|| {
+                format!(
+                    "On the held-out part the {a} error falls from {} to {}{noise}.",
+                    length(plain),
+                    length(extended)
+                )
+            })
+        })
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn told(left: f64, floor: Option<f64>) -> String {
+        let held = HeldOut {
+            plain_rms_m: Some(left),
+            extended_rms_m: Some(left),
+            noise_floor_m: floor,
+            ..HeldOut::default()
+        };
+        let held_out = PerAxle {
+            front: Some(held),
+            rear: None,
+        };
+        nothing_missing(&held_out, &|_| 3e-3).replace('\u{a0}', " ")
+    }
+
+    #[test]
+    fn noise_is_only_what_the_sensor_may_have() {
+        assert!(told(5e-5, Some(5e-5)).contains("to within its noise"));
+        assert!(told(5e-5, None).contains("to within its noise"));
+        assert!(told(NOISE * 1.01e-6, Some(1e-6)).contains("the sensor's noise is 0.001 mm"));
+    }
+
+    #[test]
+    fn what_follows_nothing_is_no_ground_for_a_verdict() {
+        assert!(told(FOLLOWS * 2.99e-3, None).contains("to within its noise"));
+        let nothing = told(FOLLOWS * 3.01e-3, None);
+        assert!(
+            nothing.contains("hardly anything") && nothing.contains("2.71 mm of 3 mm"),
+            "{nothing}"
+        );
+    }
+}

@@ -1,0 +1,518 @@
+//! Exact refit of an extended model: Levenberg-Marquardt on the whitened residual of the simulated
+//! displacement. Eight parameter sets are simulated together: derivatives are differences between
+//! them, and every step tries eight dampings at once.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::unit::{Point, Slot, Unit};
+use crate::diagnosis::dataset::Scene;
+use crate::numerics::autoregressive::Colour;
+use crate::numerics::lanes::{LANES, Lanes, widest};
+
+/// Order of the noise model under which structures are compared: the same for all.
+pub const ORDER: usize = 10;
+/// Steps from where a fit ended to where a parameter is expected.
+const TOWARDS: usize = 12;
+/// Slots whose derivatives one simulation gives.
+const CHUNK: usize = LANES - 1;
+
+/// How hard a fit tries.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    pub iterations: usize,
+    /// Stops when a step gains less than this in log likelihood.
+    pub gain: f64,
+    pub substeps: usize,
+}
+
+/// An extended model at its best on the fitted part.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    pub unit: Unit,
+    pub point: Point,
+    /// Measured minus simulated (m) on the fitted part, by axle of the unit; zero where not valid.
+    pub residuals: Vec<Vec<f64>>,
+    /// Noise of each axle, from the residual.
+    pub colours: Vec<Colour>,
+    /// Profile log likelihood, summed over the unit's axles.
+    pub likelihood: f64,
+    /// Inverse of the Gauss-Newton matrix for unit noise variance, over the unit's slots.
+    pub covariance: DMatrix<f64>,
+}
+
+/// Profile log likelihood of a residual: -N/2 ln(innovation variance).
+pub fn likelihood(residual: &[f64], valid: usize, colour: &Colour) -> f64 {
+    if residual.is_empty() {
+        0.0
+    } else {
+        -0.5 * valid as f64 * colour.variance.max(1e-300).ln()
+    }
+}
+
+/// Parameters that are expected where the ride says nothing: the slot, its value and deviation.
+fn expected(unit: &Unit) -> impl Iterator<Item = (Slot, f64, f64)> {
+    unit.terms.iter().enumerate().flat_map(|(i, term)| {
+        let expected = term.kind.spec().expected.iter();
+        expected.map(move |(q, value, deviation)| (Slot::Value(i, *q), *value, *deviation))
+    })
+}
+
+/// The whitened normal equations at a point.
+struct Normal {
+    cost: f64,
+    gradient: DVector<f64>,
+    matrix: DMatrix<f64>,
+}
+
+pub struct Fitter<'a> {
+    pub scene: &'a Scene,
+    /// Samples to fit on.
+    pub samples: usize,
+}
+
+impl Fitter<'_> {
+    /// Fits from `start` under the noise models `colours` (one for each axle of the unit).
+    pub fn fit(
+        &self,
+        unit: &Unit,
+        start: Point,
+        colours: &[Colour],
+        effort: Effort,
+    ) -> Option<Fitted> {
+        self.fit_over(&unit.slots(self.scene), unit, start, colours, effort)
+    }
+
+    /// Fits some of the slots; the covariance is theirs alone.
+    fn fit_over(
+        &self,
+        slots: &[Slot],
+        unit: &Unit,
+        start: Point,
+        colours: &[Colour],
+        effort: Effort,
+    ) -> Option<Fitted> {
+        let ranges: Vec<(f64, [f64; 2])> =
+            slots.iter().map(|s| unit.range(self.scene, *s)).collect();
+        let mut point = start;
+        let mut damping = 1e-3;
+        let mut normal = self.normal(unit, slots, &ranges, &point, colours, effort.substeps)?;
+        for _ in 0..effort.iterations {
+            let dampings: [f64; LANES] =
+                std::array::from_fn(|i| damping * 10_f64.powi(i as i32 - 2));
+            let points = dampings.map(|d| stepped(&point, slots, &ranges, &normal, d));
+            let costs = self.costs(unit, &points, colours, effort.substeps);
+            let best = (0..LANES).min_by(|a, b| costs[*a].total_cmp(&costs[*b]))?;
+            let gained = normal.cost - costs[best];
+            if gained > 0.0 {
+                point = points[best].clone();
+                damping = (0.3 * dampings[best]).clamp(1e-9, 1e6);
+                normal = self.normal(unit, slots, &ranges, &point, colours, effort.substeps)?;
+                if gained < 2.0 * effort.gain {
+                    break;
+                }
+            } else {
+                damping *= 1e4;
+                if damping > 1e8 {
+                    break;
+                }
+            }
+        }
+        let residuals = self.residuals(unit, &point, effort.substeps);
+        self.finish(unit, point, residuals, normal)
+    }
+
+    /// The best fit with every expected parameter held where it is expected, reached in small steps from `start`: along
+    /// a flat and curved ridge a fit of all creeps. Nothing if no parameter is.
+    pub fn fit_as_expected(
+        &self,
+        unit: &Unit,
+        start: &Point,
+        colours: &[Colour],
+        effort: Effort,
+    ) -> Option<Point> {
+        let mut slots = unit.slots(self.scene);
+        let all = slots.len();
+        slots.retain(|slot| expected(unit).all(|(held, ..)| held != *slot));
+        if slots.len() == all {
+            return None;
+        }
+        let mut point = start.clone();
+        for left in (0..TOWARDS).rev() {
+            for (slot, value, _) in expected(unit) {
+                let now = point.get(slot);
+                point.set(slot, now + (value - now) / (left + 1) as f64);
+            }
+            point = (self.fit_over(&slots, unit, point, colours, effort))?.point;
+        }
+        Some(point)
+    }
+
+    fn finish(
+        &self,
+        unit: &Unit,
+        point: Point,
+        residuals: Vec<Vec<f64>>,
+        normal: Normal,
+    ) -> Option<Fitted> {
+        let mut total = 0.0;
+        let mut colours = Vec::new();
+        for (r, t) in residuals.iter().zip(&unit.tracks) {
+            let colour = Colour::of_order(r, ORDER);
+            let valid = self.scene.tracks[*t].valid[..self.samples]
+                .iter()
+                .filter(|v| **v)
+                .count();
+            total += likelihood(r, valid, &colour);
+            colours.push(colour);
+        }
+        let covariance = inverse(&normal.matrix)?;
+        total.is_finite().then_some(Fitted {
+            unit: unit.clone(),
+            point,
+            residuals,
+            colours,
+            likelihood: total,
+            covariance,
+        })
+    }
+
+    /// Measured minus simulated on the fitted part.
+    pub fn residuals(&self, unit: &Unit, point: &Point, substeps: usize) -> Vec<Vec<f64>> {
+        self.residuals_to(unit, point, substeps, self.samples)
+    }
+
+    /// Measured minus simulated up to sample `end`; zero where not valid.
+    pub fn residuals_to(
+        &self,
+        unit: &Unit,
+        point: &Point,
+        substeps: usize,
+        end: usize,
+    ) -> Vec<Vec<f64>> {
+        let points: [Point; LANES] = std::array::from_fn(|_| point.clone());
+        let z = unit.simulate(self.scene, &points, None, end, substeps);
+        z.iter()
+            .zip(&unit.tracks)
+            .map(|(z, t)| {
+                let track = &self.scene.tracks[*t];
+                (0..end)
+                    .map(|i| {
+                        if track.valid[i] {
+                            track.measured[i] - z[i].0[0]
+                        } else {
+                            0.0
+                        }
+                    })
+                    .collect()
+            })
+            .collect()
+    }
+
+    /// Whitened costs of eight points.
+    pub fn costs(
+        &self,
+        unit: &Unit,
+        points: &[Point; LANES],
+        colours: &[Colour],
+        substeps: usize,
+    ) -> [f64; LANES] {
+        let z = unit.simulate(self.scene, points, None, self.samples, substeps);
+        let mut total = Lanes::ZERO;
+        for ((z, t), colour) in z.iter().zip(&unit.tracks).zip(colours) {
+            let track = &self.scene.tracks[*t];
+            let residual: Vec<Lanes> = (0..self.samples)
+                .map(|i| {
+                    if track.valid[i] {
+                        Lanes::all(track.measured[i]) - z[i]
+                    } else {
+                        Lanes::ZERO
+                    }
+                })
+                .collect();
+            let mut sum = Lanes::ZERO;
+            for x in whitened(&residual, &colour.a) {
+                sum += x * x;
+            }
+            total += sum / colour.variance;
+        }
+        std::array::from_fn(|i| {
+            let cost = total.0[i]
+                + self
+                    .prior(unit, &points[i])
+                    .map(|(_, x, _)| x * x)
+                    .sum::<f64>();
+            if cost.is_finite() {
+                cost
+            } else {
+                f64::INFINITY
+            }
+        })
+    }
+
+    /// What is known of the initial state before the fit: the slot, its departure from the first
+    /// measurement in (wide) standard deviations, and one over that deviation. A driven, damped axle
+    /// forgets where it started, and nothing else would hold these numbers.
+    fn prior<'b>(
+        &'b self,
+        unit: &'b Unit,
+        point: &'b Point,
+    ) -> impl Iterator<Item = (Slot, f64, f64)> + 'b {
+        let effects = expected(unit).map(|(slot, value, deviation)| {
+            (slot, (point.get(slot) - value) / deviation, 1.0 / deviation)
+        });
+        let starts = unit.tracks.iter().enumerate().flat_map(move |(a, t)| {
+            let track = &self.scene.tracks[*t];
+            let expected = [track.measured[0], 0.0];
+            let per = [0.3 / track.scale.z_rms, 0.3 / track.scale.v_rms];
+            [0, 1].map(|q| {
+                let slot = Slot::Base(a, 4 + q);
+                (slot, (point.get(slot) - expected[q]) * per[q], per[q])
+            })
+        });
+        starts.chain(effects)
+    }
+
+    fn normal(
+        &self,
+        unit: &Unit,
+        slots: &[Slot],
+        ranges: &[(f64, [f64; 2])],
+        point: &Point,
+        colours: &[Colour],
+        substeps: usize,
+    ) -> Option<Normal> {
+        let mut normal = Normal {
+            cost: 0.0,
+            gradient: DVector::zeros(slots.len()),
+            matrix: DMatrix::zeros(slots.len(), slots.len()),
+        };
+        let coupled =
+            (0..unit.tracks.len()).all(|a| slots.iter().all(|s| unit.touches(self.scene, *s, a)));
+        if coupled {
+            let all: Vec<usize> = (0..slots.len()).collect();
+            self.add(
+                unit,
+                slots,
+                ranges,
+                point,
+                colours,
+                substeps,
+                None,
+                &all,
+                &mut normal,
+            );
+        } else {
+            for a in 0..unit.tracks.len() {
+                let touching: Vec<usize> = (0..slots.len())
+                    .filter(|s| unit.touches(self.scene, slots[*s], a))
+                    .collect();
+                self.add(
+                    unit,
+                    slots,
+                    ranges,
+                    point,
+                    colours,
+                    substeps,
+                    Some(a),
+                    &touching,
+                    &mut normal,
+                );
+            }
+        }
+        for (slot, x, per) in self.prior(unit, point) {
+            normal.cost += x * x;
+            if let Some(i) = slots.iter().position(|s| *s == slot) {
+                normal.gradient[i] -= x * per;
+                normal.matrix[(i, i)] += per * per;
+            }
+        }
+        (normal.cost.is_finite() && normal.matrix.iter().all(|x| x.is_finite())).then_some(normal)
+    }
+
+    /// Adds the normal equations of one axle (or of all) over the `touching` slots.
+    #[expect(clippy::too_many_arguments, reason = "the inner half of `normal`")]
+    fn add(
+        &self,
+        unit: &Unit,
+        slots: &[Slot],
+        ranges: &[(f64, [f64; 2])],
+        point: &Point,
+        colours: &[Colour],
+        substeps: usize,
+        wanted: Option<usize>,
+        touching: &[usize],
+        normal: &mut Normal,
+    ) {
+        let axles: Vec<usize> = match wanted {
+            Some(a) => vec![a],
+            None => (0..unit.tracks.len()).collect(),
+        };
+        // For every axle the whitened columns [residual, derivative, ..], a chunk at a time.
+        let mut columns: Vec<Vec<Vec<Lanes>>> = vec![Vec::new(); axles.len()];
+        for chunk in touching.chunks(CHUNK) {
+            let mut points: [Point; LANES] = std::array::from_fn(|_| point.clone());
+            let mut per_step = [0.0; LANES];
+            for (lane, s) in chunk.iter().enumerate() {
+                let (size, limits) = ranges[*s];
+                let value = point.get(slots[*s]);
+                let step = 1e-4 * size.abs().max(value.abs());
+                let moved = if value + step > limits[1] {
+                    value - step
+                } else {
+                    value + step
+                };
+                points[lane + 1].set(slots[*s], moved);
+                per_step[lane + 1] = 1.0 / (moved - value);
+            }
+            let z = unit.simulate(self.scene, &points, wanted, self.samples, substeps);
+            for ((z, a), columns) in z.iter().zip(&axles).zip(&mut columns) {
+                let track = &self.scene.tracks[unit.tracks[*a]];
+                let raw: Vec<Lanes> = (0..self.samples)
+                    .map(|i| {
+                        if !track.valid[i] {
+                            return Lanes::ZERO;
+                        }
+                        let base = z[i].0[0];
+                        let mut out = (z[i] - base) * Lanes(per_step);
+                        out.0[0] = track.measured[i] - base;
+                        out
+                    })
+                    .collect();
+                columns.push(whitened(&raw, &colours[*a].a));
+            }
+        }
+        for (columns, a) in columns.iter().zip(&axles) {
+            let scale = 1.0 / colours[*a].variance;
+            for (c, first) in columns.iter().enumerate() {
+                for (d, second) in columns.iter().enumerate().skip(c) {
+                    let products = products(first, second);
+                    if c == 0 && d == 0 {
+                        normal.cost += scale * products[0].0[0];
+                    }
+                    for p in 1..LANES {
+                        let Some(i) = touching.get(c * CHUNK + p - 1) else {
+                            break;
+                        };
+                        if d == c {
+                            normal.gradient[*i] += scale * products[0].0[p];
+                        }
+                        for q in 1..LANES {
+                            let Some(j) = touching.get(d * CHUNK + q - 1) else {
+                                break;
+                            };
+                            normal.matrix[(*i, *j)] += scale * products[p].0[q];
+                            if d != c {
+                                normal.matrix[(*j, *i)] += scale * products[p].0[q];
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Sum over samples of the outer product of two sets of columns.
+fn products(first: &[Lanes], second: &[Lanes]) -> [Lanes; LANES] {
+    widest(
+        #[inline(always)]
+        || {
+            let mut sums = [Lanes::ZERO; LANES];
+            for (x, y) in first.iter().zip(second) {
+                for (sum, x) in sums.iter_mut().zip(x.0) {
+                    *sum += *y * x;
+                }
+            }
+            sums
+        },
+    )
+}
+
+/// x_n + sum a_j x_{n-j} for eight columns at once.
+pub fn whitened(x: &[Lanes], a: &[f64]) -> Vec<Lanes> {
+    widest(
+        #[inline(always)]
+        || {
+            (0..x.len())
+                .map(|i| {
+                    let mut sum = x[i];
+                    for (a, x) in a.iter().zip(x[..i].iter().rev()) {
+                        sum += *x * *a;
+                    }
+                    sum
+                })
+                .collect()
+        },
+    )
+}
+
+/// The point that a damped Gauss-Newton step leads to, kept within the limits.
+fn stepped(
+    point: &Point,
+    slots: &[Slot],
+    ranges: &[(f64, [f64; 2])],
+    normal: &Normal,
+    damping: f64,
+) -> Point {
+    let n = slots.len();
+    // A slot at its limit and pushed outwards stays where it is.
+    let stuck: Vec<bool> = (0..n)
+        .map(|i| {
+            let (value, g) = (point.get(slots[i]), normal.gradient[i]);
+            (value <= ranges[i].1[0] && g < 0.0) || (value >= ranges[i].1[1] && g > 0.0)
+        })
+        .collect();
+    let scale = DVector::from_fn(n, |i, _| {
+        let d = normal.matrix[(i, i)];
+        if d > 0.0 && !stuck[i] {
+            d.sqrt().recip()
+        } else {
+            0.0
+        }
+    });
+    let mut matrix = DMatrix::from_fn(n, n, |i, j| scale[i] * normal.matrix[(i, j)] * scale[j]);
+    for i in 0..n {
+        matrix[(i, i)] = 1.0 + damping;
+    }
+    let right = DVector::from_fn(n, |i, _| scale[i] * normal.gradient[i]);
+    let mut next = point.clone();
+    if let Some(factor) = matrix.cholesky() {
+        let step = factor.solve(&right);
+        for i in 0..n {
+            let [low, high] = ranges[i].1;
+            let value = point.get(slots[i]) + scale[i] * step[i];
+            next.set(slots[i], value.max(low).min(high));
+        }
+    }
+    next
+}
+
+/// Inverse of a Gauss-Newton matrix; a slot without any influence gets an infinite variance.
+fn inverse(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let n = matrix.nrows();
+    let scale: Vec<f64> = (0..n).map(|i| matrix[(i, i)].max(0.0).sqrt()).collect();
+    let unit = DMatrix::from_fn(n, n, |i, j| {
+        if i == j {
+            1.0 + 1e-12
+        } else if scale[i] > 0.0 && scale[j] > 0.0 {
+            matrix[(i, j)] / (scale[i] * scale[j])
+        } else {
+            0.0
+        }
+    });
+    let inverse = unit
+        .clone()
+        .cholesky()
+        .map(|c| c.inverse())
+        .or_else(|| unit.pseudo_inverse(1e-12).ok())?;
+    Some(DMatrix::from_fn(n, n, |i, j| {
+        let s = scale[i] * scale[j];
+        if s > 0.0 {
+            inverse[(i, j)] / s
+        } else if i == j {
+            f64::INFINITY
+        } else {
+            0.0
+        }
+    }))
+}

@@ -1,0 +1,17 @@
+//! Extended models: their motion, their fits, and what these say.
+
+pub mod estimate;
+pub mod fitter;
+pub mod integrate;
+pub mod model;
+pub mod motion;
+pub mod physical;
+pub mod polish;
+pub mod refine;
+pub mod tangent;
+pub mod unit;
+
+pub use fitter::{Effort, Fitted, Fitter};
+pub use model::{COARSE, FINE, Model};
+pub use motion::{Motion, motions};
+pub use unit::{Point, Slot, Term, Unit};

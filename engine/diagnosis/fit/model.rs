@@ -1,0 +1,114 @@
+//! Sets of effects, exactly fitted.
+
+use super::fitter::Fitted;
+use super::unit::{Point, Term, Unit};
+use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::law::{MAX_PARAMETERS, STABLE};
+use crate::numerics::autoregressive::Colour;
+
+/// Largest angle (rad) that the stiffest axle turns through in one step of the integrator, while
+/// searching and in the end.
+pub const COARSE: f64 = 0.45;
+pub const FINE: f64 = 0.3;
+/// What a corner takes off the angle of a step, since the error at one falls with its square only.
+const CORNERS: f64 = 0.4;
+
+/// A set of effects, exactly fitted.
+#[derive(Clone, Debug)]
+pub struct Model {
+    pub terms: Vec<Term>,
+    pub fits: Vec<Fitted>,
+    /// Sum of the units' profile log likelihoods.
+    pub likelihood: f64,
+}
+
+impl Model {
+    pub fn new(mut terms: Vec<Term>, fits: Vec<Fitted>) -> Self {
+        terms.sort();
+        let likelihood = fits.iter().map(|f| f.likelihood).sum();
+        Self {
+            terms,
+            fits,
+            likelihood,
+        }
+    }
+
+    /// Steps of the integrator for each sample, so that the stiffest axle turns by no more than `angle`
+    /// (rad) in one, or by less where a force has corners.
+    pub fn substeps(&self, scene: &Scene, angle: f64) -> usize {
+        let each = self.fits.iter();
+        let fastest = each
+            .map(|f| f.unit.fastest(scene, &f.point))
+            .fold(0.0, f64::max);
+        let angle = if self.terms.iter().any(|t| t.kind.spec().corners) {
+            CORNERS * angle
+        } else {
+            angle
+        };
+        let turns = (fastest * scene.step / angle).ceil() as usize;
+        (self.fits.iter())
+            .map(|f| stable_substeps(scene, f.unit.decay(scene, &f.point)))
+            .fold(turns, usize::max)
+            .clamp(1, 20)
+    }
+
+    /// Noise of one track's residual.
+    pub fn colour(&self, track: usize) -> &Colour {
+        let (fit, a) = self.of_track(track);
+        &fit.colours[a]
+    }
+
+    /// The fit that a track belongs to, and which of its axles it is.
+    pub fn of_track(&self, track: usize) -> (&Fitted, usize) {
+        self.fits
+            .iter()
+            .find_map(|f| {
+                f.unit
+                    .tracks
+                    .iter()
+                    .position(|t| *t == track)
+                    .map(|a| (f, a))
+            })
+            .unwrap_or((&self.fits[0], 0))
+    }
+
+    /// Where a fit of `unit` starts when this model is what is known: new terms at zero, and without those
+    /// that it leaves out.
+    pub fn carried(&self, unit: &Unit) -> (Point, Vec<Colour>) {
+        let mut point = Point {
+            base: Vec::new(),
+            values: Vec::new(),
+            initial: Vec::new(),
+        };
+        let mut colours = Vec::new();
+        for t in &unit.tracks {
+            let (fit, a) = self.of_track(*t);
+            let mut base = fit.point.base[a];
+            for (term, values) in fit.unit.terms.iter().zip(&fit.point.values) {
+                if !unit.terms.contains(term) {
+                    [base[0], base[1]] = (term.kind.spec().alone)([base[0], base[1]], values);
+                }
+            }
+            point.base.push(base);
+            colours.push(fit.colours[a].clone());
+        }
+        for term in &unit.terms {
+            let known = self
+                .fits
+                .iter()
+                .find_map(|f| f.unit.terms.iter().position(|t| t == term).map(|i| (f, i)));
+            point
+                .values
+                .push(known.map_or([0.0; MAX_PARAMETERS], |(f, i)| f.point.values[i]));
+            point
+                .initial
+                .push(known.map_or([0.0; 2], |(f, i)| f.point.initial[i]));
+        }
+        (point, colours)
+    }
+}
+
+/// Steps of the integrator for each sample that a damping of B/m = `beta` (1/s) bears.
+pub fn stable_substeps(scene: &Scene, beta: f64) -> usize {
+    (beta.abs() * scene.step / STABLE).ceil() as usize
+}

@@ -1,0 +1,97 @@
+//! How a model moves along the ride.
+
+use super::integrate::run;
+use super::model::{FINE, Model};
+use super::unit::Point;
+use crate::diagnosis::dataset::{Scene, Track};
+use crate::numerics::lanes::{LANES, Lanes};
+use crate::numerics::spline::slopes;
+use crate::output_error::AxleFit;
+use crate::simulate::linear::Input;
+
+/// A model's motion along the ride on one axle.
+pub struct Motion {
+    pub z: Vec<f64>,
+    pub d: Vec<f64>,
+    pub w: Vec<f64>,
+    /// z'' and what the linear spring and damper alone would give (m/s^2).
+    pub acceleration: Vec<f64>,
+    pub linear: Vec<f64>,
+}
+
+impl Motion {
+    /// The plain model's motion as output error has fitted it.
+    pub fn of_fit(track: &Track, fit: &AxleFit) -> Self {
+        let fitted = track.measured.iter().zip(&fit.residual);
+        let z: Vec<f64> = fitted.map(|(y, r)| y - r).collect();
+        let v = slopes(&z, track.input.step);
+        let p = &fit.plain;
+        Self::plain(
+            &track.input,
+            z,
+            &v,
+            [p.kappa, p.beta, p.per_mass, p.constant],
+        )
+    }
+
+    /// A motion that the linear spring and damper alone bring about, by k/m, B/m, 1/m and a constant (m/s^2).
+    fn plain(input: &Input, z: Vec<f64>, v: &[f64], base: [f64; 4]) -> Self {
+        let [kappa, beta, per_mass, constant] = base;
+        let d: Vec<f64> = input.road.iter().zip(&z).map(|(u, z)| u - z).collect();
+        let w: Vec<f64> = (input.road_slope.iter().zip(v))
+            .map(|(u, v)| u - v)
+            .collect();
+        let linear: Vec<f64> = (0..z.len())
+            .map(|i| {
+                let push = input.force.as_ref().map_or(0.0, |(f, _)| f[i]);
+                kappa * d[i] + beta * w[i] + per_mass * push + constant
+            })
+            .collect();
+        Self {
+            acceleration: linear.clone(),
+            z,
+            d,
+            w,
+            linear,
+        }
+    }
+}
+
+/// The motion of every track under a model.
+pub fn motions(scene: &Scene, model: &Model) -> Vec<Motion> {
+    (0..scene.tracks.len())
+        .map(|t| {
+            let (fit, a) = model.of_track(t);
+            let points: [Point; LANES] = std::array::from_fn(|_| fit.point.clone());
+            let lanes: Vec<_> = (0..fit.unit.tracks.len())
+                .map(|a| fit.unit.lanes(scene, &points, a))
+                .collect();
+            let axles: Vec<_> = fit
+                .unit
+                .tracks
+                .iter()
+                .zip(&lanes)
+                .map(|(t, l)| (&scene.tracks[*t], l))
+                .collect();
+            let coupling = fit.unit.coupling(&points);
+            let substeps = model.substeps(scene, FINE);
+            let out = run(
+                scene,
+                &axles,
+                coupling.as_ref(),
+                scene.samples,
+                substeps,
+                true,
+            );
+            let m = &out[a];
+            let input = &scene.tracks[t].input;
+            let [kappa, beta, per_mass, constant, _, _] = fit.point.base[a];
+            let lane = |x: &[Lanes]| -> Vec<f64> { x.iter().map(|x| x.0[0]).collect() };
+            let (z, v, acceleration) = (lane(&m.z), lane(&m.v), lane(&m.a));
+            Motion {
+                acceleration,
+                ..Motion::plain(input, z, &v, [kappa, beta, per_mass, constant])
+            }
+        })
+        .collect()
+}

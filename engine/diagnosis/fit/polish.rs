@@ -1,0 +1,46 @@
+//! A set of effects fitted again: with fewer terms, or until nothing moves.
+
+use rayon::prelude::*;
+
+use super::fitter::{Effort, Fitter};
+use super::model::Model;
+use super::unit::{Term, Unit};
+
+/// Fits the model with fewer terms than `known` has, starting from there; units that do not change
+/// are kept.
+pub fn reduce(fitter: &Fitter, known: &Model, terms: &[Term], effort: Effort) -> Option<Model> {
+    let fits = Unit::all(fitter.scene, terms)
+        .into_iter()
+        .map(|unit| match known.fits.iter().find(|f| f.unit == unit) {
+            Some(same) => Some(same.clone()),
+            None => {
+                let (point, colours) = known.carried(&unit);
+                fitter.fit(&unit, point, &colours, effort)
+            }
+        })
+        .collect::<Option<Vec<_>>>()?;
+    Some(Model::new(terms.to_vec(), fits))
+}
+
+/// Fits every unit again from where it is, in turns with its own noise model, until neither moves.
+pub fn polish(fitter: &Fitter, model: &Model, effort: Effort) -> Option<Model> {
+    let fits = model
+        .fits
+        .par_iter()
+        .map(|f| {
+            let mut best = f.clone();
+            for _ in 0..5 {
+                let next = fitter.fit(&best.unit, best.point.clone(), &best.colours, effort)?;
+                let gained = next.likelihood - best.likelihood;
+                if gained > 0.0 {
+                    best = next;
+                }
+                if gained < 0.1 {
+                    break;
+                }
+            }
+            Some(best)
+        })
+        .collect::<Option<Vec<_>>>()?;
+    Some(Model::new(model.terms.clone(), fits))
+}

@@ -1,0 +1,111 @@
+//! What a fitted model's own parameters do to its residual, to first order.
+
+use super::fitter::{Fitter, whitened};
+use super::model::Model;
+use super::unit::{Point, Term, Unit};
+use crate::numerics::autoregressive::Colour;
+use crate::numerics::lanes::{LANES, Lanes};
+use crate::numerics::projection::orthonormal;
+
+/// The model's own whitened derivatives of one unit, as an orthonormal basis, and its whitened
+/// residual in units of its standard deviation.
+pub struct Tangent {
+    pub unit: Unit,
+    pub point: Point,
+    pub basis: Vec<Vec<f64>>,
+    pub residual: Vec<f64>,
+    pub colours: Vec<Colour>,
+    /// Displacement of the model itself, by axle of the unit.
+    pub own: Vec<Vec<f64>>,
+}
+
+impl Tangent {
+    pub fn new(fitter: &Fitter, model: &Model, unit: &Unit, substeps: usize) -> Self {
+        let (point, colours) = model.carried(unit);
+        let slots = unit.slots(fitter.scene);
+        let own: [Point; LANES] = std::array::from_fn(|_| point.clone());
+        let own = unit
+            .simulate(fitter.scene, &own, None, fitter.samples, substeps)
+            .iter()
+            .map(|z| z.iter().map(|z| z.0[0]).collect())
+            .collect();
+        let mut columns = Vec::new();
+        let mut residual = Vec::new();
+        for chunk in slots.chunks(LANES - 1) {
+            let mut points: [Point; LANES] = std::array::from_fn(|_| point.clone());
+            for (lane, slot) in chunk.iter().enumerate() {
+                let (size, _) = unit.range(fitter.scene, *slot);
+                let value = point.get(*slot);
+                points[lane + 1].set(*slot, value + 1e-4 * size.abs().max(value.abs()));
+            }
+            let found = differences(fitter, unit, &points, &colours, substeps, chunk.len());
+            residual = found.0;
+            columns.extend(found.1);
+        }
+        Self {
+            unit: unit.clone(),
+            point,
+            basis: orthonormal(columns, &[]),
+            residual,
+            colours,
+            own,
+        }
+    }
+}
+
+/// Residual and differences of the lanes to lane 0, whitened and over the noise's deviation.
+fn differences(
+    fitter: &Fitter,
+    unit: &Unit,
+    points: &[Point; LANES],
+    colours: &[Colour],
+    substeps: usize,
+    count: usize,
+) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let moved = unit.simulate(fitter.scene, points, None, fitter.samples, substeps);
+    let mut columns = vec![Vec::new(); count];
+    let mut residual = Vec::new();
+    for ((z, t), colour) in moved.iter().zip(&unit.tracks).zip(colours) {
+        let track = &fitter.scene.tracks[*t];
+        let raw: Vec<Lanes> = (0..fitter.samples)
+            .map(|i| {
+                if !track.valid[i] {
+                    return Lanes::ZERO;
+                }
+                let base = z[i].0[0];
+                let mut out = z[i] - base;
+                out.0[0] = track.measured[i] - base;
+                out
+            })
+            .collect();
+        let white = whitened(&raw, &colour.a);
+        let per = colour.variance.sqrt().recip();
+        residual.extend(white.iter().map(|x| x.0[0] * per));
+        spread(&white, colour, count, &mut columns);
+    }
+    (residual, columns)
+}
+
+/// Appends lanes 1.. to the columns.
+pub fn spread(white: &[Lanes], colour: &Colour, count: usize, columns: &mut [Vec<f64>]) {
+    let per = colour.variance.sqrt().recip();
+    for (lane, column) in columns.iter_mut().enumerate().take(count) {
+        column.extend(white.iter().map(|x| x.0[lane + 1] * per));
+    }
+}
+
+/// Tangents for adding terms on one axle and on both: the units a new term may belong to.
+pub fn tangent_for(fitter: &Fitter, model: &Model, term: Term, substeps: usize) -> Tangent {
+    let scene = fitter.scene;
+    let mut terms = model.terms.clone();
+    terms.push(term);
+    let unit = Unit::all(scene, &terms)
+        .into_iter()
+        .find(|u| u.terms.contains(&term));
+    let mut unit = unit.unwrap_or(Unit {
+        tracks: vec![0],
+        terms: Vec::new(),
+    });
+    unit.terms.retain(|t| *t != term);
+    Tangent::new(fitter, model, &unit, substeps)
+}

@@ -1,0 +1,277 @@
+//! Extended models: which effects act where, and the numbers that a fit may move.
+
+use super::integrate::{AxleLanes, EffectLanes, run, sensed};
+use crate::bicycle::Axle;
+use crate::diagnosis::dataset::{Scene, Track};
+use crate::diagnosis::effects::Kind;
+use crate::diagnosis::law::{Scale, Spec, Values};
+use crate::numerics::lanes::{LANES, Lanes};
+use crate::output_error;
+use crate::report::diagnosis::Place;
+
+/// An effect at its place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Term {
+    pub kind: Kind,
+    pub place: Place,
+}
+
+impl Term {
+    pub fn acts_on(&self, axle: Axle) -> bool {
+        match self.place {
+            Place::Front => axle == Axle::Front,
+            Place::Rear => axle == Axle::Rear,
+            Place::Both => true,
+        }
+    }
+}
+
+/// Axles that are fitted together, because an effect acts on both or each for itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unit {
+    /// Indices into [`Scene::tracks`].
+    pub tracks: Vec<usize>,
+    /// In the order in which the effects act.
+    pub terms: Vec<Term>,
+}
+
+impl Unit {
+    /// The units of a set of terms.
+    pub fn all(scene: &Scene, terms: &[Term]) -> Vec<Unit> {
+        let mut terms = terms.to_vec();
+        terms.sort();
+        let indices: Vec<usize> = (0..scene.tracks.len()).collect();
+        if terms.iter().any(|t| t.place == Place::Both) {
+            return vec![Unit {
+                tracks: indices,
+                terms,
+            }];
+        }
+        indices
+            .into_iter()
+            .map(|i| Unit {
+                tracks: vec![i],
+                terms: terms
+                    .iter()
+                    .copied()
+                    .filter(|t| t.acts_on(scene.tracks[i].axle))
+                    .collect(),
+            })
+            .collect()
+    }
+
+    fn coupled(&self) -> Option<usize> {
+        self.terms
+            .iter()
+            .position(|t| t.kind == Kind::PitchCoupling)
+    }
+
+    /// Numbers that a fit may move.
+    pub fn slots(&self, scene: &Scene) -> Vec<Slot> {
+        let mut slots = Vec::new();
+        for (a, t) in self.tracks.iter().enumerate() {
+            let track = &scene.tracks[*t];
+            for q in 0..6 {
+                let free = match q {
+                    2 => track.free_mass,
+                    3 => track.rest_point,
+                    _ => true,
+                };
+                if free {
+                    slots.push(Slot::Base(a, q));
+                }
+            }
+        }
+        for (i, term) in self.terms.iter().enumerate() {
+            let spec = term.kind.spec();
+            slots.extend((0..spec.parameters.len()).map(|q| Slot::Value(i, q)));
+            // Where nothing drives the axle, where a second mass starts is half of what it does.
+            let track = &scene.tracks[self.tracks[0]];
+            let driven = track.has_road || track.input.force.is_some();
+            if spec.states == 2 && !driven {
+                slots.extend([Slot::Initial(i, 0), Slot::Initial(i, 1)]);
+            }
+        }
+        slots
+    }
+
+    /// Whether a slot changes the motion of the unit's axle `a`.
+    pub fn touches(&self, scene: &Scene, slot: Slot, a: usize) -> bool {
+        let axle = scene.tracks[self.tracks[a]].axle;
+        match slot {
+            _ if self.coupled().is_some() => true,
+            Slot::Base(of, _) => of == a,
+            Slot::Value(i, _) | Slot::Initial(i, _) => self.terms[i].acts_on(axle),
+        }
+    }
+
+    /// A typical size and the limits of a slot.
+    pub fn range(&self, scene: &Scene, slot: Slot) -> (f64, [f64; 2]) {
+        let free = [f64::NEG_INFINITY, f64::INFINITY];
+        match slot {
+            Slot::Base(a, q) => {
+                let s = &scene.tracks[self.tracks[a]].scale;
+                let slack = 25.0 / (s.train_s * s.train_s);
+                let [most_kappa, most_beta] = output_error::most(scene.step);
+                match q {
+                    0 => (0.1 * s.k_size() / s.mass, [-slack, most_kappa]),
+                    1 => (0.1 * s.b_size() / s.mass, [-most_beta, most_beta]),
+                    2 => (0.1 / s.mass, [1e-9, f64::INFINITY]),
+                    3 => (0.05 * s.a_rms, free),
+                    4 => (0.1 * s.z_rms, free),
+                    _ => (0.1 * s.v_rms, free),
+                }
+            }
+            Slot::Value(i, q) => {
+                let scale = self.scale(scene, i);
+                let parameter = &self.terms[i].kind.spec().parameters[q];
+                ((parameter.size)(scale), (parameter.limits)(scale))
+            }
+            Slot::Initial(i, q) => {
+                let s = self.scale(scene, i);
+                (0.1 * if q == 0 { s.z_rms } else { s.v_rms }, free)
+            }
+        }
+    }
+
+    /// Sizes on the axle that a term acts on; the front's for both.
+    pub fn scale<'s>(&self, scene: &'s Scene, term: usize) -> &'s Scale {
+        let acted = self
+            .tracks
+            .iter()
+            .find(|t| self.terms[term].acts_on(scene.tracks[**t].axle));
+        &scene.tracks[*acted.unwrap_or(&self.tracks[0])].scale
+    }
+
+    /// The stiffest axle's turn (rad/s).
+    pub fn fastest(&self, scene: &Scene, point: &Point) -> f64 {
+        let mut fastest: f64 = 0.0;
+        for t in &self.tracks {
+            let s = &scene.tracks[*t].scale;
+            let added = self.added(&scene.tracks[*t], point, |spec, values, s| {
+                (spec.stiffens)(values, s)
+            });
+            fastest = fastest.max((s.k_size().min(4.0 * s.k.abs()) + added) / s.mass);
+        }
+        fastest.sqrt()
+    }
+
+    /// The most damped axle's decay (1/s).
+    pub fn decay(&self, scene: &Scene, point: &Point) -> f64 {
+        let decays = self.tracks.iter().zip(&point.base).map(|(t, base)| {
+            let track = &scene.tracks[*t];
+            base[1].abs()
+                + self.added(track, point, |spec, values, s| (spec.damps)(values, s))
+                    / track.scale.mass
+        });
+        decays.fold(0.0, f64::max)
+    }
+
+    /// What the effects add on a track to some size of it.
+    fn added(
+        &self,
+        track: &Track,
+        point: &Point,
+        size: impl Fn(&Spec, &Values, &Scale) -> f64,
+    ) -> f64 {
+        let effects = self.terms.iter().zip(&point.values);
+        effects
+            .filter(|(term, _)| term.acts_on(track.axle))
+            .map(|(term, values)| size(term.kind.spec(), values, &track.scale))
+            .sum()
+    }
+
+    /// Readings of the displacement sensors for eight points, by axle of the unit; only those of
+    /// `wanted` when one axle is enough.
+    pub fn simulate(
+        &self,
+        scene: &Scene,
+        points: &[Point; LANES],
+        wanted: Option<usize>,
+        samples: usize,
+        substeps: usize,
+    ) -> Vec<Vec<Lanes>> {
+        let chosen: Vec<usize> = match wanted {
+            Some(a) => vec![a],
+            None => (0..self.tracks.len()).collect(),
+        };
+        let lanes: Vec<AxleLanes> = chosen
+            .iter()
+            .map(|a| self.lanes(scene, points, *a))
+            .collect();
+        let axles: Vec<_> = chosen
+            .iter()
+            .zip(&lanes)
+            .map(|(a, l)| (&scene.tracks[self.tracks[*a]], l))
+            .collect();
+        let coupling = self.coupling(points);
+        let full = self.terms.iter().any(|t| t.kind.spec().on_sensor);
+        let motions = run(scene, &axles, coupling.as_ref(), samples, substeps, full);
+        motions
+            .into_iter()
+            .zip(&lanes)
+            .map(|(m, l)| sensed(scene, l, m))
+            .collect()
+    }
+
+    /// How strongly the axles push each other, where they do.
+    pub fn coupling(&self, points: &[Point; LANES]) -> Option<Lanes> {
+        self.coupled().map(|i| gather(points, |p| p.values[i][0]))
+    }
+
+    pub fn lanes(&self, scene: &Scene, points: &[Point; LANES], a: usize) -> AxleLanes {
+        let axle = scene.tracks[self.tracks[a]].axle;
+        AxleLanes {
+            base: std::array::from_fn(|q| gather(points, |p| p.base[a][q])),
+            effects: (0..self.terms.len())
+                .filter(|i| self.terms[*i].acts_on(axle))
+                .map(|i| EffectLanes {
+                    kind: self.terms[i].kind,
+                    values: std::array::from_fn(|q| gather(points, |p| p.values[i][q])),
+                    initial: std::array::from_fn(|q| gather(points, |p| p.initial[i][q])),
+                })
+                .collect(),
+        }
+    }
+}
+
+fn gather(points: &[Point; LANES], of: impl Fn(&Point) -> f64) -> Lanes {
+    Lanes(std::array::from_fn(|i| of(&points[i])))
+}
+
+/// One number that a fit may move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Slot {
+    /// Axle of the unit; k/m, B/m, 1/m, constant, z(0), z'(0).
+    Base(usize, usize),
+    /// Term; parameter.
+    Value(usize, usize),
+    /// Term; height or velocity at the start, relative to the axle's.
+    Initial(usize, usize),
+}
+
+/// All numbers of a unit's model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    pub base: Vec<[f64; 6]>,
+    pub values: Vec<Values>,
+    pub initial: Vec<[f64; 2]>,
+}
+
+impl Point {
+    pub fn get(&self, slot: Slot) -> f64 {
+        match slot {
+            Slot::Base(a, q) => self.base[a][q],
+            Slot::Value(i, q) => self.values[i][q],
+            Slot::Initial(i, q) => self.initial[i][q],
+        }
+    }
+
+    pub fn set(&mut self, slot: Slot, value: f64) {
+        match slot {
+            Slot::Base(a, q) => self.base[a][q] = value,
+            Slot::Value(i, q) => self.values[i][q] = value,
+            Slot::Initial(i, q) => self.initial[i][q] = value,
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! Where an effect acts on the motion of an axle, and what it may ask there.
+
+use super::scale::Scale;
+use super::spec::{MAX_PARAMETERS, Spec, Values};
+use crate::numerics::lanes::Lanes;
+
+/// States that an effect may have at most.
+pub const MAX_STATES: usize = 2;
+/// Decay of a state in one step that it bears: it would blow up at 2.78.
+pub const STABLE: f64 = 1.5;
+
+/// One effect's parameters and its states, for eight parameter sets.
+pub type LaneValues = [Lanes; MAX_PARAMETERS];
+pub type States = [Lanes; MAX_STATES];
+
+/// One axle at one instant, for eight parameter sets.
+pub struct Motion<'a> {
+    /// Deflection across the tyre d = u - z (m) and its rate w (m/s).
+    pub d: Lanes,
+    pub w: Lanes,
+    /// Height (m) and velocity (m/s) of the axle mass.
+    pub z: Lanes,
+    pub v: Lanes,
+    /// k/m (1/s^2), B/m (1/s), 1/m (1/kg).
+    pub kappa: Lanes,
+    pub beta: Lanes,
+    pub per_mass: Lanes,
+    /// Time since the first sample (s).
+    pub t: f64,
+    /// Speed (m/s) and its smoothed rate (m/s^2).
+    pub speed: f64,
+    pub speed_rate: f64,
+    /// Sine and cosine of twice the crank angle.
+    pub crank: [f64; 2],
+    /// Step of the integrator (s).
+    pub step: f64,
+    pub scale: &'a Scale,
+}
+
+/// Where an effect reads the road at one sample, for one parameter set.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tap {
+    /// The road is read `shift` (s) earlier, averaged over `half_window` (s) to both sides.
+    pub shift: f64,
+    pub half_window: f64,
+    /// Added height (m) and its rate (m/s).
+    pub value: f64,
+    pub slope: f64,
+}
+
+/// What is known of the sample at which the road is read.
+pub struct Spot {
+    pub speed: f64,
+    /// Distance ridden (m).
+    pub distance: f64,
+}
+
+/// How the displacement sensor reads, for one parameter set at one sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pickup {
+    pub delay: f64,
+    pub gain: f64,
+    pub offset: f64,
+}
+
+/// The hooks of an effect. Forces are divided by the axle mass (m/s^2).
+pub trait Effect {
+    const SPEC: Spec;
+
+    /// The tyre's force with this effect, given the force without it.
+    #[inline(always)]
+    fn tyre(_p: &LaneValues, _m: &Motion, _s: &States, force: Lanes) -> Lanes {
+        force
+    }
+
+    /// The other forces on the axle mass.
+    #[inline(always)]
+    fn body(_p: &LaneValues, _m: &Motion, force: Lanes) -> Lanes {
+        force
+    }
+
+    /// The acceleration, given the force over the axle mass.
+    #[inline(always)]
+    fn inertia(_p: &LaneValues, _m: &Motion, _s: &States, force: Lanes) -> Lanes {
+        force
+    }
+
+    /// Rates of the effect's own states.
+    #[inline(always)]
+    fn rates(_p: &LaneValues, _m: &Motion, _s: &States) -> States {
+        [Lanes::ZERO; MAX_STATES]
+    }
+
+    fn road(_p: &Values, _spot: &Spot, _scale: &Scale, _tap: &mut Tap) {}
+
+    fn sensor(_p: &Values, _t: f64, _pickup: &mut Pickup) {}
+
+    /// The values that are reported as these, in the order of the report.
+    fn from_reported(reported: &[f64], _scale: &Scale) -> Values {
+        std::array::from_fn(|i| reported.get(i).copied().unwrap_or(0.0))
+    }
+}

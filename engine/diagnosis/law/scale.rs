@@ -1,0 +1,91 @@
+//! The sizes of a ride from which effects take their starts and limits.
+
+/// Typical sizes on one axle, by the plain fit.
+#[derive(Clone, Debug)]
+pub struct Scale {
+    pub mass: f64,
+    /// Plain stiffness (N/m) and damping (N s/m).
+    pub k: f64,
+    pub b: f64,
+    /// Deflection d = u - z and its rate by the plain model: RMS, lowest, highest (m, m/s).
+    pub d_rms: f64,
+    pub d_low: f64,
+    pub d_high: f64,
+    pub d_peak: f64,
+    pub w_rms: f64,
+    pub z_rms: f64,
+    pub v_rms: f64,
+    /// RMS of the acceleration by the plain model (m/s^2).
+    pub a_rms: f64,
+    /// Length of the fitted part and of the whole ride, and the sample interval (s).
+    pub train_s: f64,
+    pub duration: f64,
+    pub step: f64,
+    /// NaN where unknown.
+    pub static_load: f64,
+    pub wheel_radius: f64,
+    /// Mean speed and spread of the speed (m/s).
+    pub mean_speed: f64,
+    pub speed_span: f64,
+    /// Distance of the fitted part (m).
+    pub train_distance: f64,
+    /// Force on this axle per height of the centre of gravity and acceleration: +-m/L (kg/m).
+    pub lift: f64,
+    /// m l_F l_R (kg m^2).
+    pub balanced_pitch_inertia: f64,
+}
+
+impl Scale {
+    /// A bicycle of no particular ride, for what does not depend on one.
+    pub const TYPICAL: Scale = Scale {
+        mass: 30.0,
+        k: 60e3,
+        b: 500.0,
+        d_rms: 1e-3,
+        d_low: -3e-3,
+        d_high: 3e-3,
+        d_peak: 3e-3,
+        w_rms: 0.1,
+        z_rms: 1e-3,
+        v_rms: 0.1,
+        a_rms: 5.0,
+        train_s: 60.0,
+        duration: 100.0,
+        step: 5e-3,
+        static_load: 300.0,
+        wheel_radius: 0.34,
+        mean_speed: 5.0,
+        speed_span: 1.0,
+        train_distance: 300.0,
+        lift: 30.0,
+        balanced_pitch_inertia: 10.0,
+    };
+
+    /// RMS of the net force on the axle mass (N), from which forces take their sizes.
+    pub fn force_rms(&self) -> f64 {
+        self.mass * self.a_rms
+    }
+
+    /// A positive stiffness to measure others by, also where the plain one is near zero.
+    pub fn k_size(&self) -> f64 {
+        self.k.abs().max(0.1 * self.force_rms() / self.d_rms)
+    }
+
+    /// A positive damping to measure others by.
+    pub fn b_size(&self) -> f64 {
+        self.b.abs().max(0.02 * self.force_rms() / self.w_rms)
+    }
+
+    /// Period of the undamped axle (s), within what the ride can show.
+    pub fn period(&self) -> f64 {
+        let period =
+            std::f64::consts::TAU * (self.mass / self.k.abs().max(f64::MIN_POSITIVE)).sqrt();
+        period.clamp(4.0 * self.step, 0.5 * self.train_s)
+    }
+
+    /// Change of the relative rolling radius that turns the wheel's phase by a radian over the
+    /// fitted part.
+    pub fn radius_step(&self) -> f64 {
+        (self.wheel_radius / self.train_distance.max(10.0 * self.wheel_radius)).clamp(1e-4, 0.03)
+    }
+}

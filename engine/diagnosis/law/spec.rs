@@ -1,0 +1,138 @@
+//! What an effect says of itself.
+
+use super::scale::Scale;
+use crate::report::diagnosis::Stronger;
+
+/// Parameters that an effect may have at most.
+pub const MAX_PARAMETERS: usize = 4;
+
+/// One effect's parameters, for one parameter set.
+pub type Values = [f64; MAX_PARAMETERS];
+
+/// Where an effect can act.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Acts {
+    /// On the front or the rear axle separately.
+    OneAxle,
+    /// On the rear axle only.
+    Rear,
+    /// On both axles with one set of parameters.
+    Both,
+}
+
+/// What a ride must have for an effect to be spoken about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Need {
+    /// A road that moves.
+    Road,
+    Speed,
+    VaryingSpeed,
+    Cadence,
+    /// The masses of both axles and their distances from the centre of gravity.
+    Geometry,
+    WheelRadius,
+    StaticLoad,
+}
+
+/// A fitted parameter.
+pub struct Parameter {
+    pub name: &'static str,
+    pub unit: &'static str,
+    /// A typical size, from which the fit takes its steps.
+    pub size: fn(&Scale) -> f64,
+    /// Hard limits of the fit.
+    pub limits: fn(&Scale) -> [f64; 2],
+}
+
+/// A parameter as it is reported.
+pub struct Reported {
+    pub name: &'static str,
+    pub unit: &'static str,
+    pub value: f64,
+    /// Whether a real bicycle can have this value.
+    pub physical: bool,
+}
+
+pub struct Spec {
+    pub id: &'static str,
+    pub acts: Acts,
+    pub needs: &'static [Need],
+    /// The parameters that the fit moves. Values beyond them are choices that starts make.
+    pub parameters: &'static [Parameter],
+    /// Parameters in which the effect is nearly linear and that are zero without it: their starts are
+    /// scaled to the residual. None: starts are taken as they are.
+    pub amplitudes: &'static [usize],
+    /// The parameter, fitted and reported under this number, that tells how large the effect is, and whether it does more
+    /// when it is larger.
+    pub told: usize,
+    pub stronger: Stronger,
+    /// Parameter sets to start the fit from; with two amplitudes, one of them zero, in pairs.
+    pub starts: fn(&Scale) -> Vec<Values>,
+    /// Starts between the best start and its neighbours, at the given zoom (1, 2, ..), if any.
+    pub nearer: fn(&Values, &Scale, u32) -> Vec<Values>,
+    pub report: fn(&Values, &Scale) -> Vec<Reported>,
+    /// Stiffness (N/m) that the effect adds at most, which the integrator must resolve.
+    pub stiffens: fn(&Values, &Scale) -> f64,
+    /// Damping (N s/m) that the effect adds at most, likewise.
+    pub damps: fn(&Values, &Scale) -> f64,
+    /// k/m and B/m of an axle that moves slowly as it does with the effect, for a fit without it to start from.
+    pub alone: fn([f64; 2], &Values) -> [f64; 2],
+    pub states: usize,
+    pub on_road: bool,
+    pub on_sensor: bool,
+    /// Whether the effect belongs to a moment of this ride, so that the held-out part need not show it.
+    pub local: bool,
+    /// Whether the effect is so slow that coloured noise imitates it: what it promises under the noise of
+    /// a model without it says nothing, only a refit does.
+    pub slow: bool,
+    /// Whether the force has corners, which the integrator must meet with shorter steps.
+    pub corners: bool,
+    /// Whether the likelihood has many peaks, so that a fit also starts from afar.
+    pub peaks: bool,
+    /// Parameters for which a value and a deviation are expected where the ride says nothing.
+    pub expected: &'static [(usize, f64, f64)],
+    /// The effect in plain words.
+    pub words: &'static str,
+    pub confused_with: &'static [&'static str],
+    pub source: &'static str,
+}
+
+impl Spec {
+    /// What most effects have in common; the rest each says for itself.
+    pub const ORDINARY: Spec = Spec {
+        id: "",
+        acts: Acts::OneAxle,
+        needs: &[],
+        parameters: &[],
+        amplitudes: &[],
+        told: 0,
+        stronger: Stronger::Larger,
+        starts: |_| Vec::new(),
+        nearer: |_, _, _| Vec::new(),
+        report: |_, _| Vec::new(),
+        stiffens: |_, _| 0.0,
+        damps: |_, _| 0.0,
+        alone: |base, _| base,
+        states: 0,
+        on_road: false,
+        on_sensor: false,
+        local: false,
+        slow: false,
+        corners: false,
+        peaks: false,
+        expected: &[],
+        words: "",
+        confused_with: &[],
+        source: "",
+    };
+}
+
+/// A parameter that is reported as it is fitted, physical within `range`.
+pub fn reported(parameter: &Parameter, value: f64, range: [f64; 2]) -> Reported {
+    Reported {
+        name: parameter.name,
+        unit: parameter.unit,
+        value,
+        physical: (range[0]..=range[1]).contains(&value),
+    }
+}

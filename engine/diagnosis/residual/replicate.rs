@@ -1,0 +1,117 @@
+//! Rides on which nothing more is missing, made from a fitted model with the noise of both sensors
+//! drawn anew: what an effect gains on them, noise in the road channel alone can gain.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use realfft::RealFftPlanner;
+
+use crate::diagnosis::dataset::{Scene, Track};
+use crate::diagnosis::fit::{COARSE, Fitter, Model};
+use crate::numerics::random::normal;
+use crate::numerics::spectrum::{Spectrum, deviation};
+
+/// Replicates of the ride.
+const REPLICATES: usize = 12;
+/// Factor by which the noise that the replicates are given may be too small.
+const UNSURE: f64 = 1.4;
+/// Road noise below this share of the sensor's (in density) cannot matter.
+const NEGLIGIBLE: f64 = 0.003;
+/// Standard deviations of the replicates' scores by which a score must lie above their mean.
+const BEYOND: f64 = 3.5;
+
+/// Whether the road channel is noisy enough to matter.
+pub fn is_noisy(track: &Track) -> bool {
+    track.has_road && track.road_floor > NEGLIGIBLE * track.sensor_floor
+}
+
+/// Whether a score of the ride lies beyond what it is on rides that differ from it by nothing but
+/// fresh noise in both channels, as they would be under `model`.
+pub fn exceeds(
+    own: f64,
+    scene: &Scene,
+    model: &Model,
+    seed: u64,
+    score: impl Fn(&Scene) -> f64 + Sync,
+) -> bool {
+    let quiet = quiet(scene, model, model.substeps(scene, COARSE));
+    let scores: Vec<f64> = (0..REPLICATES)
+        .into_par_iter()
+        .map(|replicate| {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            rng.set_stream(u64::MAX - replicate as u64);
+            score(&noisy(&quiet, &mut rng))
+        })
+        .collect();
+    let n = scores.len() as f64;
+    let mean = scores.iter().sum::<f64>() / n;
+    let variance = scores.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    own > UNSURE * mean + BEYOND * variance.sqrt().max(1.0)
+}
+
+/// The ride as it is under `model` if neither channel had noise: the recorded road without what its
+/// noise floor can be (Wiener's filter), and the motion over it.
+fn quiet(scene: &Scene, model: &Model, substeps: usize) -> Scene {
+    let mut quiet = scene.clone();
+    for track in quiet.tracks.iter_mut().filter(|t| t.has_road) {
+        let road = denoised(&track.input.road, scene.step, track.road_floor);
+        track.set_road(&road);
+    }
+    let fitter = Fitter {
+        scene: &quiet,
+        samples: scene.samples,
+    };
+    let motion: Vec<Vec<f64>> = (0..scene.tracks.len())
+        .map(|t| {
+            let (fit, a) = model.of_track(t);
+            let residuals = fitter.residuals(&fit.unit, &fit.point, substeps);
+            let pairs = scene.tracks[t].measured.iter().zip(&residuals[a]);
+            pairs.map(|(y, r)| y - r).collect()
+        })
+        .collect();
+    for (track, motion) in quiet.tracks.iter_mut().zip(motion) {
+        track.measured = motion;
+    }
+    quiet
+}
+
+/// A record without white noise of one-sided density `floor` (m^2/Hz).
+fn denoised(record: &[f64], step: f64, floor: f64) -> Vec<f64> {
+    let n = record.len();
+    let Some(spectrum) = Spectrum::new(record, step) else {
+        return record.to_vec();
+    };
+    let mut planner = RealFftPlanner::<f64>::new();
+    let (forward, back) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
+    // Without the line from end to end the record is periodic enough.
+    let line = |i: usize| record[0] + (record[n - 1] - record[0]) * i as f64 / (n - 1) as f64;
+    let mut level: Vec<f64> = (0..n).map(|i| record[i] - line(i)).collect();
+    let mut bins = forward.make_output_vec();
+    if forward.process(&mut level, &mut bins).is_err() {
+        return record.to_vec();
+    }
+    let last = spectrum.density.len() - 1;
+    for (i, bin) in bins.iter_mut().enumerate() {
+        let at = (i as f64 / (n as f64 * step) / spectrum.hz[1]).round() as usize;
+        *bin *= (1.0 - floor / spectrum.density[at.min(last)]).max(0.0) / n as f64;
+    }
+    if back.process(&mut bins, &mut level).is_err() {
+        return record.to_vec();
+    }
+    level.iter().enumerate().map(|(i, x)| x + line(i)).collect()
+}
+
+/// The quiet ride recorded with fresh white noise in both channels.
+fn noisy(quiet: &Scene, rng: &mut ChaCha8Rng) -> Scene {
+    let mut again = quiet.clone();
+    for track in &mut again.tracks {
+        let sensor = deviation(track.sensor_floor, quiet.step);
+        for z in &mut track.measured {
+            *z += sensor * normal(rng);
+        }
+        if track.has_road {
+            track.add_road_noise(deviation(track.road_floor, quiet.step), rng);
+        }
+    }
+    again
+}

@@ -1,0 +1,259 @@
+//! What the residual's spectrum says: does it resonate like the axle, as the answer to a force left
+//! out would, or is it noise of the sensors?
+
+use std::ops::Range;
+
+use crate::numerics::spectrum::{STRETCH_S, Spectrum};
+use crate::simulate::linear::{force_answer, road_answer};
+
+/// Evidence that a force is left in a residual.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Resonance {
+    /// Gain in Whittle log likelihood by forces beside noise.
+    pub gain: f64,
+    /// Share of the residual's power that the forces take.
+    pub share: f64,
+}
+
+/// Correlations of first-order sensor noise, and corner frequencies (Hz) of forces, in the mixtures.
+const NOISES: [f64; 11] = [0.0, 0.3, 0.5, 0.7, 0.8, 0.88, 0.93, 0.96, 0.98, 0.99, 0.995];
+const FORCES_HZ: [f64; 7] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 1e3];
+
+/// Factor by which a measured noise floor may be too low.
+const UNSURE: f64 = 1.3;
+/// Steps of the multiplicative fit of a mixture.
+const STEPS: usize = 300;
+
+/// Density of white noise that the channels which drive an axle have at most, one-sided.
+pub struct Inputs {
+    /// Road (m^2/Hz).
+    pub road: f64,
+    /// Force over the axle mass (m^2/s^4/Hz).
+    pub force: f64,
+}
+
+/// The spectrum of a residual (m) of an axle, and the noises that may explain it.
+struct Noisy {
+    spectrum: Spectrum,
+    range: Range<usize>,
+    kappa: f64,
+    beta: f64,
+    /// Noise of the displacement sensor of any reddish colour, of the road, of clock and force.
+    noises: Vec<Part>,
+}
+
+impl Noisy {
+    fn new(residual: &[f64], step: f64, kappa: f64, beta: f64, inputs: &Inputs) -> Option<Self> {
+        let spectrum = Spectrum::new(residual, step)?;
+        let range = 2..(0.96 * spectrum.hz.len() as f64) as usize;
+        let hz = &spectrum.hz[range.clone()];
+        if !spectrum.density[range.clone()].iter().all(|d| *d > 0.0) {
+            return None;
+        }
+        let kappa = kappa.max((std::f64::consts::TAU / STRETCH_S).powi(2));
+        let beta = beta.max(0.02 * kappa.sqrt());
+        let part = |shape: &dyn Fn(f64) -> f64, most: f64| {
+            Part::new(hz.iter().map(|f| shape(*f)).collect(), most)
+        };
+        let red = |phi: f64, f: f64| {
+            let turn = std::f64::consts::TAU * f * step;
+            1.0 / (1.0 - 2.0 * phi * turn.cos() + phi * phi)
+        };
+        let by_road = |f: f64| road_answer(kappa, beta, f);
+        let by_force = |f: f64| force_answer(kappa, beta, f);
+        // |1 - G|^2 with G the road's answer: 1 - G = -w^2 / (kappa - w^2 + i w beta).
+        let slip = |f: f64| (std::f64::consts::TAU * f).powi(4) * by_force(f);
+        // Noise of the road channel, alone and where a jittering clock puts the same into both channels.
+        let road = UNSURE * inputs.road;
+        let mut noises = vec![part(&by_road, road), part(&slip, road)];
+        noises.push(part(&by_force, UNSURE * inputs.force));
+        noises.extend(NOISES.map(|phi| part(&|f| red(phi, f), f64::INFINITY)));
+        Some(Self {
+            spectrum,
+            range,
+            kappa,
+            beta,
+            noises,
+        })
+    }
+
+    fn density(&self) -> &[f64] {
+        &self.spectrum.density[self.range.clone()]
+    }
+
+    /// Forces of several colours, as they move the axle.
+    fn forces(&self) -> Vec<Part> {
+        let hz = &self.spectrum.hz[self.range.clone()];
+        FORCES_HZ
+            .map(|corner| {
+                let force = |f: &f64| {
+                    force_answer(self.kappa, self.beta, *f) / (1.0 + (f / corner).powi(2))
+                };
+                Part::new(hz.iter().map(force).collect(), f64::INFINITY)
+            })
+            .into()
+    }
+}
+
+/// Explains the spectrum of a residual (m) of an axle with k/m = `kappa` and B/m = `beta` by noise of
+/// its displacement sensor of any reddish colour and by noise of its `inputs`, then also by forces.
+pub fn resonance(residual: &[f64], step: f64, kappa: f64, beta: f64, inputs: &Inputs) -> Resonance {
+    let Some(noisy) = Noisy::new(residual, step, kappa, beta, inputs) else {
+        return Resonance::default();
+    };
+    let without = mixed(&noisy.noises, noisy.density());
+    let mut parts = noisy.forces();
+    let forces = parts.len();
+    parts.extend(noisy.noises.iter().cloned());
+    let with = mixed(&parts, noisy.density());
+    let total: f64 = with.weights.iter().sum();
+    Resonance {
+        gain: noisy.spectrum.stretches * (without.misfit - with.misfit),
+        share: with.weights[..forces].iter().sum::<f64>() / total,
+    }
+}
+
+/// Density (m^2/Hz, one-sided) of white noise of the road that the spectrum of a residual holds, at
+/// most `inputs.road`: roughness, which moves the axle, leaves nothing there.
+pub fn road_noise(residual: &[f64], step: f64, kappa: f64, beta: f64, inputs: &Inputs) -> f64 {
+    let Some(noisy) = Noisy::new(residual, step, kappa, beta, inputs) else {
+        return 0.0;
+    };
+    let road = mixed(&noisy.noises, noisy.density()).weights[0] / noisy.noises[0].mean;
+    road.min(inputs.road)
+}
+
+/// One part of a mixture: its shape over its mean, and the most of it that there can be.
+#[derive(Clone)]
+struct Part {
+    shape: Vec<f64>,
+    mean: f64,
+    most: f64,
+}
+
+impl Part {
+    fn new(mut shape: Vec<f64>, most: f64) -> Self {
+        let mean = shape.iter().sum::<f64>() / shape.len() as f64;
+        shape.iter_mut().for_each(|s| *s /= mean);
+        Self {
+            shape,
+            mean,
+            most: most * mean,
+        }
+    }
+}
+
+struct Mixed {
+    weights: Vec<f64>,
+    /// Sum of ln S + P/S.
+    misfit: f64,
+}
+
+/// Non-negative weights of the parts by multiplicative steps on the Itakura-Saito divergence
+/// (Fevotte, Bertin & Durrieu 2009, doi 10.1162/neco.2008.04-08-771).
+fn mixed(parts: &[Part], density: &[f64]) -> Mixed {
+    let mean = density.iter().sum::<f64>() / density.len() as f64;
+    let mut weights: Vec<f64> = parts
+        .iter()
+        .map(|p| (mean / parts.len() as f64).min(0.9 * p.most))
+        .collect();
+    let mut sum = vec![0.0; density.len()];
+    let add = |weights: &[f64], sum: &mut [f64]| {
+        sum.fill(0.0);
+        for (w, p) in weights.iter().zip(parts) {
+            for (s, x) in sum.iter_mut().zip(&p.shape) {
+                *s += w * x;
+            }
+        }
+    };
+    for _ in 0..STEPS {
+        add(&weights, &mut sum);
+        let inverse: Vec<f64> = sum.iter().map(|s| 1.0 / s).collect();
+        let pull: Vec<f64> = inverse
+            .iter()
+            .zip(density)
+            .map(|(i, d)| d * i * i)
+            .collect();
+        for (w, p) in weights.iter_mut().zip(parts) {
+            let up: f64 = p.shape.iter().zip(&pull).map(|(s, x)| s * x).sum();
+            let down: f64 = p.shape.iter().zip(&inverse).map(|(s, x)| s * x).sum();
+            *w = (*w * (up / down).sqrt()).min(p.most);
+        }
+    }
+    add(&weights, &mut sum);
+    Mixed {
+        misfit: sum.iter().zip(density).map(|(s, d)| s.ln() + d / s).sum(),
+        weights,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numerics::autoregressive::Colour;
+
+    const QUIET: Inputs = Inputs {
+        road: 0.0,
+        force: 0.0,
+    };
+
+    fn white(n: usize, mut state: u64) -> Vec<f64> {
+        let mut uniform = || {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        (0..n)
+            .map(|_| (0..12).map(|_| uniform()).sum::<f64>() - 6.0)
+            .collect()
+    }
+
+    /// Displacement of an axle at 3 Hz, damping ratio 0.3, under a white force.
+    fn shaken(n: usize, seed: u64) -> Vec<f64> {
+        let (step, kappa, beta) = (0.01, 355.0, 11.3);
+        let (mut z, mut v) = (0.0, 0.0);
+        white(n, seed)
+            .iter()
+            .map(|f| {
+                v += step * (f - kappa * z - beta * v);
+                z += step * v;
+                z
+            })
+            .collect()
+    }
+
+    #[test]
+    fn sensor_noise_does_not_resonate() {
+        let colours = [(0.0, 1.0), (0.85, 1.0), (0.97, 0.3)];
+        for (i, (phi, size)) in colours.into_iter().enumerate() {
+            let red = Colour {
+                a: vec![-phi],
+                variance: size,
+            };
+            let slow = red.colour(&white(6000, 5 + i as u64));
+            let noise: Vec<f64> = slow
+                .iter()
+                .zip(white(6000, 17))
+                .map(|(a, b)| a + b)
+                .collect();
+            let r = resonance(&noise, 0.01, 355.0, 11.3, &QUIET);
+            assert!(r.gain < 10.0, "{phi}: {r:?}");
+        }
+    }
+
+    #[test]
+    fn a_force_does() {
+        let noise = white(6000, 11);
+        let rms = |x: &[f64]| (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt();
+        let moved = shaken(6000, 12);
+        let share = 0.5 * rms(&noise) / rms(&moved);
+        let both: Vec<f64> = noise
+            .iter()
+            .zip(&moved)
+            .map(|(a, b)| a + share * b)
+            .collect();
+        let r = resonance(&both, 0.01, 355.0, 11.3, &QUIET);
+        assert!(r.gain > 30.0 && (0.1..0.3).contains(&r.share), "{r:?}");
+    }
+}

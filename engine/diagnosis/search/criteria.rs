@@ -1,0 +1,165 @@
+//! What the search judges models by: likelihood, held-out score, cost of parameters.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::EngineError;
+use crate::bicycle::Axle;
+use crate::diagnosis::fit::physical::is_physical;
+use crate::diagnosis::fit::polish::reduce;
+use crate::diagnosis::fit::{COARSE, Effort, FINE, Fitted, Fitter, Model, Term};
+use crate::diagnosis::residual::replicate::is_noisy;
+use crate::numerics::autoregressive::Colour;
+use crate::progress::Progress;
+
+/// Gain for each sample that a second effect must make.
+const BESIDE: f64 = 0.02;
+/// Share of the held-out squares that it must remove instead; where the road is noisy, in any case.
+const SHOWN: f64 = 0.08;
+/// Share of the explainable held-out variance beyond which an extension is adequate anyway.
+pub const ADEQUATE: f64 = 0.98;
+/// Candidates that are behind the best by no more than this in log likelihood are chosen by merit.
+pub const CLOSE: f64 = 8.0;
+
+pub struct Search<'a> {
+    pub fitter: Fitter<'a>,
+    pub plain: Model,
+    pub held: Range<usize>,
+    pub candidates: Vec<Term>,
+    pub alpha: f64,
+    pub seed: u64,
+    pub progress: &'a dyn Progress,
+}
+
+impl Search<'_> {
+    pub fn quick(&self, model: &Model) -> Effort {
+        let angle = if model.terms.is_empty() { COARSE } else { FINE };
+        Effort {
+            iterations: 8,
+            gain: 0.1,
+            substeps: model.substeps(self.fitter.scene, angle),
+        }
+    }
+
+    pub fn thorough(&self, model: &Model) -> Effort {
+        Effort {
+            iterations: 20,
+            gain: 0.01,
+            substeps: model.substeps(self.fitter.scene, FINE),
+        }
+    }
+
+    /// Residuals up to the end of the held-out part, by track and with the noise that the model gives it.
+    pub fn residuals<'m>(&self, model: &'m Model) -> Vec<(usize, Vec<f64>, &'m Colour)> {
+        let substeps = model.substeps(self.fitter.scene, FINE);
+        let of_fit = |fit: &'m Fitted| {
+            let end = self.held.end;
+            let residuals = self
+                .fitter
+                .residuals_to(&fit.unit, &fit.point, substeps, end);
+            let tracks = fit.unit.tracks.iter().copied();
+            tracks
+                .zip(residuals)
+                .zip(&fit.colours)
+                .map(|((t, r), c)| (t, r, c))
+        };
+        model.fits.iter().flat_map(of_fit).collect()
+    }
+
+    /// Log score of the held-out part under the model's own noise.
+    pub fn held_score(&self, model: &Model) -> f64 {
+        let scene = self.fitter.scene;
+        let mut total = 0.0;
+        for (t, r, colour) in self.residuals(model) {
+            let white = colour.whiten(&r);
+            for i in self.held.clone().filter(|i| scene.tracks[t].valid[*i]) {
+                total -= 0.5 * (white[i] * white[i] / colour.variance + colour.variance.ln());
+            }
+        }
+        if total.is_finite() {
+            total
+        } else {
+            f64::NEG_INFINITY
+        }
+    }
+
+    /// Sum of squares of the held-out residual, by track.
+    pub fn held_squares(&self, model: &Model) -> Vec<f64> {
+        let mut squares = vec![0.0; self.fitter.scene.tracks.len()];
+        for (t, r, _) in self.residuals(model) {
+            squares[t] = r[self.held.clone()].iter().map(|x| x * x).sum();
+        }
+        squares
+    }
+
+    /// Share of the plain model's held-out squares that a model leaves on an axle.
+    pub fn left(&self, axle: Axle, model: &Model) -> f64 {
+        let tracks = self.fitter.scene.tracks.iter();
+        let on_axle = |squares: Vec<f64>| -> f64 {
+            let own = tracks.clone().zip(squares).filter(|(t, _)| t.axle == axle);
+            own.map(|(_, square)| square).sum()
+        };
+        on_axle(self.held_squares(model)) / on_axle(self.held_squares(&self.plain))
+    }
+
+    /// Whether what `larger` has beyond `model` is large enough to be told beside other effects: in
+    /// likelihood, or in the held-out error, where a slow effect shows that coloured noise would hide.
+    pub fn counts(&self, model: &Model, larger: &Model) -> bool {
+        larger.likelihood - model.likelihood > BESIDE * self.fitter.samples as f64
+            || self.shows(model, larger)
+    }
+
+    /// Log likelihood less what the number of parameters costs (Schwarz's criterion), and less again for
+    /// what no bicycle can be.
+    pub fn merit(&self, model: &Model) -> f64 {
+        let count = |t: &Term| t.kind.spec().parameters.len() as f64;
+        let parameters: f64 = model.terms.iter().map(count).sum();
+        let cost = 0.5 * parameters * (self.fitter.samples as f64).ln();
+        let odd = !is_physical(self.fitter.scene, &self.plain, model);
+        model.likelihood - cost - if odd { CLOSE } else { 0.0 }
+    }
+
+    /// Whether a term acts on an axle whose road has noise.
+    pub fn has_noisy_road(&self, term: Term) -> bool {
+        let mut tracks = self.fitter.scene.tracks.iter();
+        tracks.any(|t| term.acts_on(t.axle) && is_noisy(t))
+    }
+
+    /// Whether the held-out squares of some track show what `larger` has beyond `model`.
+    pub fn shows(&self, model: &Model, larger: &Model) -> bool {
+        self.removes(model, larger, SHOWN)
+    }
+
+    /// Whether `larger` removes that share of the held-out squares of some track.
+    pub fn removes(&self, model: &Model, larger: &Model, share: f64) -> bool {
+        let (before, after) = (self.held_squares(model), self.held_squares(larger));
+        let mut pairs = before.iter().zip(after);
+        pairs.any(|(before, after)| after < (1.0 - share) * before)
+    }
+
+    pub fn check(&self) -> Result<(), EngineError> {
+        if self.progress.cancelled() {
+            Err(EngineError::Cancelled)
+        } else {
+            Ok(())
+        }
+    }
+
+    pub fn without_each(&self, model: &Model) -> Vec<Model> {
+        model
+            .terms
+            .par_iter()
+            .filter_map(|t| {
+                let terms: Vec<Term> = model.terms.iter().copied().filter(|x| x != t).collect();
+                reduce(&self.fitter, model, &terms, self.thorough(model))
+            })
+            .collect()
+    }
+}
+
+/// The term that `larger` has and `model` has not.
+pub fn added(model: &Model, larger: &Model) -> Term {
+    let new = larger.terms.iter().find(|t| !model.terms.contains(t));
+    *new.unwrap_or(&larger.terms[0])
+}

@@ -1,0 +1,245 @@
+//! Sets of effects and their exact refits when one is added, dropped or replaced.
+
+use super::score_test::{Promise, Signatures};
+use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::effects::{ALL, FOILS, Kind};
+use crate::diagnosis::fit::Model;
+use crate::diagnosis::fit::{Effort, Fitter, Point, Term, Unit};
+use crate::diagnosis::law::{Acts, Values};
+use crate::numerics::autoregressive::Colour;
+use crate::report::diagnosis::{Place, SwitchedOff};
+
+/// Everything that may be named on this ride, and what may not, with the reason.
+pub fn candidates(scene: &Scene) -> (Vec<Term>, Vec<SwitchedOff>) {
+    let mut terms = Vec::new();
+    let mut off: Vec<SwitchedOff> = Vec::new();
+    for kind in ALL.iter().filter(|k| !FOILS.contains(k)) {
+        let spec = kind.spec();
+        let mut why = None;
+        let mut allowed = Vec::new();
+        for track in &scene.tracks {
+            match spec.needs.iter().find_map(|n| scene.lacks(track, *n)) {
+                Some(w) => why = Some(w),
+                None => allowed.push(track.axle),
+            }
+        }
+        let place = |axle| {
+            if axle == crate::bicycle::Axle::Front {
+                Place::Front
+            } else {
+                Place::Rear
+            }
+        };
+        match spec.acts {
+            Acts::OneAxle => terms.extend(allowed.iter().map(|a| Term {
+                kind: *kind,
+                place: place(*a),
+            })),
+            Acts::Rear => terms.extend(
+                allowed
+                    .iter()
+                    .map(|a| place(*a))
+                    .filter(|p| *p == Place::Rear)
+                    .map(|p| Term {
+                        kind: *kind,
+                        place: p,
+                    }),
+            ),
+            Acts::Both if allowed.len() == 2 => terms.push(Term {
+                kind: *kind,
+                place: Place::Both,
+            }),
+            Acts::Both => why = why.or(Some("both axles are needed")),
+        }
+        if let Some(why) = why {
+            off.push(SwitchedOff {
+                id: spec.id.to_owned(),
+                why: why.to_owned(),
+            });
+        }
+    }
+    (terms, off)
+}
+
+/// Whether the model is so far from the ride on the axles of `unit` that its own stiffness and
+/// damping may be wrong by factors, and linear promises mean little.
+pub fn is_far(scene: &Scene, model: &Model, unit: &Unit) -> bool {
+    unit.tracks.iter().any(|t| {
+        let track = &scene.tracks[*t];
+        let (fit, a) = model.of_track(*t);
+        let [kappa, beta, ..] = fit.point.base[a];
+        let noise = track.noise_variance(kappa, beta);
+        let excess = fit.colours[a].total_variance() - 1.5 * noise;
+        excess > (FAR * track.scale.d_rms).powi(2)
+    })
+}
+
+/// A residual larger than this share of the deflection is far.
+const FAR: f64 = 0.03;
+/// Samples on which distant starts are tried.
+const SHORT: usize = 1000;
+
+/// The unit that a term joins when it is added to a model.
+pub fn joined(scene: &Scene, model: &Model, term: Term) -> Option<Unit> {
+    let mut terms = model.terms.clone();
+    terms.push(term);
+    Unit::all(scene, &terms)
+        .into_iter()
+        .find(|u| u.terms.contains(&term))
+}
+
+/// Where a refit starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reach {
+    /// At the most promising linear step from the model.
+    Near,
+    /// At full size beside other stiffnesses.
+    Far,
+}
+
+/// Refits `model` with a term added.
+pub fn extend(
+    fitter: &Fitter,
+    model: &Model,
+    signatures: &Signatures,
+    effort: Effort,
+    reach: Reach,
+) -> Option<Model> {
+    let scene = fitter.scene;
+    let term = signatures.term;
+    let unit = joined(scene, model, term)?;
+    let at = unit.terms.iter().position(|t| *t == term)?;
+    let (base, colours) = model.carried(&unit);
+    let white: Vec<Colour> = colours
+        .iter()
+        .map(|c| Colour::white(c.total_variance()))
+        .collect();
+    let mut order: Vec<&Promise> = signatures.starts.iter().collect();
+    order.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    let spec = unit.terms[at].kind.spec();
+    // A linear promise tells little of an effect with states of its own.
+    let near = if spec.amplitudes.is_empty() || spec.states > 1 {
+        3
+    } else {
+        1
+    };
+    let starts: Vec<Point> = match reach {
+        Reach::Near => order
+            .iter()
+            .take(near)
+            .map(|p| with_values(&base, at, p.values))
+            .collect(),
+        Reach::Far => far_starts(fitter, &unit, at, &base, &white, effort),
+    };
+    let fit = starts
+        .into_iter()
+        .filter_map(|start| fitter.fit(&unit, start, &white, effort))
+        .max_by(|a, b| a.likelihood.total_cmp(&b.likelihood))?;
+    let mut fits = vec![fit];
+    fits.extend(
+        model
+            .fits
+            .iter()
+            .filter(|f| f.unit.tracks.iter().all(|t| !unit.tracks.contains(t)))
+            .cloned(),
+    );
+    let mut terms = model.terms.clone();
+    terms.push(term);
+    Some(Model::new(terms, fits))
+}
+
+fn with_values(base: &Point, at: usize, values: Values) -> Point {
+    let mut point = base.clone();
+    point.values[at] = values;
+    point
+}
+
+/// The two best of short fits on a short part of the ride, from the effect's starts at several sizes
+/// beside several stiffnesses.
+fn far_starts(
+    fitter: &Fitter,
+    unit: &Unit,
+    at: usize,
+    base: &Point,
+    white: &[Colour],
+    effort: Effort,
+) -> Vec<Point> {
+    let spec = unit.terms[at].kind.spec();
+    if spec.local || spec.amplitudes.len() == 2 {
+        return Vec::new();
+    }
+    let scale = unit.scale(fitter.scene, at);
+    let short = Fitter {
+        scene: fitter.scene,
+        samples: fitter.samples.min(SHORT),
+    };
+    let starts = (spec.starts)(scale);
+    let sizes: &[f64] = match (spec.amplitudes.len(), starts.len()) {
+        (0, _) => &[1.0],
+        (_, 1) => &[1.0, 4.0, 16.0],
+        _ => &[3.0],
+    };
+    let stiffer: &[f64] = if starts.len() > 6 {
+        &[1.0, 1.4]
+    } else {
+        &[0.1, 0.35, 1.0, 2.0]
+    };
+    let mut ranked: Vec<(f64, Point)> = Vec::new();
+    for start in starts {
+        for size in sizes {
+            let mut values = start;
+            for a in spec.amplitudes {
+                let [low, high] = (spec.parameters[*a].limits)(scale);
+                values[*a] = (values[*a] * size).max(low).min(0.9 * high);
+            }
+            for stiffer in stiffer {
+                let mut point = with_values(base, at, values);
+                point.base.iter_mut().for_each(|b| b[0] *= stiffer);
+                let quick = Effort {
+                    iterations: 7,
+                    gain: 1.0,
+                    ..effort
+                };
+                if let Some(fit) = short.fit(unit, point, white, quick) {
+                    let cost = fit.residuals.iter().flatten().map(|r| r * r).sum();
+                    ranked.push((cost, fit.point));
+                }
+            }
+        }
+    }
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ranked.truncate(2);
+    ranked.into_iter().map(|(_, p)| p).collect()
+}
+
+/// Refits a model with free play in the place of its stops, starting from these as if no spring were
+/// between them.
+pub fn unstopped(fitter: &Fitter, model: &Model, play: Term, effort: Effort) -> Option<Model> {
+    let stop = Term {
+        kind: Kind::BumpStop,
+        ..play
+    };
+    let (i, fit) = model
+        .fits
+        .iter()
+        .find_map(|f| f.unit.terms.iter().position(|t| *t == stop).map(|i| (i, f)))?;
+    let [gap, stiffness, ..] = fit.point.values[i];
+    let track = fit
+        .unit
+        .tracks
+        .iter()
+        .position(|t| play.acts_on(fitter.scene.tracks[*t].axle))?;
+    let mut unit = fit.unit.clone();
+    unit.terms[i] = play;
+    let mut point = fit.point.clone();
+    point.values[i] = [2.0 * gap, 0.0, 0.0, 0.0];
+    point.base[track][0] = stiffness * point.base[track][2];
+    let fitted = fitter.fit(&unit, point, &fit.colours, effort)?;
+    let others = model.fits.iter().filter(|f| f.unit != fit.unit).cloned();
+    let fits = std::iter::once(fitted).chain(others).collect();
+    let terms = model
+        .terms
+        .iter()
+        .map(|t| if *t == stop { play } else { *t });
+    Some(Model::new(terms.collect(), fits))
+}

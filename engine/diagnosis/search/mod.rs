@@ -1,0 +1,11 @@
+//! The search for a set of effects that explains the ride.
+
+pub mod criteria;
+pub mod extend;
+pub mod null;
+mod refit;
+pub mod rounds;
+pub mod score_test;
+
+pub use criteria::Search;
+pub use rounds::{Named, Round};

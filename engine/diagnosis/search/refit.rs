@@ -1,0 +1,208 @@
+//! Exact refits of what the signatures promise.
+
+use rayon::prelude::*;
+
+use super::criteria::{Search, added};
+use super::extend::{Reach, extend, is_far, joined, unstopped};
+use super::null::Null;
+use super::score_test::Signatures;
+use crate::diagnosis::effects::Kind;
+use crate::diagnosis::fit::physical::is_physical;
+use crate::diagnosis::fit::polish::polish;
+use crate::diagnosis::fit::tangent::{Tangent, tangent_for};
+use crate::diagnosis::fit::{COARSE, Model, Term, Unit, motions};
+use crate::diagnosis::residual::omnibus::leftover;
+use crate::report::diagnosis::Place;
+
+/// Share of a significant gain below which a linear promise is not followed up.
+const HOPE: f64 = 0.4;
+/// Candidates that are fitted to the end in every round.
+pub const LEADERS: usize = 6;
+
+impl Search<'_> {
+    /// Signatures of every candidate outside `taken`.
+    pub fn offers(&self, model: &Model, taken: &[Term]) -> Vec<Signatures> {
+        self.offers_along(&self.tangents(model, taken), model, taken)
+    }
+
+    /// Signatures of every candidate outside `taken`, by the tangents of their places.
+    pub fn offers_along(
+        &self,
+        tangents: &[(Place, Tangent)],
+        model: &Model,
+        taken: &[Term],
+    ) -> Vec<Signatures> {
+        let substeps = model.substeps(self.fitter.scene, COARSE);
+        self.open(taken)
+            .par_iter()
+            .filter_map(|term| {
+                let (_, tangent) = tangents.iter().find(|(p, _)| *p == term.place)?;
+                Some(tangent.signatures(&self.fitter, *term, substeps))
+            })
+            .filter(|s| !s.starts.is_empty())
+            .collect()
+    }
+
+    fn open(&self, taken: &[Term]) -> Vec<Term> {
+        let open = self.candidates.iter().filter(|t| !taken.contains(t));
+        open.copied().collect()
+    }
+
+    /// The tangents of the places where candidates outside `taken` act.
+    pub fn tangents(&self, model: &Model, taken: &[Term]) -> Vec<(Place, Tangent)> {
+        let open = self.open(taken);
+        let substeps = model.substeps(self.fitter.scene, COARSE);
+        [Place::Front, Place::Rear, Place::Both]
+            .par_iter()
+            .filter_map(|place| {
+                let term = open.iter().find(|t| t.place == *place)?;
+                Some((*place, tangent_for(&self.fitter, model, *term, substeps)))
+            })
+            .collect()
+    }
+
+    /// Whether any offer may turn out significant: its linear promise comes near to that, or the model
+    /// is too far from the ride for linear promises to mean anything.
+    pub fn promising(&self, model: &Model, offers: &[Signatures], null: &Null) -> bool {
+        let scene = self.fitter.scene;
+        let most = offers.iter().map(Signatures::promise).fold(0.0, f64::max);
+        most > HOPE * null.bound(self.alpha)
+            || offers.iter().any(|o| o.term.kind.spec().slow)
+            || model.fits.iter().any(|f| is_far(scene, model, &f.unit))
+    }
+
+    /// Exact refits of the offers that promise anything, best first.
+    pub fn refits(&self, model: &Model, offers: &[Signatures], reach: Reach) -> Vec<Model> {
+        let scene = self.fitter.scene;
+        let most = offers.iter().map(Signatures::promise).fold(0.0, f64::max);
+        let near = |s: &Signatures| {
+            s.term.kind.spec().slow || s.promise() > 2.0 && s.promise() > 0.02 * most
+        };
+        let far =
+            |s: &Signatures| joined(scene, model, s.term).is_some_and(|u| is_far(scene, model, &u));
+        let fitted = |s: &Signatures, reach: Reach| {
+            if self.progress.cancelled() {
+                return None;
+            }
+            extend(&self.fitter, model, s, self.quick(model), reach)
+        };
+        let mut found: Vec<Model> = offers
+            .par_iter()
+            .filter(|s| near(s))
+            .filter_map(|s| fitted(s, Reach::Near))
+            .collect();
+        // Where no start close to the model comes near to the ride, all are tried from afar.
+        let best = found
+            .iter()
+            .max_by(|a, b| a.likelihood.total_cmp(&b.likelihood));
+        let arrived = reach == Reach::Near
+            || found.iter().any(|m| {
+                let mut units = new_units(model, m);
+                units.all(|u| !is_far(scene, m, u))
+            })
+            || best.is_some_and(|m| self.explains(model, m));
+        if !arrived {
+            let further: Vec<Model> = offers
+                .par_iter()
+                .filter(|s| far(s))
+                .filter_map(|s| fitted(s, Reach::Far))
+                .collect();
+            found.extend(further);
+        }
+        found.sort_by(|a, b| b.likelihood.total_cmp(&a.likelihood));
+        let mut seen: Vec<Vec<Term>> = Vec::new();
+        found.retain(|m| {
+            let new = !seen.contains(&m.terms);
+            seen.push(m.terms.clone());
+            new
+        });
+        // The leaders once more, to the end and each under its own noise.
+        let rest = found.split_off(found.len().min(LEADERS));
+        let mut found: Vec<Model> = found
+            .into_par_iter()
+            .map(|m| self.settled(model, m, offers, reach))
+            .collect();
+        found.extend(rest);
+        self.unstop(&mut found);
+        found.sort_by(|a, b| b.likelihood.total_cmp(&a.likelihood));
+        found
+    }
+
+    /// Whether nothing but noise is left, however large, of the axles on which `larger` has something that
+    /// `model` has not.
+    fn explains(&self, model: &Model, larger: &Model) -> bool {
+        let motions = motions(self.fitter.scene, larger);
+        let mut tracks = new_units(model, larger).flat_map(|u| &u.tracks);
+        tracks.all(|t| {
+            let left = leftover(&self.fitter, larger, &motions, *t, &self.held);
+            !left.is_structured(self.alpha)
+        })
+    }
+
+    /// Stops on both sides with no spring between them are free play: fits that from there where its
+    /// own fit missed it.
+    fn unstop(&self, found: &mut [Model]) {
+        let scene = self.fitter.scene;
+        let of = |found: &[Model], kind: Kind, place: Place| {
+            let has = |m: &Model| m.terms.contains(&Term { kind, place });
+            found.iter().position(has)
+        };
+        for place in [Place::Front, Place::Rear] {
+            let (Some(stop), Some(play)) = (
+                of(found, Kind::BumpStop, place),
+                of(found, Kind::FreePlay, place),
+            ) else {
+                continue;
+            };
+            if is_physical(scene, &self.plain, &found[stop]) {
+                continue;
+            }
+            let play_term = Term {
+                kind: Kind::FreePlay,
+                place,
+            };
+            let better = unstopped(
+                &self.fitter,
+                &found[stop],
+                play_term,
+                self.thorough(&found[stop]),
+            );
+            if let Some(better) = better
+                && better.likelihood > found[play].likelihood
+                && better.terms == found[play].terms
+            {
+                found[play] = better;
+            }
+        }
+    }
+
+    /// A candidate fitted to the end; from afar too where no bicycle can be what was found, or where the
+    /// likelihood of a force with corners has many peaks.
+    fn settled(&self, model: &Model, found: Model, offers: &[Signatures], reach: Reach) -> Model {
+        let polished = |m: Model| polish(&self.fitter, &m, self.quick(&m)).unwrap_or(m);
+        let term = added(model, &found);
+        let near = polished(found);
+        if reach == Reach::Near
+            || !term.kind.spec().peaks && is_physical(self.fitter.scene, &self.plain, &near)
+        {
+            return near;
+        }
+        offers
+            .iter()
+            .find(|o| o.term == term)
+            .and_then(|o| extend(&self.fitter, model, o, self.quick(model), Reach::Far))
+            .map(polished)
+            .filter(|far| self.merit(far) > self.merit(&near))
+            .unwrap_or(near)
+    }
+}
+
+/// The units of `larger` that are not the model's.
+fn new_units<'m>(model: &'m Model, larger: &'m Model) -> impl Iterator<Item = &'m Unit> {
+    let known = |u: &&Unit| model.fits.iter().any(|f| f.unit == **u);
+    larger
+        .fits
+        .iter()
+        .map(|f| &f.unit)
+        .filter(move |u| !known(u))
+}

@@ -1,0 +1,259 @@
+//! Naming what is left out: forward selection with an exact refit of every candidate, a backward
+//! pass, and an exchange pass that also gives the rivals.
+
+use super::criteria::{ADEQUATE, CLOSE, Search, added};
+use super::extend::{Reach, is_far};
+use super::null::Null;
+use super::refit::LEADERS;
+use super::score_test::{Signatures, stands_out};
+use crate::EngineError;
+use crate::diagnosis::fit::polish::polish;
+use crate::diagnosis::fit::{Model, Term};
+use crate::diagnosis::residual::coherence;
+use crate::numerics::autoregressive::Colour;
+
+/// Share of its gain (for each sample) that an effect must repeat on the held-out part.
+const HELD: f64 = 0.3;
+/// Share of the held-out squares that tells of a slow effect, which noise of a slow colour explains as well.
+const SLOWLY: f64 = 0.8;
+/// Times the gain that chance could bring that an effect must make which the held-out part cannot
+/// confirm, since it belongs to a moment of the fitted part.
+const UNCONFIRMED: f64 = 2.0;
+/// Effects that may act at once.
+const MOST_TERMS: usize = 3;
+
+/// What one round of the forward selection saw.
+#[derive(Clone, Debug)]
+pub struct Round {
+    pub term: Term,
+    /// Family-wise p value of its gain in log likelihood.
+    pub p_value: f64,
+    pub accepted: bool,
+}
+
+/// Result of the search.
+pub struct Named {
+    pub model: Model,
+    pub rounds: Vec<Round>,
+    /// Other models of the same or smaller size, best first.
+    pub rivals: Vec<Model>,
+}
+
+impl Search<'_> {
+    /// All rounds from the plain model on.
+    pub fn run(&self) -> Result<Named, EngineError> {
+        let mut model = self.plain.clone();
+        let mut rounds = Vec::new();
+        let mut rivals: Vec<Model> = Vec::new();
+        // Effects that came near to the best of some round.
+        let mut near: Vec<Term> = Vec::new();
+        // The last model whose every effect proved itself on the held-out part.
+        let mut proven = self.plain.clone();
+        // The model with the noise under which promises are looked for, where that is not its own.
+        let mut pale: Option<Model> = None;
+        while model.terms.len() < MOST_TERMS {
+            self.check()?;
+            let goes_on = 'round: {
+                let offers = self.offers(pale.as_ref().unwrap_or(&model), &model.terms);
+                let null = Null::new(&offers, self.seed, rounds.len());
+                if !self.promising(&model, &offers, &null) {
+                    break 'round false;
+                }
+                let found = self.refits(&model, &offers, Reach::Far);
+                // What noise of the road channel brings leads to nothing.
+                let real = |m: &&Model| self.beats_road_noise(&model, m);
+                let Some(best) = found.iter().take(LEADERS).find(real) else {
+                    break 'round false;
+                };
+                let least = 0.5 * (best.likelihood - model.likelihood);
+                let leaders: Vec<&Model> = found
+                    .iter()
+                    .take(LEADERS)
+                    .filter(|m| m.likelihood <= best.likelihood)
+                    .filter(|m| m.likelihood - model.likelihood >= least)
+                    .collect();
+                near.extend(leaders.iter().map(|m| added(&model, m)));
+                // Of those that explain the ride as well, the one that a bicycle can be and that says least.
+                let mut accepted: Vec<&Model> = Vec::new();
+                for leader in leaders {
+                    if accepted
+                        .first()
+                        .is_some_and(|first| leader.likelihood < first.likelihood - CLOSE)
+                    {
+                        break;
+                    }
+                    if self.accepts(&proven, &model, leader, &null)
+                        && (std::ptr::eq(leader, best) || real(&leader))
+                    {
+                        accepted.push(leader);
+                    }
+                }
+                let choice = accepted
+                    .into_iter()
+                    .max_by(|a, b| self.merit(a).total_cmp(&self.merit(b)));
+                let tell = |m: &Model, accepted: bool| Round {
+                    term: added(&model, m),
+                    p_value: null.p_value(m.likelihood - model.likelihood),
+                    accepted,
+                };
+                if let Some(choice) = choice {
+                    rounds.push(tell(choice, true));
+                    model = self.pruned(
+                        polish(&self.fitter, choice, self.thorough(choice))
+                            .unwrap_or_else(|| choice.clone()),
+                    );
+                    rivals = if model.terms.len() == 1 {
+                        found
+                    } else {
+                        let tried = self.exchanged(&mut model, &near)?;
+                        model = self.pruned(model);
+                        tried
+                    };
+                    proven = model.clone();
+                    true
+                } else {
+                    rounds.push(tell(best, false));
+                    // Far from the ride one effect alone may mislead where two together explain it.
+                    let far = best
+                        .fits
+                        .iter()
+                        .any(|f| is_far(self.fitter.scene, best, &f.unit));
+                    if !far || model.terms.len() > proven.terms.len() {
+                        break 'round false;
+                    }
+                    model = best.clone();
+                    true
+                }
+            };
+            pale = match (goes_on, pale) {
+                (true, _) => None,
+                (false, None) => self.paled(&model),
+                (false, Some(_)) => break,
+            };
+            if !goes_on && pale.is_none() {
+                break;
+            }
+        }
+        let model = proven;
+        for round in &mut rounds {
+            round.accepted &= model.terms.contains(&round.term);
+        }
+        rivals.retain(|m| m.terms.len() <= model.terms.len() && m.terms != model.terms);
+        rivals.sort_by(|a, b| b.likelihood.total_cmp(&a.likelihood));
+        rivals.dedup_by(|a, b| a.terms == b.terms);
+        Ok(Named {
+            model,
+            rounds,
+            rivals,
+        })
+    }
+
+    /// The model with white noise on the axles whose residual goes with what drives them, if any does: a model
+    /// of the noise that has taken a mode for noise hides what would explain it.
+    fn paled(&self, model: &Model) -> Option<Model> {
+        let scene = self.fitter.scene;
+        let driven: Vec<usize> = (self.residuals(model).into_iter())
+            .filter(|(t, residual, _)| {
+                coherence::of_track(&scene.tracks[*t], residual).score > coherence::DRIVEN
+            })
+            .map(|(t, ..)| t)
+            .collect();
+        let mut pale = model.clone();
+        for fit in &mut pale.fits {
+            let axles = fit.unit.tracks.iter().zip(&mut fit.colours);
+            for (_, colour) in axles.filter(|(t, _)| driven.contains(t)) {
+                *colour = Colour::white(colour.total_variance());
+            }
+        }
+        (!driven.is_empty()).then_some(pale)
+    }
+
+    /// Whether the effect that `larger` has beyond `model` is real where the road is quiet: its gain
+    /// beyond the family-wise null, large enough to be told beside others, and repeated on the held-out
+    /// part since the last `proven` model.
+    fn accepts(&self, proven: &Model, model: &Model, larger: &Model, null: &Null) -> bool {
+        let gain = larger.likelihood - model.likelihood;
+        let term = added(model, larger);
+        let local = term.kind.spec().local;
+        let slow = term.kind.spec().slow;
+        let share = self.held.len() as f64 / self.fitter.samples as f64;
+        let wanted = if local {
+            -2.0 - 0.05 * gain * share
+        } else if slow {
+            2.0
+        } else {
+            2.0 + HELD * (larger.likelihood - proven.likelihood) * share
+        };
+        let beyond_chance = null.p_value(gain) <= self.alpha
+            && (!local || gain > UNCONFIRMED * null.bound(self.alpha));
+        let counts = model.terms.is_empty() && !slow || self.counts(model, larger);
+        let repeats = self.held_score(larger) - self.held_score(proven) > wanted;
+        let told = if slow { SLOWLY } else { ADEQUATE };
+        beyond_chance && counts && (repeats || self.removes(proven, larger, told))
+    }
+
+    /// Whether what `larger` has beyond `model` is more than noise of the road channel can bring, and
+    /// shows in the held-out error.
+    fn beats_road_noise(&self, model: &Model, larger: &Model) -> bool {
+        let term = added(model, larger);
+        !self.has_noisy_road(term)
+            || self.shows(model, larger)
+                && (term.kind.spec().slow || stands_out(&self.fitter, model, term, self.seed))
+    }
+
+    /// Standard deviations that a score must reach to be significant among all offers.
+    pub fn score_bound(&self, offers: &[Signatures]) -> f64 {
+        (2.0 * Null::new(offers, self.seed, MOST_TERMS + 1).bound(self.alpha)).sqrt()
+    }
+
+    /// Drops terms that the others have made superfluous.
+    fn pruned(&self, mut model: Model) -> Model {
+        while model.terms.len() > 1 {
+            let weakest = self
+                .without_each(&model)
+                .into_iter()
+                .max_by(|a, b| a.likelihood.total_cmp(&b.likelihood));
+            match weakest {
+                Some(less) if !self.counts(&less, &model) => model = less,
+                _ => break,
+            }
+        }
+        model
+    }
+
+    /// Tries others in the place of each of the model's effects, those that promise something and those
+    /// that came `near` before; takes improvements, and gives the models that were tried.
+    fn exchanged(&self, model: &mut Model, near: &[Term]) -> Result<Vec<Model>, EngineError> {
+        let mut tried = Vec::new();
+        if model.terms.len() < 2 {
+            return Ok(tried);
+        }
+        for less in self.without_each(model) {
+            self.check()?;
+            let dropped = *model
+                .terms
+                .iter()
+                .find(|t| !less.terms.contains(t))
+                .unwrap_or(&model.terms[0]);
+            let mut taken = less.terms.clone();
+            taken.push(dropped);
+            let offers = self.offers(&less, &taken);
+            let loss = model.likelihood - less.likelihood;
+            let offers: Vec<Signatures> = offers
+                .into_iter()
+                .filter(|o| near.contains(&o.term) || o.promise() > 0.2 * loss)
+                .collect();
+            tried.extend(self.refits(&less, &offers, Reach::Near));
+        }
+        if let Some(best) = tried
+            .iter()
+            .max_by(|a, b| self.merit(a).total_cmp(&self.merit(b)))
+            && self.merit(best) > self.merit(model) + 1.0
+        {
+            let better = best.clone();
+            tried.push(std::mem::replace(model, better));
+        }
+        tried.retain(|m| m.terms != model.terms);
+        Ok(tried)
+    }
+}

@@ -1,0 +1,157 @@
+//! Named laws held against general curves: where some other power of the rate explains the ride
+//! clearly better with no more terms, the names are only the nearest shapes.
+
+use crate::bicycle::Axle;
+use crate::diagnosis::effects::Kind;
+use crate::diagnosis::fit::polish::{polish, reduce};
+use crate::diagnosis::fit::tangent::tangent_for;
+use crate::diagnosis::fit::{Effort, FINE, Model, Term};
+use crate::diagnosis::search::Search;
+use crate::diagnosis::search::criteria::ADEQUATE;
+use crate::diagnosis::search::extend::{Reach, extend};
+
+const SPRINGS: [Kind; 5] = [
+    Kind::CubicStiffness,
+    Kind::ProgressiveStiffness,
+    Kind::BumpStop,
+    Kind::FreePlay,
+    Kind::WheelLift,
+];
+const DAMPERS: [Kind; 4] = [
+    Kind::CoulombFriction,
+    Kind::Hysteresis,
+    Kind::QuadraticDamping,
+    Kind::AsymmetricDamping,
+];
+/// General dampers, each held against all dampers that are named.
+const CURVES: [Kind; 3] = [
+    Kind::PowerDamping,
+    Kind::PositionDamping,
+    Kind::FrictionCurve,
+];
+/// Named laws with states of their own, and the laws of which they are the case with the last parameter zero.
+const WIDER: [(Kind, Kind); 2] = [
+    (Kind::Hysteresis, Kind::RateHysteresis),
+    (Kind::SprungMass, Kind::HardeningMass),
+];
+/// Gain in log likelihood by which a general curve must lead.
+const LEAD: f64 = 10.0;
+
+/// Whether on every axle that has a name one effect alone takes nearly all off the held-out squares: what a
+/// general curve adds to that is physics of another size.
+pub fn dominates(search: &Search, model: &Model) -> bool {
+    [Axle::Front, Axle::Rear].into_iter().all(|axle| {
+        let mut own = model.terms.iter().filter(|t| t.acts_on(axle)).peekable();
+        own.peek().is_none()
+            || own.any(|term| {
+                let kept = |t: &Term| t == term || !t.acts_on(axle);
+                let terms: Vec<Term> = model.terms.iter().copied().filter(kept).collect();
+                let alone = if terms == model.terms {
+                    Some(model.clone())
+                } else {
+                    reduce(&search.fitter, model, &terms, search.thorough(model))
+                };
+                alone.is_some_and(|m| search.left(axle, &m) <= 1.0 - ADEQUATE)
+            })
+    })
+}
+
+/// Whether the model's names stand for a curve that is not in the library.
+pub fn is_curve(search: &Search, model: &Model) -> bool {
+    [Axle::Front, Axle::Rear].into_iter().any(|axle| {
+        let own = |family: &[Kind]| -> Vec<Term> {
+            let terms = model.terms.iter().copied();
+            terms
+                .filter(|t| t.acts_on(axle) && family.contains(&t.kind))
+                .collect()
+        };
+        // Three laws of one variable draw a curve, they are not three causes.
+        let dampers = own(&DAMPERS);
+        let all: Vec<Term> = model
+            .terms
+            .iter()
+            .copied()
+            .filter(|t| t.acts_on(axle))
+            .collect();
+        own(&SPRINGS).len() >= 3
+            || !dampers.is_empty()
+                && (led(search, model, &dampers)
+                    || all.len() > dampers.len() && led(search, model, &all))
+    })
+}
+
+/// Whether a named law is outgrown by one of which it is a special case: where the road is noisy also in the held-out
+/// error, since that noise alone has led by 13 on the fitted part.
+pub fn is_outgrown(search: &Search, model: &Model) -> bool {
+    let fitter = &search.fitter;
+    let effort = Effort {
+        iterations: 30,
+        gain: 0.05,
+        substeps: model.substeps(fitter.scene, FINE),
+    };
+    WIDER.iter().any(|(named, wider)| {
+        let Some(wide) = widened(model, *named, *wider) else {
+            return false;
+        };
+        let mut named = model.terms.iter().filter(|t| t.kind == *named);
+        let noisy = named.any(|t| search.has_noisy_road(*t));
+        let settled = |m: &Model| polish(fitter, m, effort);
+        settled(model)
+            .zip(settled(&wide))
+            .is_some_and(|(model, wide)| {
+                leads(search, &model, &wide) && (!noisy || search.shows(&model, &wide))
+            })
+    })
+}
+
+/// Whether a wider model leads by a clear gain, and on the held-out part too.
+fn leads(search: &Search, model: &Model, wider: &Model) -> bool {
+    wider.likelihood > model.likelihood + LEAD
+        && search.held_score(wider) > search.held_score(model)
+}
+
+/// The model with a wider law in the place of every `named` one, where it moves the same; nothing if it has none.
+fn widened(model: &Model, named: Kind, wider: Kind) -> Option<Model> {
+    let widen = |terms: &mut [Term]| {
+        for term in terms.iter_mut().filter(|t| t.kind == named) {
+            term.kind = wider;
+        }
+    };
+    let mut wide = model.clone();
+    widen(&mut wide.terms);
+    wide.fits.iter_mut().for_each(|f| widen(&mut f.unit.terms));
+    (wide.terms != model.terms).then_some(wide)
+}
+
+/// Whether a general damper in the place of `named` effects leads the model.
+fn led(search: &Search, model: &Model, named: &[Term]) -> bool {
+    let fitter = &search.fitter;
+    let substeps = model.substeps(fitter.scene, FINE);
+    let effort = Effort {
+        iterations: 20,
+        gain: 0.05,
+        substeps,
+    };
+    let rest: Vec<Term> = model
+        .terms
+        .iter()
+        .copied()
+        .filter(|t| !named.contains(t))
+        .collect();
+    let Some(less) = reduce(fitter, model, &rest, effort) else {
+        return false;
+    };
+    CURVES.iter().any(|kind| {
+        let term = Term {
+            kind: *kind,
+            place: named[0].place,
+        };
+        let offer = tangent_for(fitter, &less, term, substeps).signatures(fitter, term, substeps);
+        if offer.starts.is_empty() {
+            return false;
+        }
+        let found = extend(fitter, &less, &offer, effort, Reach::Near);
+        let found = found.and_then(|m| polish(fitter, &m, effort));
+        found.is_some_and(|m| leads(search, model, &m))
+    })
+}

@@ -1,0 +1,182 @@
+//! Judging what a model leaves on one axle: is it noise, or is a force still missing?
+
+use crate::bicycle::PerAxle;
+use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::fit::{COARSE, FINE, Fitter, Model, Motion};
+use crate::diagnosis::residual::omnibus::{Leftover, leftover};
+use crate::diagnosis::residual::replicate::{exceeds, is_noisy};
+use crate::diagnosis::residual::resonance::{Inputs, resonance};
+use crate::diagnosis::residual::{bursts, coherence};
+use crate::finite::finite;
+use crate::numerics::spectrum::deviation;
+use crate::numerics::statistics::normal_tail;
+use crate::output_error::{self, Split, rms_valid};
+use crate::report::diagnosis::HeldOut;
+use crate::settings::Settings;
+
+/// Gain in log likelihood by forces in the residual's spectrum from which a force counts as left.
+const RESONANT: f64 = 30.0;
+/// Share of the residual's power that these forces must have where nothing is named: the noise of a
+/// jittering clock comes in bursts, and its spectrum scatters more than Whittle's likelihood knows.
+const MATTERS: f64 = 0.27;
+/// Deviations of the residual's kurtosis from which it is no noise of a sensor.
+const BURSTS: f64 = 6.0;
+
+/// Share of the noise that a model must leave: one that leaves less shows that the noise is not what it was said to be.
+const NOISE_AGREES: f64 = 0.9;
+
+/// Judges one track: is anything left, and what was the noise.
+pub struct Judged {
+    pub leftover: Leftover,
+    /// The least p value of all that was asked.
+    pub p_value: f64,
+    pub remains: bool,
+    /// What noise would leave (m), and the share of the held-out variance above it that the model removed, as far as the
+    /// model itself tells: for the verdict, not for the report.
+    pub floor: f64,
+    pub share: f64,
+    pub held_out: HeldOut,
+}
+
+/// `shown` is the model as it is measured on the record itself, where that is another than was searched.
+pub fn judge(
+    fitter: &Fitter,
+    fits: &PerAxle<output_error::AxleFit>,
+    (model, motions): (&Model, &[Motion]),
+    shown: Option<(&Scene, &Model)>,
+    t: usize,
+    split: &Split,
+    settings: &Settings,
+) -> Judged {
+    let scene = fitter.scene;
+    let track = &scene.tracks[t];
+    let found = leftover(fitter, model, motions, t, &split.held);
+    let named = model.terms.iter().any(|term| term.acts_on(track.axle));
+    let plain = fits.get(track.axle).map_or(0.0, |f| f.held_rms);
+    let extended = match shown {
+        _ if !named => plain,
+        Some(shown) => held_rms(shown, t, split),
+        None => found.held_before,
+    };
+    let (fit, a) = model.of_track(t);
+    // What springs named effects add is part of how the axle resonates: on the whole as the plain
+    // model's, whose stiffness is the mean one.
+    let mean = fits.get(track.axle).map(|f| (f.plain.kappa, f.plain.beta));
+    let [kappa, beta, per_mass, ..] = fit.point.base[a];
+    let inputs = Inputs {
+        road: track.road_most,
+        force: track.force_most * per_mass * per_mass,
+    };
+    let resonates = |residual: &[f64]| {
+        [Some((kappa, beta)), mean]
+            .into_iter()
+            .flatten()
+            .map(|(k, b)| resonance(residual, scene.step, k, b, &inputs))
+            .min_by(|a, b| a.gain.total_cmp(&b.gain))
+            .unwrap_or_default()
+    };
+    let resonance = resonates(&found.residual);
+    // How the noise of the road comes through an axle that is not linear, only replicates tell.
+    let on_replicate = |scene: &Scene| {
+        let again = Fitter {
+            scene,
+            samples: scene.samples,
+        };
+        let substeps = model.substeps(scene, COARSE);
+        let mut residuals = again.residuals(&fit.unit, &fit.point, substeps);
+        residuals.swap_remove(a)
+    };
+    let stands_out = |own: f64, score: &(dyn Fn(&[f64]) -> f64 + Sync)| {
+        !is_noisy(track)
+            || exceeds(own, scene, model, settings.seed, |s| {
+                score(&on_replicate(s))
+            })
+    };
+    let structured = found.is_structured(settings.alpha);
+    let forced = resonance.gain > RESONANT
+        && (named || resonance.share > MATTERS)
+        && stands_out(resonance.gain, &|residual| resonates(residual).gain);
+    let road = &track.input.road_slope;
+    let rate: Vec<f64> = road.iter().zip(&motions[t].w).map(|(u, w)| u - w).collect();
+    let comes_and_goes =
+        |residual: &[f64]| bursts::score(residual, &rate, &track.valid, scene.step);
+    let bursts = comes_and_goes(&found.residual);
+    let bursting = bursts > BURSTS && stands_out(bursts, &comes_and_goes);
+    let driven = coherence::of_track(track, &found.residual);
+    let goes_along = driven.score > coherence::DRIVEN;
+    // A model that runs away on the held-out part explains nothing.
+    let runs_away = !(found.held_before + extended).is_finite();
+    let remains = structured || forced || bursting || goes_along || runs_away;
+    let known = if goes_along { driven.share } else { 0.0 };
+    let floor = if remains {
+        (extended * (1.0 - resonance.share.max(known)).max(0.0).sqrt())
+            .min(found.held_after)
+            .max(deviation(track.sensor_floor, scene.step))
+            .min(extended)
+    } else {
+        extended
+    };
+    let explainable = plain * plain - floor * floor;
+    let removed = plain * plain - extended * extended;
+    let share = if explainable > 1e-4 * plain * plain {
+        (removed / explainable).clamp(-1.0, 1.0)
+    } else {
+        0.0
+    };
+    let record = shown.map_or(track, |(record, _)| &record.tracks[t]);
+    let noise = record.sensor_noise();
+    let at = |i: usize| scene.step * i as f64;
+    Judged {
+        p_value: found.p_value.min(normal_tail(bursts.max(driven.score))),
+        remains,
+        floor,
+        share,
+        held_out: HeldOut {
+            plain_rms_m: finite(plain),
+            extended_rms_m: finite(extended),
+            noise_floor_m: noise,
+            explained_share: noise.and_then(|noise| explained(plain, extended, noise)),
+            window_s: [at(split.held.start), at(split.held.end)],
+        },
+        leftover: found,
+    }
+}
+
+/// Share of the explainable held-out variance that an extension removed, where a sensor's `noise` (m) was measured and
+/// agrees with what is left.
+fn explained(plain: f64, extended: f64, noise: f64) -> Option<f64> {
+    let explainable = plain * plain - noise * noise;
+    let agrees = extended > NOISE_AGREES * noise && explainable > 0.01 * plain * plain;
+    let removed = plain * plain - extended * extended;
+    finite(removed / explainable)
+        .filter(|_| agrees)
+        .map(|share| share.clamp(-1.0, 1.0))
+}
+
+/// RMS of the valid residuals on the held-out part (m).
+pub fn held_rms((scene, model): (&Scene, &Model), t: usize, split: &Split) -> f64 {
+    let (fit, a) = model.of_track(t);
+    let fitter = Fitter {
+        scene,
+        samples: scene.samples,
+    };
+    let substeps = model.substeps(scene, FINE);
+    let residual = fitter.residuals(&fit.unit, &fit.point, substeps);
+    rms_valid(&residual[a], &scene.tracks[t].valid, split.held.clone())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::explained;
+
+    #[test]
+    fn no_share_is_told_without_room_or_against_the_noise() {
+        let share = explained(5e-4, 1e-4, 0.9e-4).unwrap_or_default();
+        assert!((share - 0.24 / 0.2419).abs() < 1e-9, "{share}");
+        assert_eq!(explained(1e-4, 1e-4, 0.999e-4), None);
+        assert_eq!(explained(5e-4, 1e-4, 3e-4), None);
+        assert_eq!(explained(f64::INFINITY, 1e-4, 1e-4), None);
+        let worse = explained(1e-4, 9e-4, 1e-5).unwrap_or_default();
+        assert_eq!(worse, -1.0);
+    }
+}

@@ -1,0 +1,9 @@
+//! Numerical tools that know nothing of bicycles.
+
+pub mod autoregressive;
+pub mod lanes;
+pub mod projection;
+pub mod random;
+pub mod spectrum;
+pub mod spline;
+pub mod statistics;

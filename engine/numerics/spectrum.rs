@@ -1,0 +1,172 @@
+//! Power spectral densities, and the white noise that they show.
+
+use realfft::RealFftPlanner;
+
+/// Length (s) of the stretches whose spectra are averaged.
+pub const STRETCH_S: f64 = 8.0;
+
+/// One-sided power spectral density (1/Hz), averaged over half-overlapping Hann-windowed stretches.
+pub struct Spectrum {
+    pub hz: Vec<f64>,
+    pub density: Vec<f64>,
+    /// Independent stretches that were averaged.
+    pub stretches: f64,
+}
+
+impl Spectrum {
+    pub fn new(x: &[f64], step: f64) -> Option<Self> {
+        let length = ((STRETCH_S / step) as usize).min(x.len() / 3) & !1;
+        if length < 64 {
+            return None;
+        }
+        let fourier = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+        let (mut part, mut out) = (fourier.make_input_vec(), fourier.make_output_vec());
+        let window: Vec<f64> = (0..length)
+            .map(|i| {
+                (std::f64::consts::PI * i as f64 / length as f64)
+                    .sin()
+                    .powi(2)
+            })
+            .collect();
+        let power: f64 = window.iter().map(|w| w * w).sum();
+        let mean = x.iter().sum::<f64>() / x.len() as f64;
+        let mut density = vec![0.0; out.len()];
+        let starts = (0..=x.len() - length).step_by(length / 2);
+        let count = starts.clone().count() as f64;
+        for start in starts {
+            for ((p, x), w) in part.iter_mut().zip(&x[start..]).zip(&window) {
+                *p = (x - mean) * w;
+            }
+            fourier.process(&mut part, &mut out).ok()?;
+            for (d, o) in density.iter_mut().zip(&out) {
+                *d += 2.0 * step * o.norm_sqr() / power / count;
+            }
+        }
+        Some(Self {
+            hz: (0..density.len())
+                .map(|i| i as f64 / (length as f64 * step))
+                .collect(),
+            density,
+            // Neighbouring Hann windows share about half of what they see.
+            stretches: 0.55 * count,
+        })
+    }
+
+    /// Median density of a sixth of the spectrum, from a share of its width on.
+    fn median(&self, from: f64) -> f64 {
+        let n = self.hz.len() as f64;
+        let mut band = self.density[(from * n) as usize..((from + 0.16) * n) as usize].to_vec();
+        band.sort_by(f64::total_cmp);
+        band[band.len() / 2]
+    }
+
+    /// Density of the white noise in a record: the least median of four bands in its upper half.
+    pub fn white_floor(&self) -> f64 {
+        let medians = [0.4, 0.52, 0.66, 0.82].map(|from| self.median(from));
+        medians.into_iter().fold(f64::INFINITY, f64::min)
+    }
+
+    /// The same where the upper bands agree, so that it is noise and not motion or a filter; nothing elsewhere.
+    fn flat_floor(&self) -> Option<f64> {
+        let medians = [0.52, 0.66, 0.82].map(|from| self.median(from));
+        let least = medians.into_iter().fold(f64::INFINITY, f64::min);
+        let most = medians.into_iter().fold(0.0, f64::max);
+        (least > 0.0 && most < FLAT * least).then(|| medians.iter().sum::<f64>() / 3.0 / MEDIAN)
+    }
+}
+
+/// Standard deviation (m) of white noise with a one-sided density (m^2/Hz), sampled every `step` (s).
+pub fn deviation(density: f64, step: f64) -> f64 {
+    (0.5 * density / step).sqrt()
+}
+
+/// Density (m^2/Hz, one-sided) of the white noise in a record, at most; zero where it is too short to tell.
+pub fn white_floor(record: &[f64], step: f64) -> f64 {
+    Spectrum::new(record, step).map_or(0.0, |s| s.white_floor())
+}
+
+/// The white noise of a record's own sensor (m, RMS), where the record shows it.
+pub fn measured_noise(record: &[f64], step: f64) -> Option<f64> {
+    let density = Spectrum::new(record, step)?.flat_floor()?;
+    Some(deviation(density, step))
+}
+
+/// Ratio of the largest to the least median of bands that hold one white noise: on ten stretches, medians of 60 bins
+/// scatter by some 5 %.
+const FLAT: f64 = 1.25;
+/// Median over mean of densities that are averaged over some ten stretches (chi-square with twenty degrees of freedom).
+const MEDIAN: f64 = 0.967;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numerics::autoregressive::Colour;
+
+    fn white(n: usize, mut state: u64) -> Vec<f64> {
+        let mut uniform = || {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        (0..n)
+            .map(|_| (0..12).map(|_| uniform()).sum::<f64>() - 6.0)
+            .collect()
+    }
+
+    /// Displacement of an axle at 3 Hz, damping ratio 0.3, under a white force.
+    fn shaken(n: usize, seed: u64) -> Vec<f64> {
+        let (step, kappa, beta) = (0.01, 355.0, 11.3);
+        let (mut z, mut v) = (0.0, 0.0);
+        white(n, seed)
+            .iter()
+            .map(|f| {
+                v += step * (f - kappa * z - beta * v);
+                z += step * v;
+                z
+            })
+            .collect()
+    }
+
+    #[test]
+    fn density_of_white_noise() {
+        let s = Spectrum::new(&white(60_000, 3), 0.01).expect("long enough");
+        assert!(
+            (s.white_floor() / 0.02 - 1.0).abs() < 0.15,
+            "{}",
+            s.white_floor()
+        );
+    }
+
+    #[test]
+    fn a_sensors_noise_is_measured_where_nothing_else_is_recorded() {
+        let noise: Vec<f64> = white(6000, 4).iter().map(|x| 2e-5 * x).collect();
+        let slow = |i: usize| 1e-2 * (std::f64::consts::TAU * 3.0 * 0.01 * i as f64).sin();
+        let record: Vec<f64> = noise.iter().enumerate().map(|(i, x)| x + slow(i)).collect();
+        let found = measured_noise(&record, 0.01).expect("flat");
+        assert!((found / 2e-5 - 1.0).abs() < 0.08, "{found}");
+        let moving = shaken(6000, 12);
+        assert_eq!(measured_noise(&moving, 0.01), None);
+        let red = Colour {
+            a: vec![-0.9],
+            variance: 1.0,
+        };
+        assert_eq!(measured_noise(&red.colour(&noise), 0.01), None);
+        assert_eq!(measured_noise(&[0.0; 6000], 0.01), None);
+    }
+
+    #[test]
+    fn a_sine_holds_its_power_at_its_frequency() {
+        let (step, hz, amplitude) = (0.01, 7.0, 2.0);
+        let turn = std::f64::consts::TAU * hz * step;
+        let sine: Vec<f64> = (0..20_000)
+            .map(|i| amplitude * (turn * i as f64).sin())
+            .collect();
+        let s = Spectrum::new(&sine, step).expect("long enough");
+        let power = s.density.iter().sum::<f64>() * s.hz[1];
+        assert!((power / (0.5 * amplitude * amplitude) - 1.0).abs() < 0.01);
+        let top = s.density.iter().copied().fold(0.0, f64::max);
+        let peak = s.density.iter().position(|d| *d == top).expect("a peak");
+        assert!((s.hz[peak] - hz).abs() <= s.hz[1]);
+    }
+}

@@ -1,0 +1,274 @@
+//! The report's `diagnosis` section.
+
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+use super::Estimate;
+use crate::bicycle::PerAxle;
+use crate::number::Quantity;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The plain model explains the ride to within its noise.
+    NothingMissing,
+    /// One set of effects explains the ride, and no other does.
+    Named,
+    /// Several sets explain it equally.
+    Ambiguous,
+    /// Something is left out that is not in the library.
+    Unnamed,
+}
+
+impl Verdict {
+    /// Every verdict by its name in reports.
+    pub const NAMES: [&str; 4] = ["nothing_missing", "named", "ambiguous", "unnamed"];
+}
+
+/// The axle or axles that an effect acts on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Place {
+    Front,
+    Rear,
+    Both,
+}
+
+impl Place {
+    pub fn name(self) -> &'static str {
+        match self {
+            Place::Front => "front",
+            Place::Rear => "rear",
+            Place::Both => "both",
+        }
+    }
+}
+
+/// The report's `diagnosis` section.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct Diagnosis {
+    pub verdict: Verdict,
+    /// The verdict in plain words.
+    pub sentence: String,
+    pub effects: Vec<EffectReport>,
+    /// Other sets of effects that explain the ride as well, simplest first, at most two.
+    pub alternatives: Vec<Vec<EffectName>>,
+    /// k and B with the effects in the model.
+    pub extended: PerAxle<Estimate>,
+    pub warnings: Vec<String>,
+    #[serde(rename = "where")]
+    pub location: PerAxle<Location>,
+    pub held_out: PerAxle<HeldOut>,
+    pub next_ride: Option<NextRide>,
+    /// What this ride would have shown.
+    pub detectable: Vec<Detectable>,
+    /// Effects that this ride cannot speak about, with the channel that is lacking.
+    pub switched_off: Vec<SwitchedOff>,
+    /// Free-form estimate of the missing force, where the verdict is `unnamed`.
+    pub free_form: PerAxle<FreeForm>,
+    /// What the omission changes for the rider: peak load, resonance, k and B.
+    pub consequences: PerAxle<Consequences>,
+    /// The data of the verdict's figures.
+    pub evidence: PerAxle<Evidence>,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct EffectName {
+    pub id: String,
+    pub axle: Place,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct EffectReport {
+    pub id: String,
+    pub axle: Place,
+    pub parameters: BTreeMap<String, ParameterReport>,
+    /// Null where nothing honest can be said.
+    pub p_value: Option<f64>,
+    /// Gain in log likelihood that the ride loses without this effect; null where no model without it could be fitted.
+    pub separation: Option<f64>,
+    /// False where this is only the nearest shape.
+    pub adequate: bool,
+    /// Whether the held-out error on an axle that it acts on would be larger by the materiality threshold without it.
+    pub material: bool,
+    /// What this effect is, in a sentence.
+    pub sentence: String,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct ParameterReport {
+    pub value: f64,
+    /// Null where this ride does not tell it.
+    pub std_error: Option<f64>,
+    /// Why there is no standard error.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub not_identifiable: Option<String>,
+    pub unit: String,
+}
+
+impl ParameterReport {
+    /// As people read it, under its name in the effect.
+    pub fn quantity(&self, name: &str) -> Quantity {
+        match name {
+            // A choice, told by its unit; the number only tells programs apart.
+            "side" => Quantity::choice(&self.unit),
+            _ => Quantity::new(self.value, self.std_error, &self.unit),
+        }
+    }
+}
+
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct Location {
+    pub mismatch: bool,
+    /// Null where nothing honest can be said.
+    pub p_value: Option<f64>,
+    pub windows_s: Vec<[f64; 2]>,
+    pub bands_hz: Vec<[f64; 2]>,
+    /// Regions of deflection, rate, speed, wheel and crank angle, in words.
+    pub states: Vec<String>,
+}
+
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct HeldOut {
+    /// The plain model at its best; null, as the extended model's, where it runs away.
+    pub plain_rms_m: Option<f64>,
+    pub extended_rms_m: Option<f64>,
+    /// RMS of the displacement sensor's noise: what the bike file declares, or what the record shows where it holds
+    /// nothing else. Never what a model leaves; null where it is not known.
+    pub noise_floor_m: Option<f64>,
+    /// Share of the explainable held-out variance that the extension removed; null where the floor is, or
+    /// where nothing could be explained.
+    pub explained_share: Option<f64>,
+    /// The held-out window (s).
+    pub window_s: [f64; 2],
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct NextRide {
+    pub why: String,
+    pub what: String,
+    pub predicted_separation: f64,
+}
+
+/// Where an effect does more: a stiffer spring is a larger k3, a wheel leaves the ground sooner under a smaller load.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Stronger {
+    #[default]
+    Larger,
+    Smaller,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct Detectable {
+    pub id: String,
+    pub axle: Place,
+    pub parameter: String,
+    /// The weakest size that would have shown, counted from no effect; null where none would.
+    pub smallest_detectable: Option<f64>,
+    /// Whether the effect does more when the parameter is larger or smaller than that.
+    #[serde(default)]
+    pub stronger: Stronger,
+    /// Why there is no size.
+    pub reason: Option<String>,
+    pub unit: String,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct SwitchedOff {
+    pub id: String,
+    pub why: String,
+}
+
+/// The missing force, estimated without a name. Empty where the model runs away.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct FreeForm {
+    /// The coordinate that explains most: `deflection and rate`, `time`, `wheel angle` or `crank angle`.
+    pub against: String,
+    /// Deflection grid (m), rate grid (m/s) and force (N) on them, row by row of rate.
+    pub deflection_m: Vec<f64>,
+    pub rate_m_s: Vec<f64>,
+    pub force_n: Vec<Vec<f64>>,
+    /// Force along the ride (N), thinned.
+    pub t_s: Vec<f64>,
+    pub force_along_n: Vec<f64>,
+    /// Held-out error with the free-form force in the model (m).
+    pub held_out_rms_m: Option<f64>,
+}
+
+/// Null where a model runs away or holds no such number.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct Consequences {
+    /// Change of k and B when the effects are in the model (%).
+    pub k_change_percent: Option<f64>,
+    pub b_change_percent: Option<f64>,
+    /// Largest wheel load along the ride by the plain and the extended model (N).
+    pub peak_load_plain_n: Option<f64>,
+    pub peak_load_extended_n: Option<f64>,
+    /// Share of the time that the wheel carries no load, by the extended model.
+    pub airborne_share: Option<f64>,
+    /// Undamped resonance sqrt(k/m)/2pi by the plain and the extended model (Hz).
+    pub resonance_plain_hz: Option<f64>,
+    pub resonance_extended_hz: Option<f64>,
+}
+
+/// What a reader must see to believe the verdict.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct Evidence {
+    pub worst: Excerpt,
+    pub spectrum: ResidualSpectrum,
+    pub surface: Surface,
+}
+
+/// Measured and simulated displacement in the window where the plain model's error is largest.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct Excerpt {
+    /// Time from the first sample (s).
+    pub t_s: Vec<f64>,
+    /// Null where the measurement is not to be trusted.
+    pub measured_m: Vec<Option<f64>>,
+    /// Null where the model runs away.
+    pub plain_m: Vec<Option<f64>>,
+    pub extended_m: Vec<Option<f64>>,
+}
+
+/// Power spectral density of measured minus simulated displacement, along the whole ride.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct ResidualSpectrum {
+    pub frequency_hz: Vec<f64>,
+    /// Null where the model runs away.
+    pub plain_m2_hz: Vec<Option<f64>>,
+    pub extended_m2_hz: Vec<Option<f64>>,
+}
+
+/// The force that the plain spring and damper lack, m r'' + B r' + k r with r measured minus simulated,
+/// against the measured deflection u - z and its rate. A cell holds the mean of the samples in it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct Surface {
+    /// Middles of the cells (m, m/s).
+    pub deflection_m: Vec<f64>,
+    pub rate_m_s: Vec<f64>,
+    /// Lacking force (N) row by row of rate; null in cells with fewer than three samples.
+    pub lacking_n: Vec<Vec<Option<f64>>>,
+    /// k d + B w of the plain model at the cells' middles (N).
+    pub plain_n: Vec<Vec<f64>>,
+    pub samples: Vec<Vec<usize>>,
+}

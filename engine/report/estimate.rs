@@ -1,0 +1,45 @@
+//! Stiffness and damping of an axle, as every method tells them.
+
+use serde::{Deserialize, Serialize};
+
+use crate::finite::finite;
+
+/// Stiffness and damping of one axle with their uncertainty.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct Estimate {
+    pub k_n_m: f64,
+    pub b_n_s_m: f64,
+    /// Standard errors; null where this ride does not tell the value, and for the swarm, which has none.
+    pub k_std_n_m: Option<f64>,
+    pub b_std_n_s_m: Option<f64>,
+    /// Why there is no standard error.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub k_not_identifiable: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub b_not_identifiable: Option<String>,
+    /// Standard deviation over the trials of the swarm: how well they agree, not how well the ride tells the value.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub k_scatter_n_m: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub b_scatter_n_s_m: Option<f64>,
+    /// Mass carried (kg): the bike file's, or estimated where that is null.
+    pub mass_kg: f64,
+    /// Standard error of an estimated mass (kg).
+    pub mass_std_kg: Option<f64>,
+    /// Difference to the output-error estimate (%): the method's bias on this ride.
+    pub k_bias_percent: Option<f64>,
+    pub b_bias_percent: Option<f64>,
+}
+
+impl Estimate {
+    /// With the difference to the reference estimate in percent.
+    pub fn judged_by(self, reference: Option<&Estimate>) -> Self {
+        let percent = |value: f64, by: f64| finite(100.0 * (value / by - 1.0));
+        Self {
+            k_bias_percent: reference.and_then(|r| percent(self.k_n_m, r.k_n_m)),
+            b_bias_percent: reference.and_then(|r| percent(self.b_n_s_m, r.b_n_s_m)),
+            ..self
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! What the stages hand on to each other.
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    Comparison, Estimate, ObserverReport, Parameters, RecursivePath, RollReport, SwarmReport, Trial,
+};
+use crate::bicycle::PerAxle;
+
+/// First stage: observer, least squares and instrumental variables.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct Observed {
+    pub observer: PerAxle<ObserverReport>,
+    pub least_squares: PerAxle<Estimate>,
+    pub instrumental: PerAxle<Estimate>,
+    pub recursive: PerAxle<RecursivePath>,
+    pub roll: Option<RollReport>,
+}
+
+/// Third stage: the swarm's result, the output-error fit and the comparison of all methods.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct Conclusion {
+    pub least_squares: PerAxle<Estimate>,
+    pub instrumental: PerAxle<Estimate>,
+    pub swarm: SwarmReport,
+    pub output_error: PerAxle<Estimate>,
+    pub comparison: Comparison,
+}
+
+impl SwarmReport {
+    /// Ranks the trials; the scatter over them is the standard deviation of the estimates.
+    pub fn of(trials: Vec<Trial>, observed: &Observed) -> Self {
+        let last = |t: &Trial| t.best_cost.last().copied().unwrap_or(f64::INFINITY);
+        let best_trial = (0..trials.len())
+            .min_by(|a, b| last(&trials[*a]).total_cmp(&last(&trials[*b])))
+            .unwrap_or(0);
+        let spread = |pick: fn(&Trial) -> &Option<Parameters>| {
+            let all: Vec<&Parameters> = trials.iter().filter_map(|t| pick(t).as_ref()).collect();
+            let mean = |of: fn(&Parameters) -> f64| {
+                all.iter().map(|p| of(p)).sum::<f64>() / all.len() as f64
+            };
+            let (k, b) = (mean(|p| p.k_n_m), mean(|p| p.b_n_s_m));
+            let std = |of: fn(&Parameters) -> f64, mean: f64| {
+                (all.iter().map(|p| (of(p) - mean).powi(2)).sum::<f64>() / all.len() as f64).sqrt()
+            };
+            let best = trials.get(best_trial).and_then(|t| pick(t).clone())?;
+            Some((
+                Parameters {
+                    k_n_m: k,
+                    b_n_s_m: b,
+                },
+                std(|p| p.k_n_m, k),
+                std(|p| p.b_n_s_m, b),
+                best,
+            ))
+        };
+        let (front, rear) = (spread(|t| &t.front), spread(|t| &t.rear));
+        let estimate = |of: &Option<(Parameters, f64, f64, Parameters)>,
+                        mass: Option<&Estimate>| {
+            let (_, k_scatter, b_scatter, best) = of.as_ref()?;
+            Some(Estimate {
+                k_n_m: best.k_n_m,
+                b_n_s_m: best.b_n_s_m,
+                k_scatter_n_m: Some(*k_scatter),
+                b_scatter_n_s_m: Some(*b_scatter),
+                mass_kg: mass?.mass_kg,
+                ..Estimate::default()
+            })
+        };
+        Self {
+            best_trial,
+            front: estimate(&front, observed.instrumental.front.as_ref()),
+            rear: estimate(&rear, observed.instrumental.rear.as_ref()),
+            mean: PerAxle {
+                front: front.map(|f| f.0),
+                rear: rear.map(|r| r.0),
+            },
+            trials,
+        }
+    }
+}
