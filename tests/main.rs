@@ -32,5 +32,6 @@ mod scale;
 mod simulate;
 mod skips;
 mod strangers;
+mod structure;
 mod takeover;
 mod upload;

@@ -1,26 +1,19 @@
 //! When simulation and recording differ: detect, locate, name, model, show.
 //!
-//! The folders lead one way down: each uses only those above it in this list, `run` uses them all.
-
-mod law;
-
-pub mod effects;
+//! The folders lead one way down, each using only those before it: `law`, `effects`, `dataset`, `fit`, `residual`, `search`,
+//! `verdict`, `explain`. `run` goes through them all.
 
 mod dataset;
-
-mod fit;
-
-mod residual;
-
-mod search;
-
-mod verdict;
-
+pub mod effects;
 mod explain;
-
+mod fit;
 pub mod impose;
+mod law;
+mod residual;
 mod run;
+mod search;
 #[cfg(test)]
 mod tests;
+mod verdict;
 
 pub use run::diagnose;

@@ -98,11 +98,11 @@ const FLAT: f64 = 1.25;
 const MEDIAN: f64 = 0.967;
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::numerics::autoregressive::Colour;
 
-    fn white(n: usize, mut state: u64) -> Vec<f64> {
+    pub fn white(n: usize, mut state: u64) -> Vec<f64> {
         let mut uniform = || {
             state = state
                 .wrapping_mul(6364136223846793005)
@@ -115,7 +115,7 @@ mod tests {
     }
 
     /// Displacement of an axle at 3 Hz, damping ratio 0.3, under a white force.
-    fn shaken(n: usize, seed: u64) -> Vec<f64> {
+    pub fn shaken(n: usize, seed: u64) -> Vec<f64> {
         let (step, kappa, beta) = (0.01, 355.0, 11.3);
         let (mut z, mut v) = (0.0, 0.0);
         white(n, seed)

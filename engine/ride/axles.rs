@@ -3,32 +3,19 @@
 use super::AxleRecord;
 use super::band::Band;
 use super::channel::Channel;
-use super::checks::{is_constant, is_free_motion};
-use super::common::{Common, Lapse};
+use super::checks::is_free_motion;
+use super::common::{Common, Lapse, basis};
 use super::delay::delayed;
 use super::error::{Problem, ReadError};
 use super::options::ReadOptions;
 use super::resample::FLAT;
+use super::values::is_constant;
 use crate::bicycle::{Axle, Bike, PerAxle};
 
 /// Lowest frequency (Hz) that an accelerometer integrated twice is trusted at.
 const LOWEST_HZ: f64 = 0.5;
 /// How long (s) a lapse of the input is felt: several time constants of a bicycle's mode.
 const SETTLE_S: f64 = 0.5;
-
-/// The channel that the displacement of `axle` stands on; `None`: too little was recorded there.
-pub(super) fn basis(has: impl Fn(Channel) -> bool, axle: Axle) -> Option<Channel> {
-    let (z, a) = (Channel::Displacement(axle), Channel::Acceleration(axle));
-    let d = Channel::Deflection(axle);
-    let road = has(Channel::Road(axle)) || axle == Axle::Rear && has(Channel::Road(Axle::Front));
-    if has(z) {
-        Some(z)
-    } else if has(a) && (has(d) || road || has(Channel::Force(axle))) {
-        Some(a)
-    } else {
-        (has(d) && road).then_some(d)
-    }
-}
 
 /// Builds both axles, giving up their channels.
 pub(super) fn build(

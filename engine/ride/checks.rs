@@ -2,6 +2,7 @@
 
 use super::channel::Channel;
 use super::recording::{Recording, Track};
+use super::values::{is_constant, size};
 use crate::number::significant;
 
 /// Fewest equal samples at an extreme that count as clipped.
@@ -73,10 +74,6 @@ pub(super) fn amplitude(values: &[f64]) -> f64 {
             (l.min(*v), h.max(*v))
         });
     0.5 * (high - low)
-}
-
-pub(super) fn is_constant(values: &[f64]) -> bool {
-    values.iter().all(|v| *v == values[0])
 }
 
 /// Whether an unexcited displacement shows a free motion rather than noise: somewhere smoother than
@@ -180,14 +177,6 @@ pub(super) fn examine(recording: &mut Recording) -> Vec<(Channel, Vec<(f64, f64)
     }
     recording.warnings.append(&mut warnings);
     stretches
-}
-
-/// A value with its unit, lengths in mm.
-pub(super) fn size(channel: Channel, value: f64) -> String {
-    match channel.dimension().si_name() {
-        "m" if value.abs() < 1.0 => format!("{:.4} mm", value * 1e3),
-        unit => format!("{} {unit}", significant(value, 5)),
-    }
 }
 
 fn odd_size(channel: Channel, track: &Track, warnings: &mut Vec<String>) {

@@ -1,12 +1,12 @@
 //! The common clock, and channels brought to it.
 
 use super::channel::Channel;
-use super::checks::is_constant;
 use super::clock::{Clock, Grid};
 use super::error::{Problem, ReadError};
 use super::recording::{Recording, Track, list, short};
 use super::resample::{convert, offset, spline_at, to_own_grid};
-use super::{ReadOptions, axles, checks};
+use super::values::is_constant;
+use super::{ReadOptions, checks};
 use crate::bicycle::Axle;
 
 /// Runs of missing samples up to this long leave no trace once they are over.
@@ -15,6 +15,20 @@ const SHORT_GAP: usize = 3;
 const MOST_MADE_HZ: f64 = 1000.0;
 /// Below this rate (Hz) a bicycle's vertical mode, near 11 Hz, has fewer than five samples a swing.
 const WEAK_RATE_HZ: f64 = 50.0;
+
+/// The channel that the displacement of `axle` stands on; `None`: too little was recorded there.
+pub(super) fn basis(has: impl Fn(Channel) -> bool, axle: Axle) -> Option<Channel> {
+    let (z, a) = (Channel::Displacement(axle), Channel::Acceleration(axle));
+    let d = Channel::Deflection(axle);
+    let road = has(Channel::Road(axle)) || axle == Axle::Rear && has(Channel::Road(Axle::Front));
+    if has(z) {
+        Some(z)
+    } else if has(a) && (has(d) || road || has(Channel::Force(axle))) {
+        Some(a)
+    } else {
+        (has(d) && road).then_some(d)
+    }
+}
 
 /// A stretch of a channel that is not to be trusted, ends included (s).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,10 +51,7 @@ impl<'a> Common<'a> {
     pub fn new(recording: &'a mut Recording, options: &ReadOptions) -> Result<Self, ReadError> {
         let clipped = checks::examine(recording);
         let has = |c: Channel| recording.tracks.contains_key(&c);
-        let bases: Vec<Channel> = Axle::BOTH
-            .iter()
-            .filter_map(|a| axles::basis(has, *a))
-            .collect();
+        let bases: Vec<Channel> = Axle::BOTH.iter().filter_map(|a| basis(has, *a)).collect();
         let clock = |c: &Channel| {
             let own = recording.clocks[recording.tracks.get(c)?.clock].grid;
             let thin = match c {

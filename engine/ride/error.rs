@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::options::RATES;
+use super::rates::RATES;
 
 /// A rejected ride file: where the fault lies and what was expected instead.
 #[derive(Clone, Debug, PartialEq)]

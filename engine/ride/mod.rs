@@ -15,6 +15,7 @@ mod mat;
 mod options;
 #[cfg(test)]
 mod properties;
+mod rates;
 mod read;
 mod recording;
 mod resample;
@@ -24,12 +25,14 @@ mod table;
 #[cfg(test)]
 mod tests;
 mod unit;
+mod values;
 mod wild;
 
 use serde::{Deserialize, Serialize};
 
 pub use error::{Problem, ReadError};
-pub use options::{Limits, RATES_HZ, ReadOptions};
+pub use options::{Limits, ReadOptions};
+pub use rates::RATES_HZ;
 pub use read::{Preview, PreviewGap, parse_only, preview, read};
 
 use crate::EngineError;

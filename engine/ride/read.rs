@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::channel::Channel;
-use super::common::Common;
+use super::common::{Common, basis};
 use super::error::{Problem, ReadError};
 use super::recording::Recording;
 use super::table::Table;
@@ -89,7 +89,7 @@ impl Preview {
         let has = |channel: Channel| self.columns.iter().any(|c| c.channel == channel.name());
         let fault = Axle::BOTH
             .into_iter()
-            .filter(|axle| axles::basis(has, *axle).is_some())
+            .filter(|axle| basis(has, *axle).is_some())
             .find_map(|axle| bike.mass_or_force(axle, has(Channel::Force(axle))).err());
         if self.problem.is_none() {
             self.problem = fault.map(|fault| fault.to_string());

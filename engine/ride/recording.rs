@@ -5,12 +5,13 @@ use std::fmt;
 
 use super::Column;
 use super::channel::Channel;
-use super::checks::{is_constant, size};
 use super::clock::{Clock, Fit, Pace, drop_at};
 use super::error::{Problem, ReadError};
-use super::options::{RATES_HZ, ReadOptions, USUAL_HZ};
+use super::options::ReadOptions;
+use super::rates::{RATES_HZ, USUAL_HZ};
 use super::resample::roughness;
 use super::table::{Spec, Table};
+use super::values::{is_constant, size};
 use super::wild;
 
 /// Largest share of a channel's samples that may be missing.

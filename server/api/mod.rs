@@ -10,6 +10,7 @@ pub mod jobs;
 mod known;
 pub mod list;
 pub mod names;
+mod parameter_view;
 pub mod parameters;
 mod parquet;
 pub mod problem;

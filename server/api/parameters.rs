@@ -3,7 +3,7 @@
 use axum::extract::{OriginalUri, State};
 use axum::http::{Uri, header};
 use axum::response::{IntoResponse, Response};
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use utoipa::openapi::path::{Parameter, ParameterIn};
 use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
@@ -13,6 +13,7 @@ use super::access::Caller;
 use super::extract::Query;
 use super::list::{Page, limit_to, next_link, without_cursor};
 use super::names::{EFFECTS, PARAMETERS};
+use super::parameter_view::ParameterView;
 use super::problem::{Kind, Problem};
 use super::{App, Server, names, parquet, time};
 use crate::store::parameter::{self, AXLES, Filter, Key, METHODS, ParameterRow};
@@ -79,46 +80,6 @@ pub enum Format {
     Json,
     Csv,
     Parquet,
-}
-
-/// One identified parameter.
-#[derive(Serialize, ToSchema)]
-#[schema(as = IdentifiedParameter)]
-pub struct ParameterView {
-    pub job: Uuid,
-    pub bike: String,
-    #[schema(format = DateTime)]
-    pub identified_at: String,
-    pub method: String,
-    pub axle: String,
-    pub name: String,
-    pub value: f64,
-    pub std_error: Option<f64>,
-    pub unit: String,
-    pub verdict: Option<String>,
-    /// Version of veloid that identified it.
-    pub version: String,
-    /// Made up by `veloid seed`.
-    pub made_up: bool,
-}
-
-impl From<ParameterRow> for ParameterView {
-    fn from(row: ParameterRow) -> Self {
-        Self {
-            job: row.job_id,
-            bike: row.bike,
-            identified_at: time::text(row.identified_at),
-            method: row.method,
-            axle: row.axle,
-            name: row.name,
-            value: row.value,
-            std_error: row.std_error,
-            unit: row.unit,
-            verdict: row.verdict,
-            version: row.version,
-            made_up: row.made_up,
-        }
-    }
 }
 
 /// Every identified parameter of every ride, newest first.

@@ -10,7 +10,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;
 
-use super::parameters::ParameterView;
+use super::parameter_view::ParameterView;
 use crate::store::parameter::ParameterRow;
 
 const SCHEMA: &str = "

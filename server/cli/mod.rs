@@ -12,6 +12,7 @@ mod migrate;
 mod openapi;
 mod restore;
 mod ride_csv;
+mod runtime;
 mod seed;
 mod serve;
 mod simulate;
@@ -24,6 +25,7 @@ use std::io::IsTerminal;
 
 use clap::{Parser, Subcommand};
 pub use error::CliError;
+use runtime::runtime;
 use tracing_subscriber::EnvFilter;
 
 /// Turns a bicycle's ride log into its stiffness and damping, and names the physics left out.
@@ -91,10 +93,4 @@ impl Cli {
             log.init();
         }
     }
-}
-
-fn runtime() -> Result<tokio::runtime::Runtime, CliError> {
-    Ok(tokio::runtime::Builder::new_multi_thread()
-        .enable_all()
-        .build()?)
 }

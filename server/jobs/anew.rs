@@ -1,7 +1,7 @@
 use uuid::Uuid;
 
+use super::fault::Fault;
 use super::queue::Queue;
-use super::stage::Fault;
 use crate::crash;
 use crate::store::job::{self, Stage, State};
 use crate::store::{Tx, parameter, result, trial, turn};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use tokio::task::JoinError;
 use veloid_engine::ride::{self, ReadError, Ride};
 
-use super::stage::Fault;
+use super::fault::Fault;
 use crate::files::Files;
 use crate::lru::Lru;
 use crate::store::job::Request;

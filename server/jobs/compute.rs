@@ -13,8 +13,8 @@ use tokio_util::sync::CancellationToken;
 use uuid::Uuid;
 use veloid_engine::{EngineError, Progress};
 
+use super::fault::Fault;
 use super::hub::{Hub, Iteration};
-use super::stage::Fault;
 use crate::crash;
 
 /// Threads for the quick stages; they take turns with the others by the system's scheduler.

@@ -3,10 +3,11 @@ use riverqueue::{BoxError, Job, WorkContext, WorkError, WorkOutcome, Worker};
 use uuid::Uuid;
 use veloid_engine::Observed;
 
+use super::fault::Fault;
 use super::finish::finish;
 use super::queue::{Conclude, DIAGNOSIS};
-use super::run::Stages;
-use super::stage::{Fault, backoff, complete, queue};
+use super::stage::{backoff, complete, queue};
+use super::work::Stages;
 use crate::store::job::{self, Stage};
 use crate::store::{result, trial};
 

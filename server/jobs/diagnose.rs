@@ -3,10 +3,11 @@ use riverqueue::{BoxError, Job, WorkContext, WorkError, WorkOutcome, Worker};
 use uuid::Uuid;
 use veloid_engine::{Conclusion, Observed};
 
+use super::fault::Fault;
 use super::finish::finish;
 use super::queue::Diagnose;
-use super::run::Stages;
-use super::stage::{Fault, backoff, complete};
+use super::stage::{backoff, complete};
+use super::work::Stages;
 use crate::crash;
 use crate::store::result;
 

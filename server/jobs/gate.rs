@@ -4,12 +4,10 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use riverqueue::{BoxError, JobRow as RiverRow, WorkContext, WorkOutcome};
 use tokio::sync::{OwnedRwLockReadGuard, OwnedRwLockWriteGuard, RwLock};
 use uuid::Uuid;
 
-use super::run::Work;
-use super::stage::Fault;
+use super::fault::Fault;
 use crate::store::{Db, loss};
 
 /// Wait before the database is asked again whose turn it is.
@@ -22,14 +20,14 @@ pub struct Gate(Arc<RwLock<()>>);
 
 /// Leave to compute, for as long as it is held.
 #[expect(dead_code, reason = "held, not looked at")]
-enum Leave {
+pub(super) enum Leave {
     Beside(OwnedRwLockReadGuard<()>),
     Alone(OwnedRwLockWriteGuard<()>),
 }
 
 impl Gate {
     /// Waits until the row's job may compute.
-    async fn enter(&self, db: &Db, job: Uuid, row: i64) -> Result<Leave, Fault> {
+    pub(super) async fn enter(&self, db: &Db, job: Uuid, row: i64) -> Result<Leave, Fault> {
         let until = Instant::now() + PATIENCE;
         loop {
             let beside = Arc::clone(&self.0).read_owned().await;
@@ -62,40 +60,4 @@ async fn note(db: &Db, job: Uuid, row: i64) -> Result<bool, Fault> {
     let noted = loss::alone(&mut tx, job, row).await?;
     tx.commit().await?;
     Ok(noted)
-}
-
-impl Work {
-    /// One attempt at a stage, once it may begin, and what its end means to River.
-    pub(super) async fn attempt(
-        &self,
-        context: &WorkContext,
-        row: &RiverRow,
-        job: Uuid,
-        stage: impl Future<Output = Result<(), Fault>>,
-    ) -> Result<WorkOutcome, BoxError> {
-        let entered = self.gate.enter(&self.db, job, row.id);
-        let entered = context
-            .cancellation_token()
-            .run_until_cancelled(entered)
-            .await;
-        let outcome = match entered.unwrap_or(Err(Fault::Stopped)) {
-            Ok(leave) => {
-                let outcome = stage.await;
-                if matches!(leave, Leave::Alone(_))
-                    && let Err(error) = self.survived(job, row.id).await
-                {
-                    tracing::warn!(%error, %job, "that the process lives was not noted");
-                }
-                outcome
-            }
-            Err(fault) => Err(fault),
-        };
-        self.settle(context, row, job, outcome).await
-    }
-
-    async fn survived(&self, job: Uuid, row: i64) -> sqlx::Result<()> {
-        let mut tx = self.db.begin_lax().await?;
-        loss::survived(&mut tx, job, row).await?;
-        tx.commit().await
-    }
 }

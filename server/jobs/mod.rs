@@ -6,6 +6,7 @@ mod cache;
 mod compute;
 mod conclude;
 mod diagnose;
+mod fault;
 mod finish;
 mod gate;
 mod hub;
@@ -16,16 +17,19 @@ mod run;
 mod stage;
 mod takeover;
 mod trial;
+mod work;
 
 pub use anew::begin_anew;
 pub use cache::{RideCache, read};
 pub use compute::Compute;
+pub use fault::Fault;
 pub use gate::Gate;
 pub use hub::{Hub, HubEvent};
 pub use queue::{QUICK, Queue};
 #[cfg(test)]
 pub use repair::repair;
-pub use run::{Work, start};
-pub use stage::{Fault, give_up};
+pub use run::start;
+pub use stage::give_up;
 #[cfg(test)]
 pub use takeover::sweep;
+pub use work::Work;

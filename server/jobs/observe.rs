@@ -4,9 +4,10 @@ use uuid::Uuid;
 use veloid_engine::Settings;
 use veloid_engine::ride::Ride;
 
+use super::fault::Fault;
 use super::queue::{Observe, SWARM};
-use super::run::Stages;
-use super::stage::{Fault, backoff, complete, queue};
+use super::stage::{backoff, complete, queue};
+use super::work::Stages;
 use crate::crash;
 use crate::store::{job, result, river, trial};
 

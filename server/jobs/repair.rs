@@ -4,8 +4,8 @@
 use veloid_engine::report::Report;
 
 use super::anew::begin_anew;
+use super::fault::Fault;
 use super::queue::{QUICK, Queue};
-use super::stage::Fault;
 use crate::store::job::{self, State};
 use crate::store::{Db, repair, result};
 

@@ -7,20 +7,17 @@ use riverqueue::{MaintenanceConfig, QueueConfig, Retention, RunHandle, Workers};
 use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
 use uuid::Uuid;
-use veloid_engine::swarm::Swarm;
 
-use super::cache::RideCache;
-use super::compute::{Compute, QUICK_THREADS};
-use super::gate::Gate;
+use super::compute::QUICK_THREADS;
+use super::fault::Fault;
 use super::hub::Hub;
 use super::queue::{
     Conclude, DIAGNOSIS, Diagnose, Observe, POLL, QUICK, Queue, SINGLE, SWARM, Trial,
 };
 use super::repair::repair;
-use super::stage::Fault;
 use super::takeover::sweep;
+use super::work::{Stages, Work};
 use crate::crash;
-use crate::lru::Lru;
 use crate::store::{Db, river, worker};
 
 const BEAT: Duration = Duration::from_secs(2);
@@ -39,23 +36,6 @@ const GRACE: Duration = Duration::from_secs(60);
 const AHEAD: usize = 8;
 /// Wait between two claims of swarms, so that what has ended meanwhile is replaced at once.
 const GATHER: Duration = Duration::from_millis(10);
-
-/// What the stages work with.
-pub struct Work {
-    pub db: Db,
-    pub rides: RideCache,
-    /// What the trials of a job share.
-    pub swarms: Lru<Swarm>,
-    pub compute: Compute,
-    pub gate: Gate,
-    pub hub: Hub,
-    /// Time that one stage may take.
-    pub limit: Duration,
-}
-
-/// The four workers.
-#[derive(Clone)]
-pub(super) struct Stages(pub(super) Arc<Work>);
 
 /// A process at work.
 pub struct Running {

@@ -1,78 +1,25 @@
 //! What the four stages share: how an attempt begins, how it fails, and what a failure means.
 
-use std::io;
 use std::sync::Arc;
 use std::time::Duration;
 
 use riverqueue::{BoxError, JobRow as RiverRow, WorkCancelled, WorkContext, WorkOutcome};
 use uuid::Uuid;
-use veloid_engine::EngineError;
-use veloid_engine::ride::{ReadError, Ride};
+use veloid_engine::ride::Ride;
 
 use super::compute::Control;
+use super::fault::Fault;
+use super::gate::Leave;
 use super::queue::Queue;
-use super::run::Work;
+use super::work::Work;
 use crate::crash;
 use crate::store::job::{self, Failure, JobRow};
-use crate::store::{self, Tx, on, trial};
+use crate::store::{Tx, loss, on, trial};
 
 /// A transaction that is not heard of for so long is begun anew.
 const UNHEARD: Duration = Duration::from_secs(10);
 /// Wait before the database is tried again.
 const PAUSE: Duration = Duration::from_secs(1);
-
-/// Why a stage did not end well.
-#[derive(Debug, thiserror::Error)]
-pub enum Fault {
-    #[error(transparent)]
-    Engine(EngineError),
-    #[error(transparent)]
-    Read(#[from] ReadError),
-    #[error("the stage took longer than {} s", .0.as_secs())]
-    Deadline(Duration),
-    #[error("the computation broke down: {0}")]
-    Panic(String),
-    /// Asked to stop: the job was cancelled, or this process shuts down.
-    #[error("stopped")]
-    Stopped,
-    /// Another job has to go first.
-    #[error("another job goes first")]
-    GivesWay,
-    #[error("the queue's row has no client")]
-    NoClient,
-    #[error("file store: {0}")]
-    Files(#[from] io::Error),
-    #[error("database: {0}")]
-    Database(#[from] sqlx::Error),
-    #[error("queue: {0}")]
-    Queue(#[from] riverqueue::Error),
-    #[error("task: {0}")]
-    Task(#[from] tokio::task::JoinError),
-}
-
-impl Fault {
-    /// The reason for the user where another attempt could only end the same way.
-    fn lasting(&self) -> Option<Failure> {
-        let kind = match self {
-            Fault::Engine(error) if error.is_input() => "input",
-            Fault::Engine(_) => "engine",
-            Fault::Read(_) => "input",
-            Fault::Deadline(_) => "deadline",
-            Fault::Panic(_) => "crash",
-            _ => return None,
-        };
-        Some(Failure::new(kind, self.to_string()))
-    }
-
-    fn is_outage(&self) -> bool {
-        match self {
-            Fault::Database(error) | Fault::Queue(riverqueue::Error::Database(error)) => {
-                store::is_outage(error)
-            }
-            _ => false,
-        }
-    }
-}
 
 impl Work {
     /// The job, when there is still something to do for it.
@@ -164,6 +111,42 @@ impl Work {
         tx.commit().await?;
         self.hub.close(job);
         Ok(WorkOutcome::Complete)
+    }
+}
+
+impl Work {
+    /// One attempt at a stage, once it may begin, and what its end means to River.
+    pub(super) async fn attempt(
+        &self,
+        context: &WorkContext,
+        row: &RiverRow,
+        job: Uuid,
+        stage: impl Future<Output = Result<(), Fault>>,
+    ) -> Result<WorkOutcome, BoxError> {
+        let entered = self.gate.enter(&self.db, job, row.id);
+        let entered = context
+            .cancellation_token()
+            .run_until_cancelled(entered)
+            .await;
+        let outcome = match entered.unwrap_or(Err(Fault::Stopped)) {
+            Ok(leave) => {
+                let outcome = stage.await;
+                if matches!(leave, Leave::Alone(_))
+                    && let Err(error) = self.survived(job, row.id).await
+                {
+                    tracing::warn!(%error, %job, "that the process lives was not noted");
+                }
+                outcome
+            }
+            Err(fault) => Err(fault),
+        };
+        self.settle(context, row, job, outcome).await
+    }
+
+    async fn survived(&self, job: Uuid, row: i64) -> sqlx::Result<()> {
+        let mut tx = self.db.begin_lax().await?;
+        loss::survived(&mut tx, job, row).await?;
+        tx.commit().await
     }
 }
 

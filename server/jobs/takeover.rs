@@ -7,9 +7,10 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 use uuid::Uuid;
 
+use super::fault::Fault;
 use super::hub::Hub;
 use super::queue::{DIAGNOSIS, QUICK, Queue, SWARM, Trial};
-use super::stage::{Fault, give_up};
+use super::stage::give_up;
 use crate::crash;
 use crate::store::job::{self, Failure};
 use crate::store::loss::{self, Verdict};

@@ -7,9 +7,10 @@ use uuid::Uuid;
 use veloid_engine::swarm::Swarm;
 use veloid_engine::{Observed, Progress};
 
+use super::fault::Fault;
 use super::queue::{QUICK, Trial};
-use super::run::Stages;
-use super::stage::{Fault, backoff, complete, queue};
+use super::stage::{backoff, complete, queue};
+use super::work::Stages;
 use crate::store::job::{self, Stage};
 use crate::store::{result, trial};
 

@@ -1,9 +1,9 @@
 use std::str::FromStr;
 use std::time::Duration;
 
+use sqlx::Connection;
 use sqlx::postgres::{PgConnectOptions, PgPoolOptions};
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
-use sqlx::{Connection, Sqlite, SqlitePool, Transaction};
 
 use super::{Db, nodelay};
 
@@ -11,11 +11,6 @@ const BUSY_TIMEOUT: Duration = Duration::from_secs(10);
 const ACQUIRE_TIMEOUT: Duration = Duration::from_secs(10);
 /// A connection that has rested for so long is asked whether its PostgreSQL is still there.
 const RESTED: Duration = Duration::from_secs(1);
-
-/// Transactions of SQLite that write take the lock at their beginning, since one that reads first cannot take
-/// it later; their commits wait for the disk, or do not.
-pub(super) const SYNCED: &str = "PRAGMA synchronous = FULL; BEGIN IMMEDIATE";
-pub(super) const LAX: &str = "PRAGMA synchronous = NORMAL; BEGIN IMMEDIATE";
 
 /// Connections of one process to PostgreSQL; one more listens for the queue.
 const WRITERS: u32 = 8;
@@ -102,21 +97,11 @@ impl Db {
     }
 }
 
-/// Begins a transaction on a task of its own, as River begins its own: who is cancelled midway leaves none
-/// open.
-pub(super) async fn begin_sqlite(
-    pool: &SqlitePool,
-    how: &'static str,
-) -> sqlx::Result<Transaction<'static, Sqlite>> {
-    let pool = pool.clone();
-    let begun = tokio::spawn(async move { pool.begin_with(how).await }).await;
-    begun.unwrap_or_else(|error| Err(sqlx::Error::Io(std::io::Error::other(error))))
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use super::*;
+    use sqlx::{Sqlite, Transaction};
+
     use crate::conformance::on_each_empty;
     use crate::store::Tx;
 

@@ -40,6 +40,7 @@ pub mod ride;
 pub mod river;
 pub mod season;
 pub mod snapshot;
+mod transaction;
 pub mod trial;
 pub mod turn;
 pub mod worker;
@@ -73,19 +74,21 @@ pub enum Tx {
 impl Db {
     /// Begins a transaction whose commit survives a power cut.
     pub async fn begin(&self) -> sqlx::Result<Tx> {
-        self.begin_as(connect::SYNCED).await
+        self.begin_as(transaction::SYNCED).await
     }
 
     /// Begins a transaction of what would be done again: SQLite does not wait for the disk at its commit,
     /// so that a power cut, which ends this process too, may take the last of them back. The commit of one
     /// that is synced makes all before it safe.
     pub async fn begin_lax(&self) -> sqlx::Result<Tx> {
-        self.begin_as(connect::LAX).await
+        self.begin_as(transaction::LAX).await
     }
 
     async fn begin_as(&self, on_sqlite: &'static str) -> sqlx::Result<Tx> {
         Ok(match self {
-            Db::Sqlite { write, .. } => Tx::Sqlite(connect::begin_sqlite(write, on_sqlite).await?),
+            Db::Sqlite { write, .. } => {
+                Tx::Sqlite(transaction::begin_sqlite(write, on_sqlite).await?)
+            }
             Db::Postgres { write, .. } => {
                 Tx::Postgres(riverqueue::database::begin_postgres(write).await?)
             }

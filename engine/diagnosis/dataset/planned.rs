@@ -34,7 +34,7 @@ impl Change {
     }
 }
 
-/// The changed ride. What is measured on it is not known yet; the sizes in [`crate::diagnosis::law::Scale`] stay, since the laws
+/// The changed ride. What is measured on it is not known yet; the sizes in `Scale` stay, since the laws
 /// of the present ride's effects are written in them (the mean speed that a slope counts from).
 pub fn planned(scene: &Scene, change: &Change) -> Scene {
     let mut next = scene.clone();

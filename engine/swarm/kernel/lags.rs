@@ -20,10 +20,10 @@
 
 use std::ops::Range;
 
+use super::block::{Block, MOST_LANES, SIDE_BY_SIDE, unpack};
 use super::correlations::{PAIRS, SIGNALS, correlations};
 use super::differences::{CHUNK, COEFFICIENTS, Differences, FORCE, ROAD, Sums};
 use super::lanes::Lanes;
-use super::{Block, MOST_LANES, SIDE_BY_SIDE, unpack};
 
 /// Runs shorter than this are gone through.
 const LONG_RUN: usize = 20_000;

@@ -7,9 +7,9 @@
 
 use std::ops::Range;
 
+use super::block::{Block, MOST_LANES, SIDE_BY_SIDE, unpack};
 use super::lanes::Lanes;
 use super::streams::{b_spline, curvature, linear_gains, spline_gains};
-use super::{Block, MOST_LANES, SIDE_BY_SIDE, unpack};
 use crate::settings::Objective;
 use crate::simulate::linear::Transition;
 use crate::swarm::target::{Target, gradient};

@@ -4,7 +4,7 @@ use axum::extract::FromRequestParts;
 use axum::http::request::Parts;
 use uuid::Uuid;
 
-use super::Limits;
+use super::limits::Limits;
 use crate::api::problem::{Kind, Problem};
 use crate::store::key::{self, HOME, KeyRow, Scope, Scopes};
 use crate::store::{Db, Tx, job};

@@ -4,6 +4,7 @@ mod bucket;
 mod caller;
 mod door;
 mod headers;
+mod limits;
 mod token;
 
 use std::collections::HashMap;
@@ -21,6 +22,7 @@ use crate::store::{Db, now_ms};
 pub use caller::Caller;
 pub use door::enter;
 pub use headers::protect;
+pub use limits::Limits;
 pub use token::Token;
 
 /// Name of the cookie that holds a browser's key.
@@ -37,16 +39,6 @@ pub enum Mode {
     Keys,
     /// Nobody, though others reach the server.
     Open,
-}
-
-/// Limits of whatever has none of its own.
-#[derive(Clone, Copy)]
-pub struct Limits {
-    pub requests_per_minute: u32,
-    /// Jobs of one key that are not at their end.
-    pub unfinished_jobs: i64,
-    /// Jobs of all together that are not at their end.
-    pub queue: i64,
 }
 
 pub struct Access {

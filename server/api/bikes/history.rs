@@ -5,7 +5,8 @@ use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::extract::{Path, Query};
 use crate::api::list::Page;
-use crate::api::parameters::{OfBike, ParameterView, Params, respond};
+use crate::api::parameter_view::ParameterView;
+use crate::api::parameters::{OfBike, Params, respond};
 use crate::api::problem::Problem;
 use crate::store::bike;
 

@@ -13,7 +13,8 @@ use veloid_engine::Settings;
 use super::engine::{self, bike, ride};
 use super::figure::Figure;
 use super::machine::processor_time;
-use crate::cli::{CliError, ride_csv, runtime};
+use crate::cli::runtime::runtime;
+use crate::cli::{CliError, ride_csv};
 
 /// Requests in flight when the rate of reading is measured, and for how long.
 const READERS: usize = 8;

@@ -1,0 +1,48 @@
+//! One identified parameter, as the API tells it.
+
+use serde::Serialize;
+use utoipa::ToSchema;
+use uuid::Uuid;
+
+use super::time;
+use crate::store::parameter::ParameterRow;
+
+/// One identified parameter.
+#[derive(Serialize, ToSchema)]
+#[schema(as = IdentifiedParameter)]
+pub struct ParameterView {
+    pub job: Uuid,
+    pub bike: String,
+    #[schema(format = DateTime)]
+    pub identified_at: String,
+    pub method: String,
+    pub axle: String,
+    pub name: String,
+    pub value: f64,
+    pub std_error: Option<f64>,
+    pub unit: String,
+    pub verdict: Option<String>,
+    /// Version of veloid that identified it.
+    pub version: String,
+    /// Made up by `veloid seed`.
+    pub made_up: bool,
+}
+
+impl From<ParameterRow> for ParameterView {
+    fn from(row: ParameterRow) -> Self {
+        Self {
+            job: row.job_id,
+            bike: row.bike,
+            identified_at: time::text(row.identified_at),
+            method: row.method,
+            axle: row.axle,
+            name: row.name,
+            value: row.value,
+            std_error: row.std_error,
+            unit: row.unit,
+            verdict: row.verdict,
+            version: row.version,
+            made_up: row.made_up,
+        }
+    }
+}
