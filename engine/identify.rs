@@ -108,7 +108,13 @@ pub fn diagnose(
     conclusion: &Conclusion,
     progress: &dyn Progress,
 ) -> Result<Diagnosis, EngineError> {
-    let found = diagnosis::diagnose(ride, bike, settings, conclusion, progress)?;
+    let found = match diagnosis::diagnose(ride, bike, settings, conclusion, progress) {
+        // What the other methods found stands without it.
+        Err(EngineError::Diverged { problem, .. }) => Diagnosis::cannot_tell(format!(
+            "This record carries no verdict: {problem}. Record what drives the axle, a road or a force, together with its motion."
+        )),
+        found => found?,
+    };
     checked("diagnose", found)
 }
 

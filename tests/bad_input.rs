@@ -320,7 +320,10 @@ async fn names_and_spans_that_cannot_be_are_refused_with_what_can() {
         ("axle", "front, rear, both"),
         ("name", "k_n_m, b_n_s_m, mass_kg"),
         ("effect", "coulomb_friction"),
-        ("verdict", "nothing_missing, named, ambiguous, unnamed"),
+        (
+            "verdict",
+            "nothing_missing, named, named_in_part, ambiguous, unnamed, cannot_tell",
+        ),
     ] {
         for list in lists {
             for bad in [

@@ -10,7 +10,6 @@ use crate::diagnosis::explain::detectable::detectable;
 use crate::diagnosis::explain::free_form::free_form;
 use crate::diagnosis::explain::{input_noise, locate, next_ride, show, words};
 use crate::diagnosis::fit::estimate::estimate;
-use crate::diagnosis::fit::fitter::ORDER;
 use crate::diagnosis::fit::model::stable_substeps;
 use crate::diagnosis::fit::physical::is_physical;
 use crate::diagnosis::fit::polish::polish;
@@ -20,19 +19,23 @@ use crate::diagnosis::search::criteria::ADEQUATE;
 use crate::diagnosis::search::extend::candidates;
 use crate::diagnosis::search::null::FINEST;
 use crate::diagnosis::search::{Named, Round, Search};
+use crate::diagnosis::verdict::carries::{has_size, why_not};
 use crate::diagnosis::verdict::general_laws::{dominates, is_curve, is_outgrown};
 use crate::diagnosis::verdict::judge::{Judged, held_rms, judge};
+use crate::diagnosis::verdict::partly::partly;
 use crate::finite::finite;
 use crate::numerics::autoregressive::Colour;
+use crate::numerics::spectrum;
 use crate::output_error::start::starts_from;
 use crate::output_error::{self, Split, rms_valid};
 use crate::progress::Progress;
 use crate::report::Estimate;
 use crate::report::diagnosis::{
-    Diagnosis, Evidence, Excerpt, Location, ResidualSpectrum, Surface, Verdict,
+    Diagnosis, EffectReport, Evidence, Excerpt, HeldOut, Location, ResidualSpectrum, Rest, Surface,
+    Verdict,
 };
 use crate::report::stages::Conclusion;
-use crate::ride::Ride;
+use crate::ride::{AxleRecord, Ride, decimated};
 use crate::settings::Settings;
 
 /// A model explains a ride as well as another if it is behind by no more than this in log likelihood.
@@ -49,6 +52,8 @@ pub fn diagnose(
     conclusion: &Conclusion,
     progress: &dyn Progress,
 ) -> Result<Diagnosis, EngineError> {
+    let slower = decimated(ride, fastest(ride));
+    let ride = slower.as_ref().unwrap_or(ride);
     let split = Split::of(ride, settings);
     // Every axle for itself: what one pair for both cannot say is not missing physics.
     let separate = Bike {
@@ -114,7 +119,7 @@ pub fn diagnose(
         .take(2)
         .collect();
     let finest = finer(&fitter, &model);
-    let model = if search.held_score(&finest).is_finite() {
+    let mut model = if search.held_score(&finest).is_finite() {
         finest
     } else {
         model
@@ -126,7 +131,7 @@ pub fn diagnose(
         scene: record,
         samples: split.train.end,
     };
-    let (shown_plain, shown) = if dithered.is_some() {
+    let (mut shown_plain, mut shown) = if dithered.is_some() {
         let settled = polish(&on_record, &model, search.thorough(&model));
         let mut shown = finer(&on_record, settled.as_ref().unwrap_or(&model));
         // What lies between the samples is no noise: how far it may lead, the dithered fit tells.
@@ -137,59 +142,91 @@ pub fn diagnose(
     } else {
         (plain.clone(), model.clone())
     };
-    let plain_motions = motions(&scene, &plain);
-    let model_motions = motions(&scene, &model);
-    let judged: Vec<Judged> = (0..scene.tracks.len())
-        .map(|t| {
-            let (found, shown) = (
-                (&model, &model_motions[..]),
-                undithered.as_ref().map(|record| (record, &shown)),
-            );
-            judge(&fitter, &recorded, found, shown, t, &split, settings)
-        })
-        .collect();
-    let corrected = input_noise::corrected(&on_record, &shown, settings.seed);
-    let effects: Vec<_> = {
-        let without = search.without_each(&model);
-        model
-            .terms
-            .iter()
-            .filter_map(|term| {
-                let less = without.iter().find(|m| !m.terms.contains(term));
-                // What came in the place of another was never tested by itself.
-                let round = rounds.iter().find(|r| r.term == *term && r.accepted);
-                let p = round.and_then(|r| finite(r.p_value.max(FINEST)));
-                let separation = less.map(|less| model.likelihood - less.likelihood);
-                let mut effect = show::effect(record, &corrected, term, separation, p)?;
-                let less = less.unwrap_or(&plain);
-                effect.material = is_material(record, term, &model, less, &split, settings);
-                Some(effect)
+    let judging = |model: &Model, motions: &[Motion], shown: &Model| -> Vec<Judged> {
+        (0..scene.tracks.len())
+            .map(|t| {
+                let shown = undithered.as_ref().map(|record| (record, shown));
+                judge(
+                    &fitter,
+                    &recorded,
+                    (model, motions),
+                    shown,
+                    t,
+                    &split,
+                    settings,
+                )
             })
             .collect()
     };
+    let plain_motions = motions(&scene, &plain);
+    let mut model_motions = motions(&scene, &model);
+    let mut judged = judging(&model, &model_motions, &shown);
     let adequate = judged.iter().all(|j| !j.remains || j.share >= ADEQUATE);
     let physical = is_physical(&scene, &plain, &model);
     let explains = !model.terms.is_empty() && adequate && physical;
     let wider = explains && (is_curve(&search, &model) || is_outgrown(&search, &model));
     let small = wider && dominates(&search, &model);
-    let verdict = match (model.terms.is_empty(), explains) {
+    let mut verdict = match (model.terms.is_empty(), explains) {
         (true, _) if judged.iter().all(|j| !j.remains) => Verdict::NothingMissing,
         (true, _) | (false, false) => Verdict::Unnamed,
         (false, true) if wider && !small => Verdict::Unnamed,
         (false, true) if tied.is_empty() => Verdict::Named,
         (false, true) => Verdict::Ambiguous,
     };
-    let effects = effects
-        .into_iter()
-        .map(|mut e| {
-            e.adequate = verdict != Verdict::Unnamed;
-            e
-        })
-        .collect::<Vec<_>>();
+    let tied: Vec<Model> = tied.into_iter().cloned().collect();
+    let mut rounds = rounds;
+    let mut corrected = input_noise::corrected(&on_record, &shown, settings.seed);
+    let (mut claims, mut errors) = (Vec::new(), PerAxle::default());
+    let swallowed = is_swallowed(&search, &model, &corrected, record);
+    if swallowed {
+        verdict = Verdict::Unnamed;
+    }
+    if verdict == Verdict::Unnamed
+        && let Some(partly) = partly(&search, record, &remains(&judged, swallowed))?
+    {
+        verdict = Verdict::NamedInPart;
+        model_motions = motions(&scene, &partly.model);
+        judged = judging(&partly.model, &model_motions, &partly.model);
+        corrected = partly.model.clone();
+        (model, shown, shown_plain) = (partly.model.clone(), partly.model, partly.plain);
+        (claims, errors) = (partly.claims, partly.errors);
+        rounds.clear();
+    }
+    let worse = |judged: &Judged| {
+        let held = &judged.held_out;
+        held.extended_rms_m
+            .is_none_or(|e| held.plain_rms_m.is_some_and(|p| e > p))
+    };
+    if verdict == Verdict::Unnamed && !model.terms.is_empty() && judged.iter().any(worse) {
+        // A shape that errs more than none where nothing was fitted is not near.
+        (model, shown, corrected) = (plain.clone(), shown_plain.clone(), shown_plain.clone());
+        model_motions = motions(&scene, &model);
+        judged = judging(&model, &model_motions, &shown);
+        rounds.clear();
+    }
+    let mut effects = match verdict {
+        Verdict::NamedInPart => claims
+            .iter()
+            .filter_map(|claim| show::supported(record, &corrected, claim))
+            .collect(),
+        _ => effects(
+            &search,
+            record,
+            (&model, &corrected),
+            &rounds,
+            &split,
+            settings,
+        ),
+    };
+    for effect in &mut effects {
+        effect.affirmed |= verdict == Verdict::Named;
+        effect.adequate = effect.affirmed || verdict == Verdict::Ambiguous;
+    }
     let mut diagnosis = Diagnosis {
         verdict,
         sentence: String::new(),
         effects,
+        rest: (verdict == Verdict::NamedInPart).then(PerAxle::default),
         alternatives: match verdict {
             Verdict::Ambiguous => tied
                 .iter()
@@ -202,7 +239,9 @@ pub fn diagnose(
         location: PerAxle::default(),
         held_out: PerAxle::default(),
         next_ride: match verdict {
-            Verdict::Ambiguous => next_ride::propose(&search, &model, &tied),
+            Verdict::Ambiguous => {
+                next_ride::propose(&search, &model, &tied.iter().collect::<Vec<_>>())
+            }
             _ => None,
         },
         detectable: detectable(&search, &model),
@@ -216,6 +255,10 @@ pub fn diagnose(
         let extended = model.terms.iter().any(|term| term.acts_on(axle));
         let before = estimate(record, &shown_plain, t);
         let mut after = show::told_estimate(record, &corrected, t);
+        if let Some([k, b]) = errors.get(axle) {
+            after.k_std_n_m = after.k_std_n_m.map(|std| std.max(*k));
+            after.b_std_n_s_m = after.b_std_n_s_m.map(|std| std.max(*b));
+        }
         let changes = match recorded.get(axle).filter(|_| !extended) {
             // Where nothing is added the extended model is the plain one, and that is output error's: the noise
             // under which names are sought may leave little of the record to measure by.
@@ -251,8 +294,15 @@ pub fn diagnose(
             t,
             settings,
         );
+        if let Some(rest) = diagnosis
+            .rest
+            .as_mut()
+            .filter(|_| judged.remains || extended)
+        {
+            rest.set(axle, rest_of(&found, &judged.held_out));
+        }
         diagnosis.location.set(axle, found);
-        if verdict == Verdict::Unnamed && judged.remains {
+        if matches!(verdict, Verdict::Unnamed | Verdict::NamedInPart) && judged.remains {
             diagnosis.free_form.set(
                 axle,
                 free_form(&scene, &model_motions[t], &judged.leftover, t),
@@ -287,8 +337,103 @@ pub fn diagnose(
         let track = scene.tracks.iter().find(|t| t.axle == axle);
         track.map_or(0.0, |t| spread(&t.measured, &t.valid, split.held.clone()))
     };
-    diagnosis.sentence = words::sentence(&diagnosis, &moves);
+    if let Some(why) = why_not(&diagnosis, &moves) {
+        diagnosis = without_verdict(diagnosis, why);
+    }
+    diagnosis.sentence = words::sentence(&diagnosis);
     Ok(diagnosis)
+}
+
+/// Whether the noise that was estimated from what the plain model leaves has swallowed what an effect takes off: half of the
+/// held-out squares and more, at a gain in likelihood of a hundredth of what that is in white noise. Such a likelihood
+/// tells little of what the effect is.
+fn is_swallowed(search: &Search, model: &Model, told: &Model, record: &Scene) -> bool {
+    let removes = |axle: Axle| 1.0 - search.left(axle, model);
+    let tracks = search.fitter.scene.tracks.iter();
+    let white: f64 = tracks
+        .map(|t| removes(t.axle))
+        .filter(|removed| *removed > 0.5)
+        .map(|removed| -0.5 * search.fitter.samples as f64 * (1.0 - removed).ln())
+        .sum();
+    let sized = |t: &Term| {
+        let effect = show::effect(record, told, t, None, None);
+        effect.is_some_and(|e| has_size(&e))
+    };
+    !model.terms.is_empty()
+        && (model.likelihood - search.plain.likelihood < 0.01 * white
+            || !model.terms.iter().any(sized))
+}
+
+/// On which tracks something is left: on all where the likelihood is not to be trusted.
+fn remains(judged: &[Judged], swallowed: bool) -> Vec<bool> {
+    judged.iter().map(|j| j.remains || swallowed).collect()
+}
+
+/// The diagnosis of a record that carries no verdict: nothing that pretends otherwise is left in it.
+fn without_verdict(diagnosis: Diagnosis, why: String) -> Diagnosis {
+    let unknown = |estimate: &Estimate| Estimate {
+        k_std_n_m: None,
+        b_std_n_s_m: None,
+        k_not_identifiable: Some(NO_VERDICT.to_owned()),
+        b_not_identifiable: Some(NO_VERDICT.to_owned()),
+        ..estimate.clone()
+    };
+    Diagnosis {
+        verdict: Verdict::CannotTell,
+        sentence: why,
+        effects: Vec::new(),
+        alternatives: Vec::new(),
+        extended: diagnosis.extended.map(|_, e| unknown(e)),
+        next_ride: None,
+        detectable: Vec::new(),
+        free_form: PerAxle::default(),
+        ..diagnosis
+    }
+}
+
+const NO_VERDICT: &str = "the record carries no verdict on what is missing beside it";
+
+/// The fastest that anything in the record moves (Hz).
+fn fastest(ride: &Ride) -> f64 {
+    let of = |record: &AxleRecord| {
+        let road = Some(&record.road).filter(|_| record.has_road());
+        let channels = [Some(&record.displacement), road, record.force.as_ref()];
+        let driven = record.has_road() || record.force.is_some();
+        let fastest = |x: &Vec<f64>| spectrum::fastest(x, driven, ride.step_s);
+        channels
+            .into_iter()
+            .flatten()
+            .map(fastest)
+            .fold(0.0, f64::max)
+    };
+    ride.axles
+        .iter()
+        .map(|(_, record)| of(record))
+        .fold(0.0, f64::max)
+}
+
+/// The model's effects as they are reported, by what is `told` of them.
+fn effects(
+    search: &Search,
+    record: &Scene,
+    (model, told): (&Model, &Model),
+    rounds: &[Round],
+    split: &Split,
+    settings: &Settings,
+) -> Vec<EffectReport> {
+    let without = search.without_each(model);
+    let report = |term: &Term| {
+        let less = without.iter().find(|m| !m.terms.contains(term));
+        // What came in the place of another was never tested by itself.
+        let round = rounds.iter().find(|r| r.term == *term && r.accepted);
+        let p = round.and_then(|r| finite(r.p_value.max(FINEST)));
+        let separation = less.map(|less| model.likelihood - less.likelihood);
+        let mut effect = show::effect(record, told, term, separation, p)?;
+        let less = less.unwrap_or(&search.plain);
+        effect.material = is_material(record, term, model, less, split, settings);
+        Some(effect)
+    };
+    model.terms.iter().filter_map(report).collect()
 }
 
 /// Whether the held-out error of an axle that `term` acts on is larger by the threshold in the model without it.
@@ -350,7 +495,7 @@ fn plain_model(
         let masked: Vec<f64> = (0..fitter.samples)
             .map(|i| if track.valid[i] { fit.residual[i] } else { 0.0 })
             .collect();
-        let colours = [Colour::of_order(&masked, ORDER)];
+        let colours = [Colour::of_order(&masked, scene.noise_order)];
         let effort = Effort {
             iterations: 20,
             gain: 1e-3,
@@ -456,6 +601,18 @@ fn location(
         windows_s: locate::windows(&plain, &left, &track.valid, scene, settings.alpha),
         bands_hz: locate::bands(&plain, &left, scene.step, settings.alpha),
         states: locate::states(&missing, motion, scene, 0..scene.samples),
+    }
+}
+
+/// What is left on an axle, where `found` tells of that.
+fn rest_of(found: &Location, held_out: &HeldOut) -> Rest {
+    let share = (held_out.extended_rms_m.zip(held_out.plain_rms_m))
+        .and_then(|(extended, plain)| finite((extended / plain).powi(2)));
+    Rest {
+        share,
+        windows_s: found.windows_s.clone(),
+        bands_hz: found.bands_hz.clone(),
+        states: found.states.clone(),
     }
 }
 

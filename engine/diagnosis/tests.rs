@@ -10,9 +10,10 @@ use std::f64::consts::TAU;
 use super::dataset::Scene;
 use super::effects::Kind;
 use super::fit::integrate::run;
-use super::fit::{Point, Term, Unit};
+use super::fit::{Fitter, Point, Term, Unit};
 use super::impose;
 use super::search::null::FINEST;
+use super::search::weak_form;
 use crate::bicycle::{Axle, Bike, PerAxle};
 use crate::numerics::lanes::LANES;
 use crate::numerics::spline::{cubic, slopes};
@@ -165,6 +166,40 @@ fn val_the_plain_model_moves_as_the_exact_one() {
             exact[i]
         );
     }
+}
+
+/// Nothing but the record tells the regression where to look: k and B of the start are wrong by factors.
+#[test]
+fn val_the_weak_form_finds_a_spring_from_afar() {
+    const K3: f64 = 2e10;
+    let ride = ride(|_, d, _| K3 * d * d * d);
+    let settings = Settings::default();
+    let observed = identify::observe(&ride, &bike(), &settings).unwrap();
+    let start = starts_from(&observed.instrumental);
+    let fits = output_error::fit(&ride, &bike(), &settings, &[start]).unwrap();
+    let samples = Split::of(&ride, &settings).train.end;
+    let scene = Scene::new(&ride, &bike(), &fits, samples);
+    let fitter = Fitter {
+        scene: &scene,
+        samples,
+    };
+    let unit = Unit {
+        tracks: vec![0],
+        terms: vec![Term {
+            kind: Kind::CubicStiffness,
+            place: Place::Front,
+        }],
+    };
+    let wrong = Point {
+        base: vec![[0.2 * K / MASS, 5.0 * B / MASS, 1.0 / MASS, 0.0, 0.0, 0.0]],
+        values: vec![[0.0; 4]],
+        initial: vec![[0.0; 2]],
+    };
+    let starts = weak_form::starts(&fitter, &unit, 0, &wrong);
+    let off = |p: &Point| [p.base[0][0] * MASS / K - 1.0, p.values[0][0] / K3 - 1.0];
+    let near = |p: &&Point| off(p)[0].abs() < 0.1 && off(p)[1].abs() < 0.2;
+    let all: Vec<[f64; 2]> = starts.iter().map(off).collect();
+    assert!(starts.iter().any(|p| near(&p)), "{all:?}");
 }
 
 #[test]
@@ -568,16 +603,53 @@ fn two_causes_on_one_axle_are_both_named() {
 
 #[test]
 fn a_force_from_elsewhere_gets_no_name() {
-    let sway = |t: f64| {
-        (1..40)
-            .map(|i| (f64::from(i * i) + 0.37 * f64::from(i) * t).sin())
-            .sum::<f64>()
-    };
     let d = diagnosed(&ride(|t, _, _| 12.0 * sway(t)));
     assert_eq!(d.verdict, Verdict::Unnamed, "{}", d.sentence);
     assert!(d.location.front.as_ref().unwrap().mismatch);
     assert!(!d.location.rear.as_ref().unwrap().mismatch);
     assert!(d.free_form.front.is_some() && d.free_form.rear.is_none());
+}
+
+/// A slow force that has nothing to do with the motion.
+fn sway(t: f64) -> f64 {
+    let waves = (1..40).map(|i| (f64::from(i * i) + 0.37 * f64::from(i) * t).sin());
+    waves.sum()
+}
+
+#[test]
+fn val_a_spring_is_affirmed_beside_a_force_from_elsewhere() {
+    let d = diagnosed(&ride(|t, d, _| 2e10 * d * d * d + 4.0 * sway(t)));
+    assert_eq!(d.verdict, Verdict::NamedInPart, "{}", d.sentence);
+    let affirmed: Vec<_> = d.effects.iter().filter(|e| e.affirmed).collect();
+    assert_eq!(affirmed.len(), 1, "{}", d.sentence);
+    let spring = affirmed[0];
+    assert_eq!(
+        (spring.id.as_str(), spring.axle),
+        ("cubic_stiffness", Place::Front)
+    );
+    let k3 = &spring.parameters["k3"];
+    let error = k3.std_error.unwrap();
+    assert!(
+        (k3.value - 2e10).abs() < 4.0 * error && error < 3e9,
+        "{} {error}",
+        k3.value
+    );
+    let support = spring.support.as_ref().unwrap();
+    assert!(
+        support.removed_share > 0.85 && support.blocks_led >= 9,
+        "{support:?}"
+    );
+    let rest = d.rest.as_ref().unwrap();
+    let share = rest.front.as_ref().unwrap().share.unwrap();
+    assert!(
+        share > 0.0 && share < 0.15 && rest.rear.is_none(),
+        "{share}"
+    );
+    assert!(
+        d.sentence.contains("Something else is left"),
+        "{}",
+        d.sentence
+    );
 }
 
 #[test]

@@ -60,6 +60,21 @@ impl Spectrum {
         band[band.len() / 2]
     }
 
+    /// The frequency (Hz) above which what stands out of the white noise has a [`BEYOND`]th of its power, each frequency
+    /// weighed by its `order`th power.
+    fn fastest(&self, order: i32) -> f64 {
+        let floor = LOUD * self.white_floor();
+        let power = |(hz, density): (&f64, &f64)| (density - floor).max(0.0) * hz.powi(order);
+        let powers: Vec<f64> = self.hz.iter().zip(&self.density).map(power).collect();
+        let total: f64 = powers.iter().sum();
+        let mut beyond = 0.0;
+        let last = powers.iter().rposition(|power| {
+            beyond += power;
+            beyond > BEYOND * total
+        });
+        self.hz[(last.unwrap_or(0) + 1).min(self.hz.len() - 1)]
+    }
+
     /// Density of the white noise in a record: the least median of four bands in its upper half.
     pub fn white_floor(&self) -> f64 {
         let medians = [0.4, 0.52, 0.66, 0.82].map(|from| self.median(from));
@@ -78,6 +93,18 @@ impl Spectrum {
 /// Standard deviation (m) of white noise with a one-sided density (m^2/Hz), sampled every `step` (s).
 pub fn deviation(density: f64, step: f64) -> f64 {
     (0.5 * density / step).sqrt()
+}
+
+/// Times the floor from which a bin counts as more than noise.
+const LOUD: f64 = 3.0;
+/// Share of a record's power that may be faster than what counts as its fastest.
+const BEYOND: f64 = 1e-3;
+
+/// The frequency (Hz) beyond which hardly anything moves in a record, as far as it tells: by its rate of change where it is
+/// `driven`, by itself where it swings freely.
+pub fn fastest(record: &[f64], driven: bool, step: f64) -> f64 {
+    let order = if driven { 2 } else { 0 };
+    Spectrum::new(record, step).map_or(0.5 / step, |s| s.fastest(order))
 }
 
 /// Density (m^2/Hz, one-sided) of the white noise in a record, at most; zero where it is too short to tell.
@@ -136,6 +163,16 @@ pub(crate) mod tests {
             "{}",
             s.white_floor()
         );
+    }
+
+    #[test]
+    fn a_slow_swing_in_noise_is_as_slow_as_it_is() {
+        let noise = white(30_000, 5);
+        let swing =
+            |i: usize| 50.0 * (std::f64::consts::TAU * 0.7 * i as f64 * 1e-3).sin() + noise[i];
+        let record: Vec<f64> = (0..30_000).map(swing).collect();
+        let hz = fastest(&record, false, 1e-3);
+        assert!(hz > 0.6 && hz < 2.0, "{hz} Hz");
     }
 
     #[test]

@@ -75,12 +75,13 @@ impl<'a> Problem<'a> {
         let pushed = record.force.is_some();
         let mass = bike.mass_or_force(axle, pushed)?;
         let rest_point = pushed || !record.has_road();
+        let moves = record.at_rest(step).is_none();
         Ok(Self {
             axle,
             record,
             input: Input::new(&record.road, record.force.as_deref(), step),
             mass,
-            free: [true, true, mass.is_none(), rest_point, true, true],
+            free: [true, true, mass.is_none(), rest_point, moves, moves],
         })
     }
 
@@ -92,7 +93,14 @@ impl<'a> Problem<'a> {
             beta: s.beta,
             per_mass: self.mass.map_or(s.per_mass, |m| 1.0 / m),
             constant: 0.0,
-            initial: [z[0], slopes(head, self.input.step)[0]],
+            initial: [
+                z[0],
+                if self.free[5] {
+                    slopes(head, self.input.step)[0]
+                } else {
+                    0.0
+                },
+            ],
         }
     }
 

@@ -15,15 +15,26 @@ pub enum Verdict {
     NothingMissing,
     /// One set of effects explains the ride, and no other does.
     Named,
+    /// Every affirmed effect acts, and something else that has no name is left beside them.
+    NamedInPart,
     /// Several sets explain it equally.
     Ambiguous,
     /// Something is left out that is not in the library.
     Unnamed,
+    /// The record does not carry a verdict.
+    CannotTell,
 }
 
 impl Verdict {
     /// Every verdict by its name in reports.
-    pub const NAMES: [&str; 4] = ["nothing_missing", "named", "ambiguous", "unnamed"];
+    pub const NAMES: [&str; 6] = [
+        "nothing_missing",
+        "named",
+        "named_in_part",
+        "ambiguous",
+        "unnamed",
+        "cannot_tell",
+    ];
 }
 
 /// The axle or axles that an effect acts on.
@@ -54,6 +65,9 @@ pub struct Diagnosis {
     /// The verdict in plain words.
     pub sentence: String,
     pub effects: Vec<EffectReport>,
+    /// What is left beside the affirmed effects of `named_in_part`.
+    #[serde(default)]
+    pub rest: Option<PerAxle<Rest>>,
     /// Other sets of effects that explain the ride as well, simplest first, at most two.
     pub alternatives: Vec<Vec<EffectName>>,
     /// k and B with the effects in the model.
@@ -92,12 +106,81 @@ pub struct EffectReport {
     pub p_value: Option<f64>,
     /// Gain in log likelihood that the ride loses without this effect; null where no model without it could be fitted.
     pub separation: Option<f64>,
+    /// Whether the verdict says that it acts.
+    #[serde(default)]
+    pub affirmed: bool,
+    /// How strong the evidence is that it acts although something else is left; absent where that was not asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub support: Option<Support>,
     /// False where this is only the nearest shape.
     pub adequate: bool,
     /// Whether the held-out error on an axle that it acts on would be larger by the materiality threshold without it.
     pub material: bool,
     /// What this effect is, in a sentence.
     pub sentence: String,
+}
+
+impl Diagnosis {
+    /// That a record carries no verdict, and why.
+    pub fn cannot_tell(why: String) -> Self {
+        Self {
+            verdict: Verdict::CannotTell,
+            sentence: why,
+            effects: Vec::new(),
+            rest: None,
+            alternatives: Vec::new(),
+            extended: PerAxle::default(),
+            warnings: Vec::new(),
+            location: PerAxle::default(),
+            held_out: PerAxle::default(),
+            next_ride: None,
+            detectable: Vec::new(),
+            switched_off: Vec::new(),
+            free_form: PerAxle::default(),
+            consequences: PerAxle::default(),
+            evidence: PerAxle::default(),
+        }
+    }
+}
+
+impl EffectReport {
+    pub fn name(&self) -> EffectName {
+        EffectName {
+            id: self.id.clone(),
+            axle: self.axle,
+        }
+    }
+}
+
+/// Evidence for one effect that does not rest on a complete model: errors of the simulated displacement on contiguous
+/// blocks of the ride.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct Support {
+    /// Share of the held-out squares that the effect takes off a model without it, on the axle where it does most.
+    pub removed_share: f64,
+    /// Blocks of the whole ride, and in how many of them the model with the effect errs less than the one without it.
+    pub blocks: usize,
+    pub blocks_led: usize,
+    /// The other effect that comes nearest in its place, and the held-out squares that it leaves beside this one's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rival: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rival_ratio: Option<f64>,
+    /// Largest difference between the sizes that the loud and the quiet blocks tell, beside the size.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub disagreement: Option<f64>,
+}
+
+/// What is left on one axle beside the affirmed effects.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct Rest {
+    /// Share of the plain model's held-out squares that is left; null where a model runs away.
+    pub share: Option<f64>,
+    pub windows_s: Vec<[f64; 2]>,
+    pub bands_hz: Vec<[f64; 2]>,
+    pub states: Vec<String>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

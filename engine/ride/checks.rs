@@ -39,6 +39,20 @@ pub(super) fn clipped(values: &[f64]) -> Vec<(usize, usize)> {
     runs.into_iter().filter(clips).flatten().collect()
 }
 
+/// Share of a record that a drive spends at its limits; a sensor whose range is left that long is not used.
+const SATURATED: f64 = 0.1;
+
+/// Whether both limits are alike and a good part of the record lies at them: so does a saturated drive.
+fn is_at_its_limits(values: &[f64], runs: &[(usize, usize)]) -> bool {
+    let at = |above: bool| runs.iter().any(|(a, _)| (values[*a] > 0.0) == above);
+    let (low, high) = (values.iter()).fold((0.0_f64, 0.0_f64), |(l, h), v| (l.min(*v), h.max(*v)));
+    let samples: usize = runs.iter().map(|(a, b)| b - a + 1).sum();
+    at(true)
+        && at(false)
+        && (high + low).abs() <= 0.02 * high
+        && samples as f64 > SATURATED * values.len() as f64
+}
+
 fn runs_at(values: &[f64], extreme: f64) -> Vec<(usize, usize)> {
     let mut runs: Vec<(usize, usize)> = Vec::new();
     for i in (0..values.len()).filter(|i| values[*i] == extreme) {
@@ -106,12 +120,25 @@ fn variance(values: &[f64]) -> f64 {
     values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n
 }
 
+/// Part of the standard deviation by which a swing must pass the mean to count: noise at the crossing does not.
+const PASSED: f64 = 0.3;
+
 /// Whether most intervals between crossings of the mean are alike.
 fn swings_steadily(values: &[f64]) -> bool {
     let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
-    let crossings: Vec<usize> = (1..values.len())
-        .filter(|i| (values[*i] > mean) != (values[i - 1] > mean))
-        .collect();
+    let beyond = PASSED * variance(values).sqrt();
+    let mut above = None;
+    let mut crossings = Vec::new();
+    for (i, value) in values.iter().enumerate() {
+        if (value - mean).abs() <= beyond {
+            continue;
+        }
+        let now = *value > mean;
+        if above.is_some_and(|above| above != now) {
+            crossings.push(i);
+        }
+        above = Some(now);
+    }
     let mut intervals: Vec<f64> = crossings.windows(2).map(|p| (p[1] - p[0]) as f64).collect();
     if intervals.len() < 4 {
         return false;
@@ -159,6 +186,16 @@ pub(super) fn examine(recording: &mut Recording) -> Vec<(Channel, Vec<(f64, f64)
         }
         let samples: usize = runs.iter().map(|(a, b)| b - a + 1).sum();
         let values = |i: usize| track.values[i];
+        if matches!(channel, Channel::Force(_)) && is_at_its_limits(&track.values, &runs) {
+            warnings.push(format!(
+                "{} stays at its limits of ±{} for {:.3} s: taken for a drive that gives no more, and trusted; where it is the \
+                 sensor that reads no more, k and B are wrong",
+                channel.name(),
+                size(*channel, amplitude(&track.values)),
+                samples as f64 * grid.step_s
+            ));
+            continue;
+        }
         let at = runs
             .iter()
             .map(|(a, _)| values(*a))
@@ -248,6 +285,27 @@ mod tests {
             .collect();
         assert_eq!(clipped(&rest), []);
         assert_eq!(clipped(&[1.0; 50]), []);
+    }
+
+    #[test]
+    fn a_drive_at_its_limits_is_told_from_a_sensor_that_reads_no_more() {
+        let sine = |i: usize| (i as f64 * 0.13).sin();
+        let saturated: Vec<f64> = (0..1000)
+            .map(|i| (2.0 * sine(i)).clamp(-0.5, 0.5))
+            .collect();
+        assert!(is_at_its_limits(&saturated, &clipped(&saturated)));
+        let now_and_then: Vec<f64> = (0..1000).map(|i| sine(i).clamp(-0.995, 0.995)).collect();
+        assert!(!is_at_its_limits(&now_and_then, &clipped(&now_and_then)));
+        let one_sided: Vec<f64> = (0..1000).map(|i| sine(i).min(0.5)).collect();
+        assert!(!is_at_its_limits(&one_sided, &clipped(&one_sided)));
+    }
+
+    #[test]
+    fn noise_at_the_crossings_hides_no_swing() {
+        let n = noise(20_000);
+        let swing = |i: usize| (1.0 - i as f64 / 30_000.0) * (i as f64 * 4e-3).sin();
+        let noisy: Vec<f64> = (0..20_000).map(|i| swing(i) + 0.05 * n[i]).collect();
+        assert!(is_free_motion(&noisy));
     }
 
     #[test]

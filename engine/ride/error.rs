@@ -219,8 +219,8 @@ pub enum Problem {
     #[error("{channel} is constant at {value:?}, expected it to move")]
     Constant { channel: &'static str, value: f64 },
     #[error(
-        "{channel} moves only by noise while road and force are constant, \
-         expected a moving road, a force or a free decay"
+        "{channel} moves, but nothing that could drive it is recorded (no road, no force), and it neither dies away nor swings \
+         at a steady pace as a free decay would: record the road, the force, or the axle's acceleration beside it"
     )]
     NotExcited { channel: &'static str },
 }

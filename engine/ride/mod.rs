@@ -7,6 +7,7 @@ mod checks;
 mod clock;
 mod common;
 mod csv;
+mod decimate;
 mod delay;
 mod dialect;
 mod error;
@@ -30,6 +31,7 @@ mod wild;
 
 use serde::{Deserialize, Serialize};
 
+pub use decimate::decimated;
 pub use error::{Problem, ReadError};
 pub use options::{Limits, ReadOptions};
 pub use rates::RATES_HZ;
@@ -73,7 +75,26 @@ pub struct AxleRecord {
     pub valid: Vec<bool>,
 }
 
+/// First samples that must be alike for a record to start at rest.
+const STILL: usize = 3;
+/// Part of the motion (standard deviation) below which samples are alike, whatever the resolution.
+const ALIKE: f64 = 1e-4;
+
 impl AxleRecord {
+    /// How far height (m) and velocity (m/s) may be from the first sample's height and from none, where the record starts at
+    /// rest: its first samples are alike, to within its resolution.
+    pub fn at_rest(&self, step_s: f64) -> Option<[f64; 2]> {
+        let z = &self.displacement;
+        let finest = z.windows(2).map(|p| (p[1] - p[0]).abs());
+        let finest = finest.filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
+        let mean = z.iter().sum::<f64>() / z.len().max(1) as f64;
+        let variance = z.iter().map(|z| (z - mean).powi(2)).sum::<f64>() / z.len().max(1) as f64;
+        let alike = ALIKE * variance.sqrt();
+        let still = z.iter().take_while(|x| (*x - z[0]).abs() <= alike).count();
+        let width = alike.max(finest);
+        (still >= STILL && width.is_finite()).then(|| [width, width / (still as f64 * step_s)])
+    }
+
     /// Whether the road moves at all.
     pub fn has_road(&self) -> bool {
         self.road.iter().any(|u| *u != self.road[0])

@@ -63,9 +63,14 @@ fn write(out: &mut String, report: &Report) -> std::fmt::Result {
     writeln!(out, "\n{}", diagnosis.sentence)?;
     for effect in &diagnosis.effects {
         for (name, parameter) in &effect.parameters {
+            let rank = if effect.adequate {
+                ""
+            } else {
+                ", not affirmed"
+            };
             writeln!(
                 out,
-                "  {} ({name}): {}",
+                "  {} ({name}{rank}): {}",
                 effect.id,
                 parameter.quantity(name)
             )?;

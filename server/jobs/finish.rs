@@ -3,7 +3,7 @@
 use serde_json::Value;
 use uuid::Uuid;
 use veloid_engine::bicycle::PerAxle;
-use veloid_engine::report::diagnosis::Diagnosis;
+use veloid_engine::report::diagnosis::{Diagnosis, Verdict};
 use veloid_engine::report::{Estimate, Report};
 
 use crate::store::parameter::{self, Parameter};
@@ -52,7 +52,8 @@ fn parameters(report: &Report) -> Vec<Parameter> {
     }
     if let Some(diagnosis) = &report.diagnosis {
         found.extend(of_estimates("extended", &diagnosis.extended));
-        for effect in &diagnosis.effects {
+        let in_part = diagnosis.verdict == Verdict::NamedInPart;
+        for effect in (diagnosis.effects.iter()).filter(|e| e.affirmed || !in_part) {
             let axle = effect.axle.name();
             found.extend(effect.parameters.iter().map(|(name, parameter)| Parameter {
                 method: "extended",

@@ -10,6 +10,7 @@ use veloid_engine::bicycle::Axle;
 use veloid_engine::number::{Quantity, fixed};
 use veloid_engine::report::{Estimate, Report};
 
+use super::estimate::best;
 use super::layout::{Fault, html};
 use super::words;
 use crate::api::App;
@@ -103,14 +104,6 @@ fn bad(detail: String) -> Problem {
     Problem::new(Kind::BadRequest, detail)
 }
 
-/// The estimate to go by.
-fn best(report: &Report, axle: Axle) -> Option<&Estimate> {
-    let extension = report.diagnosis.as_ref().filter(|d| !d.effects.is_empty());
-    extension
-        .map_or(&report.output_error, |d| &d.extended)
-        .get(axle)
-}
-
 fn rows(reports: &[Report]) -> Vec<(String, Vec<Option<Cell>>)> {
     type Pick = fn(&Estimate) -> (f64, Option<f64>);
     let picks: [(&str, &str, Pick); 2] = [
@@ -118,8 +111,10 @@ fn rows(reports: &[Report]) -> Vec<(String, Vec<Option<Cell>>)> {
         ("damping B", "N s/m", |e| (e.b_n_s_m, e.b_std_n_s_m)),
     ];
     let row = |axle: Axle, (name, unit, pick): (&str, &str, Pick)| {
-        let values: Vec<Option<(f64, Option<f64>)>> =
-            reports.iter().map(|r| best(r, axle).map(pick)).collect();
+        let values: Vec<Option<(f64, Option<f64>)>> = reports
+            .iter()
+            .map(|r| best(r).get(axle).map(pick))
+            .collect();
         let first = values.first().copied().flatten();
         let cell = |(i, value): (usize, &Option<(f64, Option<f64>)>)| {
             let (value, error) = (*value)?;

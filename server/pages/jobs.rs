@@ -40,7 +40,7 @@ struct Jobs {
     jobs: Vec<JobView>,
     next: Option<String>,
     states: [&'static str; 5],
-    verdicts: [&'static str; 4],
+    verdicts: [&'static str; 6],
     state: Option<String>,
     bike: Option<String>,
     verdict: Option<String>,

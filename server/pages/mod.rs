@@ -2,6 +2,7 @@
 
 pub mod assets;
 mod compare;
+mod estimate;
 mod fleet;
 mod job;
 mod jobs;

@@ -33,6 +33,9 @@ pub struct Track {
     pub road_most: f64,
     /// The same of the force channel (N^2/Hz).
     pub force_most: f64,
+    /// Deviations of height (m) and velocity (m/s) at the first sample from its measured height and none, where the
+    /// record shows that it starts at rest.
+    pub at_rest: Option<[f64; 2]>,
     /// Whether the mass is estimated, and whether the rest point is.
     pub free_mass: bool,
     pub rest_point: bool,
@@ -152,7 +155,12 @@ pub struct Scene {
     has_cadence: bool,
     /// l_F, l_R (m), m_F, m_R (kg).
     pub geometry: Option<[f64; 4]>,
+    /// Order of the autoregressive noise under which models are compared.
+    pub noise_order: usize,
 }
+
+/// Order of the noise model under which structures are compared: the same for all.
+const ORDER: usize = 10;
 
 /// Time (s) at the start of a driven ride that no fit looks at: what an effect's own states did
 /// before the first sample is not known.
@@ -192,6 +200,7 @@ impl Scene {
             distance,
             crank,
             geometry,
+            noise_order: ORDER,
         };
         for (axle, record) in ride.axles.iter() {
             if let Some(fit) = fits.get(axle) {
@@ -276,7 +285,8 @@ impl Scene {
         let road_integral = spline_integral(&input);
         let driven = record.has_road() || record.force.is_some();
         let mut valid = record.valid.clone();
-        if driven {
+        let at_rest = record.at_rest(ride.step_s);
+        if driven && at_rest.is_none() {
             let warm_up = (WARM_UP_S / ride.step_s).min(0.03 * train_end as f64) as usize;
             valid[..warm_up].fill(false);
         }
@@ -297,6 +307,7 @@ impl Scene {
             valid,
             scale,
             has_road: record.has_road(),
+            at_rest,
             free_mass: bike.mass(axle).is_none(),
             rest_point: record.force.is_some() || !record.has_road(),
         }

@@ -45,6 +45,7 @@ impl Effect for CoulombFriction {
         corners: true,
         words: "dry friction acts along the suspension (fork, seat post, guide)",
         confused_with: &["quadratic_damping", "hysteresis", "guide_friction"],
+        limit_of: &["hysteresis"],
         source: "Olsson et al. 1998, Eur. J. Control 4:176-195",
         ..Spec::ORDINARY
     };

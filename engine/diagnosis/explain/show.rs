@@ -5,6 +5,7 @@ use crate::diagnosis::dataset::Scene;
 use crate::diagnosis::fit::estimate::estimate;
 use crate::diagnosis::fit::{Fitted, Model, Motion, Slot, Term};
 use crate::diagnosis::law::{Reported, Scale, Values};
+use crate::diagnosis::verdict::affirm::Claim;
 use crate::finite::{finite, std_error};
 use crate::report::Estimate;
 use crate::report::diagnosis::{Consequences, EffectName, EffectReport, ParameterReport, Place};
@@ -25,6 +26,17 @@ pub fn effect(
     separation: Option<f64>,
     p_value: Option<f64>,
 ) -> Option<EffectReport> {
+    told(scene, model, term, (separation, p_value), &[])
+}
+
+/// The same with standard errors of at least `least`.
+fn told(
+    scene: &Scene,
+    model: &Model,
+    term: &Term,
+    (separation, p_value): (Option<f64>, Option<f64>),
+    least: &[f64],
+) -> Option<EffectReport> {
     let fit = model.fits.iter().find(|f| f.unit.terms.contains(term))?;
     let at = fit.unit.terms.iter().position(|t| t == term)?;
     let spec = term.kind.spec();
@@ -35,7 +47,8 @@ pub fn effect(
         .filter(|(of, ..)| *of == term)
         .map(|(_, name, ..)| name)
         .collect();
-    let told = |(r, error): (&Reported, Option<f64>)| {
+    let told = |(i, (r, error)): (usize, (&Reported, Option<f64>))| {
+        let error = error.map(|error| least.get(i).map_or(error, |least| error.max(*least)));
         if untold.contains(&r.name) {
             return Err(BEYOND_PRIOR.to_owned());
         }
@@ -45,7 +58,8 @@ pub fn effect(
         identified(r.value, error, as_good_as_zero(r.unit), r.unit)
     };
     let errors = standard_errors(scene, fit, at, &values, scale);
-    let errors: Vec<Result<f64, String>> = reported.iter().zip(errors).map(told).collect();
+    let errors: Vec<Result<f64, String>> =
+        reported.iter().zip(errors).enumerate().map(told).collect();
     let parameters: Vec<(&str, ParameterReport)> = reported
         .into_iter()
         .zip(errors)
@@ -86,10 +100,20 @@ pub fn effect(
             .collect(),
         p_value,
         separation: separation.and_then(finite).map(|s| s.max(0.0)),
+        affirmed: false,
+        support: None,
         adequate: true,
         material: true,
         sentence: format!("{place}, {}: {told}", spec.words),
     })
+}
+
+/// An effect that acts although something else is left: its intervals are those of the jackknife, where these are wider.
+pub fn supported(scene: &Scene, model: &Model, claim: &Claim) -> Option<EffectReport> {
+    let mut effect = told(scene, model, &claim.term, (None, None), &claim.errors)?;
+    effect.affirmed = claim.holds;
+    effect.support = Some(claim.support.clone());
+    Some(effect)
 }
 
 /// An angle's zero is a direction as any other: it is told to within half a radian or not at all.

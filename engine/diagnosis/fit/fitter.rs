@@ -9,8 +9,6 @@ use crate::diagnosis::dataset::Scene;
 use crate::numerics::autoregressive::Colour;
 use crate::numerics::lanes::{LANES, Lanes, widest};
 
-/// Order of the noise model under which structures are compared: the same for all.
-pub const ORDER: usize = 10;
 /// Steps from where a fit ended to where a parameter is expected.
 const TOWARDS: usize = 12;
 /// Slots whose derivatives one simulation gives.
@@ -157,7 +155,7 @@ impl Fitter<'_> {
         let mut total = 0.0;
         let mut colours = Vec::new();
         for (r, t) in residuals.iter().zip(&unit.tracks) {
-            let colour = Colour::of_order(r, ORDER);
+            let colour = Colour::of_order(r, self.scene.noise_order);
             let valid = self.scene.tracks[*t].valid[..self.samples]
                 .iter()
                 .filter(|v| **v)
@@ -263,7 +261,8 @@ impl Fitter<'_> {
         let starts = unit.tracks.iter().enumerate().flat_map(move |(a, t)| {
             let track = &self.scene.tracks[*t];
             let expected = [track.measured[0], 0.0];
-            let per = [0.3 / track.scale.z_rms, 0.3 / track.scale.v_rms];
+            let wide = [0.3 / track.scale.z_rms, 0.3 / track.scale.v_rms];
+            let per = track.at_rest.map_or(wide, |[z, v]| [1.0 / z, 1.0 / v]);
             [0, 1].map(|q| {
                 let slot = Slot::Base(a, 4 + q);
                 (slot, (point.get(slot) - expected[q]) * per[q], per[q])

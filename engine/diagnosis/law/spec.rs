@@ -94,6 +94,8 @@ pub struct Spec {
     /// The effect in plain words.
     pub words: &'static str,
     pub confused_with: &'static [&'static str],
+    /// Laws of which this one is a limit, so that they explain a ride at least as well.
+    pub limit_of: &'static [&'static str],
     pub source: &'static str,
 }
 
@@ -123,6 +125,7 @@ impl Spec {
         expected: &[],
         words: "",
         confused_with: &[],
+        limit_of: &[],
         source: "",
     };
 }

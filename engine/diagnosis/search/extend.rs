@@ -1,6 +1,7 @@
 //! Sets of effects and their exact refits when one is added, dropped or replaced.
 
 use super::score_test::{Promise, Signatures};
+use super::weak_form;
 use crate::diagnosis::dataset::Scene;
 use crate::diagnosis::effects::{ALL, FOILS, Kind};
 use crate::diagnosis::fit::Model;
@@ -184,7 +185,18 @@ fn far_starts(
     } else {
         &[0.1, 0.35, 1.0, 2.0]
     };
-    let mut ranked: Vec<(f64, Point)> = Vec::new();
+    let quick = Effort {
+        iterations: 7,
+        gain: 1.0,
+        ..effort
+    };
+    let fitted = |point: Point| {
+        let fit = short.fit(unit, point, white, quick)?;
+        let cost: f64 = fit.residuals.iter().flatten().map(|r| r * r).sum();
+        Some((cost, fit.point))
+    };
+    let regressed = weak_form::starts(fitter, unit, at, base);
+    let mut ranked: Vec<(f64, Point)> = regressed.into_iter().filter_map(fitted).collect();
     for start in starts {
         for size in sizes {
             let mut values = start;
@@ -195,15 +207,7 @@ fn far_starts(
             for stiffer in stiffer {
                 let mut point = with_values(base, at, values);
                 point.base.iter_mut().for_each(|b| b[0] *= stiffer);
-                let quick = Effort {
-                    iterations: 7,
-                    gain: 1.0,
-                    ..effort
-                };
-                if let Some(fit) = short.fit(unit, point, white, quick) {
-                    let cost = fit.residuals.iter().flatten().map(|r| r * r).sum();
-                    ranked.push((cost, fit.point));
-                }
+                ranked.extend(fitted(point));
             }
         }
     }

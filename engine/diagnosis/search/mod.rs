@@ -6,6 +6,7 @@ pub mod null;
 mod refit;
 pub mod rounds;
 pub mod score_test;
+pub mod weak_form;
 
 pub use criteria::Search;
 pub use rounds::{Named, Round};

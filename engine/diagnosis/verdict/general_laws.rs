@@ -125,6 +125,13 @@ fn widened(model: &Model, named: Kind, wider: Kind) -> Option<Model> {
 
 /// Whether a general damper in the place of `named` effects leads the model.
 fn led(search: &Search, model: &Model, named: &[Term]) -> bool {
+    curves(search, model, named)
+        .iter()
+        .any(|m| leads(search, model, m))
+}
+
+/// The model with each general damper in the place of `named` effects.
+fn curves(search: &Search, model: &Model, named: &[Term]) -> Vec<Model> {
     let fitter = &search.fitter;
     let substeps = model.substeps(fitter.scene, FINE);
     let effort = Effort {
@@ -139,19 +146,31 @@ fn led(search: &Search, model: &Model, named: &[Term]) -> bool {
         .filter(|t| !named.contains(t))
         .collect();
     let Some(less) = reduce(fitter, model, &rest, effort) else {
-        return false;
+        return Vec::new();
     };
-    CURVES.iter().any(|kind| {
+    let in_place = |kind: &Kind| {
         let term = Term {
             kind: *kind,
             place: named[0].place,
         };
         let offer = tangent_for(fitter, &less, term, substeps).signatures(fitter, term, substeps);
         if offer.starts.is_empty() {
-            return false;
+            return None;
         }
-        let found = extend(fitter, &less, &offer, effort, Reach::Near);
-        let found = found.and_then(|m| polish(fitter, &m, effort));
-        found.is_some_and(|m| leads(search, model, &m))
-    })
+        let found = extend(fitter, &less, &offer, effort, Reach::Near)?;
+        polish(fitter, &found, effort)
+    };
+    CURVES.iter().filter_map(in_place).collect()
+}
+
+/// The model with the general laws that hold one of its effects as a case of theirs in its place.
+pub fn generalised(search: &Search, model: &Model, term: Term) -> Vec<Model> {
+    let wider = WIDER.iter().filter(|(named, _)| *named == term.kind);
+    let mut found: Vec<Model> = wider
+        .filter_map(|(named, wider)| widened(model, *named, *wider))
+        .collect();
+    if DAMPERS.contains(&term.kind) {
+        found.extend(curves(search, model, &[term]));
+    }
+    found
 }

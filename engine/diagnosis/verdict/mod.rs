@@ -1,4 +1,7 @@
 //! Whether the search has explained the ride.
 
+pub mod affirm;
+pub mod carries;
 pub mod general_laws;
 pub mod judge;
+pub mod partly;

@@ -30,7 +30,7 @@ pub struct JobView {
     pub options: Options,
     /// The first estimate, there before the swarm has finished.
     pub least_squares: Option<PerAxle<Estimate>>,
-    /// `nothing_missing`, `named`, `ambiguous` or `unnamed`, at the end of a diagnosis.
+    /// `nothing_missing`, `named`, `named_in_part`, `ambiguous`, `unnamed` or `cannot_tell`, at the end of a diagnosis.
     pub verdict: Option<String>,
     /// Why the job failed.
     pub failure: Option<Failure>,

@@ -4,7 +4,7 @@ use veloid_engine::bicycle::Axle;
 use veloid_engine::number::{Quantity, fixed, powers, significant};
 use veloid_engine::report::Report;
 use veloid_engine::report::diagnosis::{
-    Detectable, Diagnosis, EffectReport, HeldOut, NextRide, Place, Stronger, Verdict,
+    Detectable, Diagnosis, EffectReport, HeldOut, NextRide, Place, Stronger, Support, Verdict,
 };
 
 use super::bars;
@@ -55,6 +55,11 @@ fn verdict(verdict: Verdict) -> (&'static str, &'static str) {
             "ambiguous",
             "Something is missing; this ride leaves a choice",
         ),
+        Verdict::NamedInPart => (
+            "named_in_part",
+            "Something is missing; part of it has a name",
+        ),
+        Verdict::CannotTell => ("cannot_tell", "This record carries no verdict"),
         Verdict::Unnamed => ("unnamed", "Something is missing that has no name here"),
     }
 }
@@ -151,13 +156,34 @@ impl EffectView {
             title: words::title(&effect.id),
             axle: effect.axle.name(),
             parameters: parameters.collect(),
-            evidence: format!(
-                "{chance}; without it the ride loses {} in log likelihood.",
-                known(effect.separation, |gain| fixed(gain, 1))
-            ),
+            evidence: match &effect.support {
+                Some(support) => supported(support),
+                None => format!(
+                    "{chance}; without it the ride loses {} in log likelihood.",
+                    known(effect.separation, |gain| fixed(gain, 1))
+                ),
+            },
             notes,
         }
     }
+}
+
+/// Evidence that does not rest on a complete model.
+fn supported(support: &Support) -> String {
+    let rival = support.rival.as_ref().zip(support.rival_ratio);
+    let rival = rival.map_or(String::new(), |(id, ratio)| {
+        let name = words::plain(id);
+        format!(
+            "; with {name} in its place {} times as much is left",
+            fixed(ratio, 1)
+        )
+    });
+    format!(
+        "Takes {} % off the square of the held-out error, in {} of {} blocks of the ride the error falls{rival}.",
+        fixed(100.0 * support.removed_share, 0),
+        support.blocks_led,
+        support.blocks
+    )
 }
 
 /// What the effects explain, where it is known what noise leaves to explain; else how far the error falls.

@@ -4,6 +4,7 @@ use veloid_engine::bicycle::{Axle, PerAxle};
 use veloid_engine::number::{Quantity, fixed, significant};
 use veloid_engine::report::{Estimate, Report};
 
+use crate::pages::estimate::best;
 use crate::pages::words;
 
 pub struct ReportView {
@@ -50,10 +51,9 @@ pub struct MethodRow {
 impl ReportView {
     pub fn of(report: &Report) -> Self {
         let extension = report.diagnosis.as_ref().filter(|d| !d.effects.is_empty());
-        let best = extension.map_or(&report.output_error, |d| &d.extended);
         Self {
             version: report.veloid.clone(),
-            result: best
+            result: best(report)
                 .iter()
                 .map(|(axle, e)| ResultRow::of(axle, e))
                 .collect(),

@@ -26,7 +26,7 @@ impl Finding {
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
-    /// `nothing_missing`, `named`, `ambiguous`, `unnamed`, or `failed`.
+    /// A verdict of the contract, or `failed`.
     pub verdict: String,
     pub effects: Vec<Finding>,
     pub alternatives: Vec<Vec<Name>>,
@@ -90,8 +90,11 @@ impl Outcome {
             let of = &diagnosis["extended"][axle];
             Some((of[value].as_f64()?, of[error].as_f64()))
         };
+        // Beside a rest only those count that the verdict says act.
+        let told = |e: &&Value| verdict != "named_in_part" || e["affirmed"] == true;
         let effects = list(&diagnosis["effects"])
             .iter()
+            .filter(told)
             .map(|e| Finding {
                 id: text(&e["id"]),
                 axle: text(&e["axle"]),

@@ -64,7 +64,7 @@ pub enum Mark {
     VagueSet,
     /// The truth and something more.
     Extra,
-    /// Some of two effects.
+    /// Some of two effects, or an effect beside which something is said to be left.
     Partial,
     /// Named, and not the truth.
     Wrong,
@@ -83,6 +83,11 @@ pub fn mark(case: &Case, outcome: &Outcome) -> Mark {
         "nothing_missing" => Mark::Missed,
         "unnamed" if strange && outcome.mismatch == case.touched() => Mark::Right,
         "unnamed" => Mark::Unnamed,
+        "cannot_tell" => Mark::Missed,
+        "named_in_part" if !named.is_empty() && named.iter().all(|n| truth.contains(n)) => {
+            Mark::Partial
+        }
+        "named_in_part" => Mark::Wrong,
         "named" | "ambiguous" if case.class() == "clean" || strange => Mark::Wrong,
         "named" if named == truth => Mark::Right,
         "named" if truth.iter().all(|t| named.contains(t)) => Mark::Extra,
@@ -97,7 +102,7 @@ pub fn mark(case: &Case, outcome: &Outcome) -> Mark {
 /// Whether the axles that a method points at are those of the truth; `None` when it points at none.
 pub fn right_axle(case: &Case, outcome: &Outcome) -> Option<bool> {
     match outcome.verdict.as_str() {
-        "named" | "ambiguous" if !outcome.effects.is_empty() => {
+        "named" | "named_in_part" | "ambiguous" if !outcome.effects.is_empty() => {
             let on = |axle: &str| {
                 outcome
                     .effects
@@ -364,6 +369,18 @@ mod tests {
             ),
             Mark::Unnamed
         );
+        // Beside a rest an effect must still act.
+        let part = |effects: &[(&str, &str)]| said("named_in_part", effects);
+        assert_eq!(
+            marked(&strange, &part(&[("quadratic_damping", "rear")])),
+            Mark::Wrong
+        );
+        assert_eq!(
+            marked(&pair, &part(&[("sensor_gain", "rear")])),
+            Mark::Partial
+        );
+        assert_eq!(marked(&pair, &part(&[("bump_stop", "rear")])), Mark::Wrong);
+        assert_eq!(marked(&pair, &said("cannot_tell", &[])), Mark::Missed);
         assert_eq!(
             marked(&strange, &said("named", &[("quadratic_damping", "rear")])),
             Mark::Wrong

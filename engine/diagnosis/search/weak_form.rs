@@ -1,0 +1,237 @@
+//! Starts that know no wrong basin: the equation of motion as a regression on the measured motion, in its weak form. Both
+//! sides are multiplied by smooth windows and integrated by parts, so that no record is differentiated twice
+//! (modulating functions: Shinbrot 1957, Trans. ASME 79:587-603; Preisig & Rippin 1993, doi:10.1016/0098-1354(93)80001-4).
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::diagnosis::dataset::{Scene, Track};
+use crate::diagnosis::effects::Kind;
+use crate::diagnosis::fit::{Fitter, Point, Unit};
+use crate::diagnosis::law::{MAX_STATES, Motion, Values};
+use crate::numerics::lanes::Lanes;
+
+/// Half widths of the windows (s) that are tried, as parts of the plain axle's period.
+const WIDTHS: [f64; 2] = [0.12, 0.4];
+/// Fewest samples in half a window.
+const LEAST: usize = 6;
+/// Windows that start within half a width of each other.
+const OVERLAP: usize = 2;
+
+/// Points at which an effect alone beside the plain model solves the regression, one for each start and width.
+/// Nothing for effects with states of their own, on the road or on the sensor, whose force the measured motion does not give.
+pub fn starts(fitter: &Fitter, unit: &Unit, at: usize, base: &Point) -> Vec<Point> {
+    let spec = unit.terms[at].kind.spec();
+    let ([track], [slot]) = (&unit.tracks[..], spec.amplitudes) else {
+        return Vec::new();
+    };
+    if unit.terms.len() > 1 || spec.states > 0 || spec.on_road || spec.on_sensor || spec.local {
+        return Vec::new();
+    }
+    let scene = fitter.scene;
+    let track = &scene.tracks[*track];
+    let mut found = Vec::new();
+    for width in WIDTHS {
+        let half = (width * track.scale.period() / scene.step) as usize;
+        let half = half.clamp(LEAST, (fitter.samples / 20).max(LEAST));
+        let rows = Rows::new(track, fitter.samples, half);
+        for start in (spec.starts)(&track.scale) {
+            let force = rows.forces(scene, track, unit.terms[at].kind, &start);
+            if let Some(point) = rows.solved(track, base, &force, (start, *slot, at)) {
+                found.push(point);
+            }
+        }
+    }
+    found
+}
+
+/// The measured motion and the windows that it is seen through.
+struct Rows<'a> {
+    input: &'a crate::simulate::linear::Input,
+    z: &'a [f64],
+    /// Velocity, smoothed over a part of a window.
+    v: Vec<f64>,
+    /// First samples of the windows, all valid.
+    windows: Vec<usize>,
+    half: usize,
+}
+
+impl<'a> Rows<'a> {
+    fn new(track: &'a Track, samples: usize, half: usize) -> Self {
+        let z = &track.measured[..samples];
+        let width = 2 * half + 1;
+        let windows = (0..samples.saturating_sub(width)).step_by((half / OVERLAP).max(1));
+        let valid = |first: &usize| track.valid[*first..*first + width].iter().all(|v| *v);
+        Self {
+            input: &track.input,
+            z,
+            v: smoothed_slope(z, (half / 4).max(1), track.input.step),
+            windows: windows.filter(valid).collect(),
+            half,
+        }
+    }
+
+    /// The force over the mass of an effect with unit mass along the measured motion (m/s^2).
+    fn forces(&self, scene: &Scene, track: &Track, kind: Kind, values: &Values) -> Vec<f64> {
+        let p = values.map(Lanes::all);
+        let states = [Lanes::ZERO; MAX_STATES];
+        (0..self.z.len())
+            .map(|i| {
+                let (d, w) = (
+                    self.input.road[i] - self.z[i],
+                    self.input.road_slope[i] - self.v[i],
+                );
+                let motion = Motion {
+                    d: Lanes::all(d),
+                    w: Lanes::all(w),
+                    z: Lanes::all(self.z[i]),
+                    v: Lanes::all(self.v[i]),
+                    kappa: Lanes::ZERO,
+                    beta: Lanes::ZERO,
+                    per_mass: Lanes::all(1.0),
+                    t: i as f64 * scene.step,
+                    speed: scene.speed[i],
+                    speed_rate: scene.speed_rate[i],
+                    crank: [(2.0 * scene.crank[i]).sin(), (2.0 * scene.crank[i]).cos()],
+                    step: scene.step,
+                    scale: &track.scale,
+                };
+                let tyre = kind.tyre(&p, &motion, &states, Lanes::ZERO);
+                kind.body(&p, &motion, tyre).0[0]
+            })
+            .collect()
+    }
+
+    /// Solves for k/m, B/m, [1/m], [a constant] and the size of the effect.
+    fn solved(
+        &self,
+        track: &Track,
+        base: &Point,
+        force: &[f64],
+        (mut values, slot, at): (Values, usize, usize),
+    ) -> Option<Point> {
+        let step = self.input.step;
+        let half = self.half as f64;
+        let pushes = self.input.force.as_ref().map(|(f, _)| &f[..]);
+        let known = track.scale.mass.recip();
+        let mut point = base.clone();
+        let row = |first: &usize| {
+            let mut sums = [0.0; 6];
+            for j in 0..=2 * self.half {
+                let i = first + j;
+                let (phi, slope, curve) = window(j as f64 / half - 1.0);
+                let d = self.input.road[i] - self.z[i];
+                let push = pushes.map_or(0.0, |f| f[i]);
+                let parts = [
+                    curve / (half * step).powi(2) * self.z[i],
+                    phi * d,
+                    -slope / (half * step) * d,
+                    phi * push,
+                    phi,
+                    phi * force[i],
+                ];
+                sums.iter_mut().zip(parts).for_each(|(s, p)| *s += p);
+            }
+            sums
+        };
+        let rows: Vec<[f64; 6]> = self.windows.iter().map(row).collect();
+        // Which of the columns are unknown; a known mass's force moves to the other side.
+        let unknown: Vec<usize> = (1..6)
+            .filter(|q| match q {
+                3 => track.free_mass && pushes.is_some(),
+                4 => track.rest_point,
+                _ => true,
+            })
+            .collect();
+        if rows.len() < 3 * unknown.len() {
+            return None;
+        }
+        let scale = |q: usize| rows.iter().map(|r| r[q] * r[q]).sum::<f64>().sqrt();
+        let scales: Vec<f64> = unknown.iter().map(|q| scale(*q)).collect();
+        if scales.iter().any(|s| !(*s > 0.0)) {
+            return None;
+        }
+        let matrix = DMatrix::from_fn(rows.len(), unknown.len(), |r, c| {
+            rows[r][unknown[c]] / scales[c]
+        });
+        let given = if track.free_mass { 0.0 } else { known };
+        let target = DVector::from_fn(rows.len(), |r, _| rows[r][0] - given * rows[r][3]);
+        let normal = matrix.tr_mul(&matrix);
+        let solution = normal.cholesky()?.solve(&matrix.tr_mul(&target));
+        let of = |q: usize| {
+            let c = unknown.iter().position(|u| *u == q)?;
+            Some(solution[c] / scales[c])
+        };
+        let per_mass = of(3).unwrap_or(known);
+        if !(per_mass > 0.0) {
+            return None;
+        }
+        let own = &mut point.base[0];
+        (own[0], own[1], own[2]) = (of(1)?, of(2)?, per_mass);
+        own[3] = of(4).unwrap_or(own[3]);
+        // The factor belongs to a mass of one.
+        values[slot] *= of(5)? / per_mass;
+        point.values[at] = values;
+        point
+            .base
+            .iter()
+            .flatten()
+            .all(|x| x.is_finite())
+            .then_some(point)
+    }
+}
+
+/// (1 - s^2)^4 and its first two derivatives.
+fn window(s: f64) -> (f64, f64, f64) {
+    let q = 1.0 - s * s;
+    (
+        q.powi(4),
+        -8.0 * s * q.powi(3),
+        -8.0 * q.powi(3) + 48.0 * s * s * q * q,
+    )
+}
+
+/// Slope of the line through `reach` samples to both sides.
+fn smoothed_slope(x: &[f64], reach: usize, step: f64) -> Vec<f64> {
+    (0..x.len())
+        .map(|i| {
+            let reach = reach.min(i).min(x.len() - 1 - i);
+            if reach == 0 {
+                let (a, b) = (i.saturating_sub(1), (i + 1).min(x.len() - 1));
+                return (x[b] - x[a]) / ((b - a).max(1) as f64 * step);
+            }
+            let (mut top, mut bottom) = (0.0, 0.0);
+            for j in 1..=reach {
+                top += j as f64 * (x[i + j] - x[i - j]);
+                bottom += 2.0 * (j * j) as f64;
+            }
+            top / (bottom * step)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_windows_derivatives_are_its_own() {
+        let h = 1e-5;
+        for s in [-0.8, -0.3, 0.0, 0.45, 0.9] {
+            let ((_, slope, curve), (a, da, _), (b, db, _)) =
+                (window(s), window(s - h), window(s + h));
+            assert!((slope - (b - a) / (2.0 * h)).abs() < 1e-8);
+            assert!((curve - (db - da) / (2.0 * h)).abs() < 1e-7);
+        }
+        assert_eq!(window(1.0), (0.0, 0.0, 0.0));
+    }
+
+    #[test]
+    fn a_lines_slope_is_found_up_to_its_ends() {
+        let x: Vec<f64> = (0..20).map(|i| 0.5 * i as f64).collect();
+        assert!(
+            smoothed_slope(&x, 4, 0.1)
+                .iter()
+                .all(|v| (v - 5.0).abs() < 1e-12)
+        );
+    }
+}

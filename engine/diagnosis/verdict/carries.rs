@@ -1,0 +1,169 @@
+//! Whether a record carries a verdict at all.
+
+use crate::bicycle::Axle;
+use crate::diagnosis::effects::Kind;
+use crate::number::Quantity;
+use crate::report::diagnosis::{Diagnosis, EffectReport, Verdict};
+
+/// Share of the motion (RMS) that a model may leave and still be said to follow it: a fifth of its power is explained.
+pub const FOLLOWS: f64 = 0.9;
+
+/// Why the record carries no verdict, and what to record instead; nothing where it does. `moves`: RMS of what each axle
+/// does (m).
+pub fn why_not(d: &Diagnosis, moves: &dyn Fn(Axle) -> f64) -> Option<String> {
+    match d.verdict {
+        Verdict::NothingMissing => unfollowed(d, moves).or_else(|| undetermined(d)),
+        Verdict::Unnamed => undetermined(d),
+        Verdict::Named | Verdict::Ambiguous => unsized_effects(d),
+        Verdict::NamedInPart | Verdict::CannotTell => None,
+    }
+}
+
+/// That the plain model follows hardly anything of an axle and no effect does better.
+fn unfollowed(d: &Diagnosis, moves: &dyn Fn(Axle) -> f64) -> Option<String> {
+    let left = |(axle, held): (Axle, &crate::report::diagnosis::HeldOut)| {
+        let left = held.plain_rms_m?;
+        (left > FOLLOWS * moves(axle)).then_some((axle, left))
+    };
+    let (axle, left) = d.held_out.iter().find_map(left)?;
+    let length = |rms_m: f64| Quantity::rough(rms_m, 3, "m");
+    Some(format!(
+        "The plain spring and damper follow hardly anything of what the {axle} axle does: {} of {} are left. No effect in the \
+         library explains more, but this record is no ground for a verdict: are channels swapped, turned or noise?",
+        length(left),
+        length(moves(axle))
+    ))
+}
+
+/// That neither k nor B is known on any axle.
+fn undetermined(d: &Diagnosis) -> Option<String> {
+    let mut axles = d.extended.iter().peekable();
+    axles.peek()?;
+    let unknown = axles.all(|(_, e)| e.k_std_n_m.is_none() && e.b_std_n_s_m.is_none());
+    unknown.then(|| {
+        format!(
+            "This record determines neither stiffness nor damping of any axle, so it cannot tell what is missing beside them. {MORE}"
+        )
+    })
+}
+
+/// That no size of what would explain the record is known.
+fn unsized_effects(d: &Diagnosis) -> Option<String> {
+    let unknown = !d.effects.is_empty() && !d.effects.iter().any(has_size);
+    unknown.then(|| {
+        let names: Vec<String> = d.effects.iter().map(|e| e.id.replace('_', " ")).collect();
+        format!(
+            "Something is left out, and {} would explain it, but this record determines no size of it, so that it may be \
+             anything like it. {MORE}",
+            names.join(" with ")
+        )
+    })
+}
+
+/// Whether the record tells the size of an effect, or that is expected of any bicycle and said so.
+pub fn has_size(effect: &EffectReport) -> bool {
+    let expected = |kind: Kind| !kind.spec().expected.is_empty();
+    Kind::by_id(&effect.id).is_some_and(expected)
+        || (effect.parameters.values()).any(|p| p.std_error.is_some_and(|std| std > 0.0))
+}
+
+/// What to record instead.
+const MORE: &str = "Record a motion that passes through the axle's resonance at several amplitudes: a road or a force of many \
+                    frequencies, or a release from a larger deflection, for at least twenty periods.";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bicycle::PerAxle;
+    use crate::report::Estimate;
+    use crate::report::diagnosis::{HeldOut, ParameterReport, Place};
+
+    /// A diagnosis of a front axle that moves by 3 mm, of which `left` (m) is left, with an error of `k_std` (N/m).
+    fn why(
+        verdict: Verdict,
+        left: f64,
+        k_std: Option<f64>,
+        effects: Vec<EffectReport>,
+    ) -> Option<String> {
+        let held = HeldOut {
+            plain_rms_m: Some(left),
+            ..HeldOut::default()
+        };
+        let estimate = Estimate {
+            k_std_n_m: k_std,
+            ..Estimate::default()
+        };
+        let d = Diagnosis {
+            verdict,
+            effects,
+            held_out: PerAxle {
+                front: Some(held),
+                rear: None,
+            },
+            extended: PerAxle {
+                front: Some(estimate),
+                rear: None,
+            },
+            ..Diagnosis::cannot_tell(String::new())
+        };
+        why_not(&d, &|_| 3e-3).map(|why| why.replace('\u{a0}', " "))
+    }
+
+    fn friction(std_error: Option<f64>) -> EffectReport {
+        let size = ParameterReport {
+            value: 10.0,
+            std_error,
+            not_identifiable: None,
+            unit: "N".to_owned(),
+        };
+        EffectReport {
+            id: "coulomb_friction".to_owned(),
+            axle: Place::Front,
+            parameters: [("friction".to_owned(), size)].into(),
+            p_value: None,
+            separation: None,
+            affirmed: true,
+            support: None,
+            adequate: true,
+            material: true,
+            sentence: String::new(),
+        }
+    }
+
+    #[test]
+    fn what_follows_nothing_is_no_ground_for_a_verdict() {
+        let left = |share: f64| why(Verdict::NothingMissing, share * 3e-3, Some(1.0), Vec::new());
+        assert_eq!(left(0.997 * FOLLOWS), None);
+        let nothing = left(1.003 * FOLLOWS).unwrap_or_default();
+        assert!(
+            nothing.contains("hardly anything") && nothing.contains("2.71 mm of 3 mm"),
+            "{nothing}"
+        );
+    }
+
+    #[test]
+    fn without_k_and_b_there_is_no_verdict() {
+        for verdict in [Verdict::NothingMissing, Verdict::Unnamed] {
+            assert_eq!(why(verdict, 1e-4, Some(1.0), Vec::new()), None);
+            let unknown = why(verdict, 1e-4, None, Vec::new()).unwrap_or_default();
+            assert!(
+                unknown.contains("neither stiffness nor damping"),
+                "{unknown}"
+            );
+        }
+    }
+
+    #[test]
+    fn an_effect_without_a_size_is_no_name() {
+        assert_eq!(
+            why(Verdict::Named, 1e-4, Some(1.0), vec![friction(Some(1.0))]),
+            None
+        );
+        let unknown = why(Verdict::Named, 1e-4, Some(1.0), vec![friction(None)]);
+        assert!(
+            unknown
+                .unwrap_or_default()
+                .contains("coulomb friction would explain it")
+        );
+    }
+}
