@@ -24,6 +24,9 @@ const PARTS: usize = 64;
 const SHOWN: usize = 80;
 /// For how long a body that is refused is still read.
 const DRAIN_TIME: Duration = Duration::from_secs(20);
+/// Bytes of it that are read at least, however little the caller may send: with less, who sends a few hundred kilobytes where
+/// a thousand bytes are allowed met a closed connection in place of the answer.
+const DRAINED: u64 = 4 << 20;
 
 /// An upload that has arrived but is not kept yet.
 pub struct Received {
@@ -60,7 +63,7 @@ async fn drain(mut body: BodyDataStream, limit: u64) {
     let mut read = 0;
     while let Some(Ok(chunk)) = body.next().await {
         read += chunk.len() as u64;
-        if read > limit {
+        if read > limit.max(DRAINED) {
             return;
         }
     }
