@@ -7,13 +7,19 @@ use crate::EngineError;
 use crate::bicycle::{Bike, PerAxle};
 use crate::checked::checked;
 use crate::diagnosis;
+use crate::laser_error::laser_error;
+use crate::mass_error::mass_error;
+use crate::mistakes::mistakes;
 use crate::output_error;
 use crate::output_error::start::{start_from, starts_from};
 use crate::progress::Progress;
 use crate::report::diagnosis::Diagnosis;
+use crate::report::identifiable::{MISTAKEN, UNPLACED};
+use crate::report::laser::{are_unplaced, misleading, notes, unconfirmed, widened};
 use crate::report::stages::{Conclusion, Observed};
-use crate::report::{Comparison, Estimate, Report, SwarmReport, Trial};
+use crate::report::{Comparison, Estimate, LatentRoad, Mistake, Report, SwarmReport, Trial};
 use crate::ride::Ride;
+use crate::road_noise::{borne, decides, road_noise_error, worth_telling};
 use crate::settings::Settings;
 use crate::swarm::Swarm;
 
@@ -67,8 +73,14 @@ pub fn conclude(
     });
     let fits = output_error::fit(ride, bike, settings, &starts)?;
     let output_error = fits.map(|axle, fit| fit.estimate(bike.mass(axle).is_some()).told());
+    let laser_error = laser_error(ride, bike, settings, &output_error);
+    let road_noise_error = road_noise_error(ride, bike, settings, &output_error);
+    let mass_error = mass_error(ride, bike, settings, &output_error)?;
+    let bears =
+        |estimates: &PerAxle<Estimate>| widened(&widened(estimates, &laser_error), &mass_error);
+    let output_error = borne(&bears(&output_error), &road_noise_error);
     let judged = |estimates: &PerAxle<Estimate>| {
-        estimates.map(|axle, e| e.clone().judged_by(output_error.get(axle)))
+        bears(estimates).map(|axle, e| e.clone().judged_by(output_error.get(axle)))
     };
     let swarm = SwarmReport {
         front: swarm
@@ -77,7 +89,57 @@ pub fn conclude(
         rear: swarm.rear.map(|e| e.judged_by(output_error.rear.as_ref())),
         ..swarm
     };
-    let swarmed = PerAxle {
+    let told = [
+        notes(
+            &output_error,
+            &laser_error,
+            "the laser that the road was made from",
+            "what is not known of its clock, and its noise",
+        ),
+        notes(
+            &output_error,
+            &worth_telling(&output_error, &road_noise_error),
+            "noise of the road channel",
+            "by output error, which takes it for road",
+        ),
+        notes(
+            &output_error,
+            &mass_error,
+            "the mass's deviation",
+            "as the bike file has it",
+        ),
+    ];
+    let comparison = compared(ride, observed, &swarm, &output_error, told.concat());
+    let clock_unconfirmed = unconfirmed(
+        &ride.summary.clocks,
+        &output_error,
+        observed.latent_road.as_ref(),
+        settings.alpha,
+    );
+    let conclusion = Conclusion {
+        mistakes: mistakes(ride, bike),
+        least_squares: judged(&observed.least_squares),
+        instrumental: judged(&observed.instrumental),
+        swarm,
+        output_error,
+        laser_error,
+        mass_error,
+        road_noise_error,
+        clock_unconfirmed,
+        comparison,
+    };
+    checked("conclude", conclusion)
+}
+
+/// The paper's Table 1, with what there is to say beside it.
+fn compared(
+    ride: &Ride,
+    observed: &Observed,
+    swarm: &SwarmReport,
+    output_error: &PerAxle<Estimate>,
+    notes: Vec<String>,
+) -> Comparison {
+    let swarm = PerAxle {
         front: swarm.front.clone(),
         rear: swarm.rear.clone(),
     };
@@ -86,19 +148,28 @@ pub fn conclude(
         &[
             ("least_squares", &observed.least_squares),
             ("instrumental", &observed.instrumental),
-            ("swarm", &swarmed),
-            ("output_error", &output_error),
+            ("swarm", &swarm),
+            ("output_error", output_error),
         ],
     );
-    let conclusion = Conclusion {
-        least_squares: judged(&observed.least_squares),
-        instrumental: judged(&observed.instrumental),
-        swarm,
-        output_error,
-        comparison,
-    };
-    checked("conclude", conclusion)
+    Comparison {
+        notes: [comparison.notes, skipped(ride), notes].concat(),
+        ..comparison
+    }
 }
+
+/// Why the methods that compare motion and road have no rows.
+fn skipped(ride: &Ride) -> Vec<String> {
+    let why = "observer, least squares, swarm and output error are skipped: they need the road, which was not measured";
+    (ride.has_no_road())
+        .then(|| why.to_owned())
+        .into_iter()
+        .collect()
+}
+
+/// Why a ride without a road has no verdict.
+const NO_ROAD: &str = "Whether the model leaves physics out cannot be told: the road was not measured, and an unknown road can take up \
+    what the model lacks. Record the road (u_f, u_r), or a laser's distance to it (d_f, d_r) beside the accelerometers.";
 
 /// Stage `diagnose`: what physics the model leaves out.
 pub fn diagnose(
@@ -108,14 +179,41 @@ pub fn diagnose(
     conclusion: &Conclusion,
     progress: &dyn Progress,
 ) -> Result<Diagnosis, EngineError> {
+    if ride.has_no_road() {
+        return checked("diagnose", Diagnosis::cannot_tell(NO_ROAD.to_owned()));
+    }
+    let clocks = &ride.summary.clocks;
+    let laser = || misleading(clocks, &conclusion.output_error, &conclusion.laser_error);
+    let noise = || decides(&conclusion.output_error, &conclusion.road_noise_error);
+    let first = to_be_mended(&conclusion.mistakes)
+        .or_else(laser)
+        .or_else(noise);
+    if let Some(why) = first.or_else(|| conclusion.clock_unconfirmed.clone()) {
+        return checked("diagnose", Diagnosis::cannot_tell(why));
+    }
     let found = match diagnosis::diagnose(ride, bike, settings, conclusion, progress) {
         // What the other methods found stands without it.
         Err(EngineError::Diverged { problem, .. }) => Diagnosis::cannot_tell(format!(
-            "This record carries no verdict: {problem}. Record what drives the axle, a road or a force, together with its motion."
+            "This record carries no verdict: {problem}. Record what drives the axle, a road or a force, together with its motion; \
+             where a rig prescribes the motion and measures the force, give no mass."
         )),
         found => found?,
     };
-    checked("diagnose", found)
+    let extended = widened(&found.extended, &conclusion.laser_error);
+    let extended = widened(&extended, &conclusion.mass_error);
+    // Beside effects the estimates are corrected for noise of the road.
+    let plain = |axle| !found.effects.iter().any(|e| e.axle.acts_on(axle));
+    let noise = &conclusion.road_noise_error;
+    let noise = noise.filter_map(|axle, by| plain(axle).then(|| by.clone()));
+    let extended = widened(&extended, &noise);
+    checked("diagnose", Diagnosis { extended, ..found })
+}
+
+/// What has to be mended before there can be a verdict.
+fn to_be_mended(mistakes: &[Mistake]) -> Option<String> {
+    let said = mistakes.iter().filter(|m| m.takes_the_verdict);
+    let said: Vec<&str> = said.map(|m| m.sentence.as_str()).collect();
+    (!said.is_empty()).then(|| said.join(" "))
 }
 
 /// Puts the stages' results into the report.
@@ -127,18 +225,36 @@ pub fn assemble(
     conclusion: Conclusion,
     diagnosis: Option<Diagnosis>,
 ) -> Result<Report, EngineError> {
+    let mistaken = to_be_mended(&conclusion.mistakes).map(|_| MISTAKEN);
+    let unplaced = are_unplaced(&ride.summary.clocks).then_some(UNPLACED);
+    let told = |estimates: PerAxle<Estimate>| match mistaken.or(unplaced) {
+        Some(why) => estimates.map(|_, e| e.clone().withheld(why)),
+        None => estimates,
+    };
     let report = Report {
         veloid: env!("CARGO_PKG_VERSION").to_owned(),
         ride: ride.summary.clone(),
         bike: bike.clone(),
         settings: settings.clone(),
+        mistakes: conclusion.mistakes,
         observer: observed.observer,
-        least_squares: conclusion.least_squares,
-        instrumental: conclusion.instrumental,
+        least_squares: told(conclusion.least_squares),
+        instrumental: told(conclusion.instrumental),
         recursive: observed.recursive,
         swarm: conclusion.swarm,
-        output_error: conclusion.output_error,
+        output_error: told(conclusion.output_error),
+        latent_road: observed.latent_road.map(|latent| {
+            let PerAxle { front, rear } = widened(&latent.axles(), &conclusion.mass_error);
+            LatentRoad {
+                front,
+                rear,
+                ..latent
+            }
+        }),
         comparison: conclusion.comparison,
+        laser_error: conclusion.laser_error,
+        mass_error: conclusion.mass_error,
+        road_noise_error: conclusion.road_noise_error,
         roll: observed.roll,
         diagnosis,
     };

@@ -14,7 +14,12 @@ mod finite;
 #[cfg(test)]
 mod hostile;
 mod identify;
+pub mod json;
+mod laser_error;
+pub mod latent_road;
 pub mod least_squares;
+mod mass_error;
+mod mistakes;
 pub mod number;
 pub mod numerics;
 mod observe;
@@ -23,15 +28,20 @@ pub mod output_error;
 mod progress;
 pub mod report;
 pub mod ride;
+mod road_doubt;
+mod road_noise;
+mod sensor_noise;
 mod settings;
 pub mod simulate;
 #[cfg(test)]
 #[path = "../tests/skips.rs"]
 mod skips;
 pub mod swarm;
+mod synchronise;
 
 pub use error::EngineError;
 pub use identify::{assemble, conclude, diagnose, identify, observe};
 pub use progress::{Progress, Silent};
 pub use report::stages::{Conclusion, Observed};
 pub use settings::{Objective, Settings};
+pub use synchronise::read;

@@ -4,6 +4,7 @@ use crate::EngineError;
 use crate::bicycle::load::wheel_load;
 use crate::bicycle::roll::roll;
 use crate::bicycle::{Axle, Bike, GRAVITY, PerAxle};
+use crate::latent_road::latent_road;
 use crate::least_squares::{Deflection, Found, Record, estimates, instrumental, least_squares};
 use crate::numerics::spline::slopes;
 use crate::observer::{States, accuracy, differentiate_all, jerk_bound};
@@ -16,9 +17,12 @@ use crate::simulate::linear::Input;
 
 /// What is visible at once: paper section 3 and 4 on every axle.
 ///
+/// An axle on which a rig prescribes the motion has no states to observe, and nothing is said of it here.
+///
 /// # Errors
 /// A null mass without a force channel; an axle whose motion does not determine k and B.
 pub fn observe(ride: &Ride, bike: &Bike, settings: &Settings) -> Result<Observed, EngineError> {
+    let ride = &*ride.with_masses();
     let watched = watch(ride, settings);
     let records = ride
         .axles
@@ -61,6 +65,7 @@ pub fn observe(ride: &Ride, bike: &Bike, settings: &Settings) -> Result<Observed
         instrumental,
         recursive,
         roll: roll(ride, bike, front_load.as_deref()),
+        latent_road: latent_road(ride, bike),
     })
 }
 
@@ -147,7 +152,7 @@ fn regressed<'a>(
     let mass = bike.mass_or_force(axle, record.force.is_some())?;
     Ok(Record {
         step_s: ride.step_s,
-        input: Input::new(&record.road, record.force.as_deref(), ride.step_s),
+        input: Input::of(record, ride.step_s),
         displacement: &record.displacement,
         valid: &record.valid,
         mass,

@@ -1,6 +1,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::EngineError;
+use crate::diagnosis::effects::Kind;
+use crate::diagnosis::law::OwnLaw;
 
 /// What the swarm minimises: paper, eqs. (25), (26), with three readings of its velocity and
 /// acceleration errors.
@@ -55,6 +57,11 @@ pub struct Settings {
     /// Effects that remove less than this share of the plain model's held-out error (RMS) are
     /// called immaterial in the report (0 to 1).
     pub materiality: f64,
+    /// Steps of the integrator, each for eight parameter sets, that the search for missing physics may take for every
+    /// sample of an axle (100 to 1 000 000). When they are spent it tells what it has.
+    pub search_budget: f64,
+    /// A law of one's own that is looked for beside those of the library: TOML, see docs/own-law.md.
+    pub law: Option<String>,
 }
 
 impl Default for Settings {
@@ -78,6 +85,8 @@ impl Default for Settings {
             alpha: 0.01,
             held_out: 0.4,
             materiality: 0.01,
+            search_budget: 7500.0,
+            law: None,
         }
     }
 }
@@ -101,6 +110,8 @@ impl Settings {
         within("alpha", self.alpha, 0.001, 0.2)?;
         within("held_out", self.held_out, 0.1, 0.7)?;
         within("materiality", self.materiality, 0.0, 1.0)?;
+        within("search_budget", self.search_budget, 100.0, 1e6)?;
+        self.own_law()?;
         for weight in self.weights {
             within("weights", weight, 0.0, 1e12)?;
         }
@@ -121,6 +132,21 @@ impl Settings {
             ));
         }
         Ok(())
+    }
+
+    /// The user's own law.
+    pub(crate) fn own_law(&self) -> Result<Option<OwnLaw>, EngineError> {
+        let Some(text) = &self.law else {
+            return Ok(None);
+        };
+        let law = OwnLaw::read(text).map_err(|e| out_of_range("law", e.to_string()))?;
+        match Kind::by_id(&law.id) {
+            Some(_) => {
+                let problem = format!("id: '{}' is an effect of the library already", law.id);
+                Err(out_of_range("law", problem))
+            }
+            None => Ok(Some(law)),
+        }
     }
 }
 

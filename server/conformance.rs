@@ -95,6 +95,7 @@ pub async fn queued_in(db: &Db, queue: &Queue, group: &str) -> (Uuid, i64) {
         fingerprint: "f1",
         request: &request,
         summary: &RideSummary::default(),
+        ridden_at: None,
     };
     job::insert(&mut tx, &new).await.unwrap();
     let row = queue.observe(&mut tx, id).await.unwrap();

@@ -9,7 +9,7 @@ use std::time::{Duration, SystemTime};
 
 use axum::body::Bytes;
 use futures_util::stream::BoxStream;
-use futures_util::{StreamExt, TryStreamExt};
+use futures_util::{Stream, StreamExt, TryStreamExt};
 use object_store::buffered::BufWriter;
 use object_store::local::LocalFileSystem;
 use object_store::prefix::PrefixStore;
@@ -90,6 +90,28 @@ impl Files {
         Ok(kept)
     }
 
+    /// Whether the file is there.
+    pub async fn has(&self, sha256: &str) -> io::Result<bool> {
+        was_there(self.kept.head(&name(sha256)).await.map(drop))
+    }
+
+    /// Removes the file; false where it is not there.
+    pub async fn remove(&self, sha256: &str) -> io::Result<bool> {
+        was_there(self.kept.delete(&name(sha256)).await)
+    }
+
+    /// The SHA-256 of files that have lain there for so long.
+    pub fn kept_for(&self, time: Duration) -> impl Stream<Item = io::Result<String>> {
+        let until = jiff::Timestamp::now().as_second() - time.as_secs().cast_signed();
+        let all = self.kept.list(None).map_err(io::Error::from);
+        all.try_filter_map(move |file| {
+            let name = file.location.to_string();
+            let ours = name.len() == 64 && name.bytes().all(|byte| byte.is_ascii_hexdigit());
+            let old = file.last_modified.timestamp() <= until;
+            std::future::ready(Ok((ours && old).then_some(name)))
+        })
+    }
+
     pub async fn read(&self, sha256: &str) -> io::Result<Vec<u8>> {
         Ok(self.kept.get(&name(sha256)).await?.bytes().await?.into())
     }
@@ -97,6 +119,15 @@ impl Files {
     pub async fn stream(&self, sha256: &str) -> io::Result<BoxStream<'static, io::Result<Bytes>>> {
         let stream = self.kept.get(&name(sha256)).await?.into_stream();
         Ok(stream.map_err(io::Error::from).boxed())
+    }
+}
+
+/// Whether something was there.
+fn was_there(outcome: object_store::Result<()>) -> io::Result<bool> {
+    match outcome {
+        Ok(()) => Ok(true),
+        Err(object_store::Error::NotFound { .. }) => Ok(false),
+        Err(error) => Err(error.into()),
     }
 }
 
@@ -200,6 +231,24 @@ mod tests {
         assert_eq!(left, 0, "what is kept or abandoned is no longer on its way");
         let missing = files.read("0").await.unwrap_err();
         assert_eq!(missing.kind(), io::ErrorKind::NotFound);
+    }
+
+    #[tokio::test]
+    async fn a_file_is_there_until_it_is_removed_and_an_old_one_is_listed() {
+        let root = std::env::temp_dir().join(format!("veloid-files-{}", Uuid::now_v7()));
+        let files = Files::in_folder(&root).await.unwrap();
+        keeps_abc(&files).await;
+        std::fs::write(root.join("rides/README"), "no raw file").unwrap();
+        let listed =
+            async |time| -> Vec<String> { files.kept_for(time).try_collect().await.unwrap() };
+        let [abc] = &listed(Duration::ZERO).await[..] else {
+            panic!("one raw file");
+        };
+        assert!(listed(Duration::from_secs(3600)).await.is_empty());
+        assert!(files.has(abc).await.unwrap());
+        assert!(files.remove(abc).await.unwrap());
+        assert!(!files.has(abc).await.unwrap() && !files.remove(abc).await.unwrap());
+        std::fs::remove_dir_all(root).unwrap();
     }
 
     #[tokio::test]

@@ -6,6 +6,9 @@ mod cli;
 #[cfg(test)]
 mod conformance;
 mod crash;
+mod effects;
+mod erasure;
+mod facts;
 mod files;
 mod fleet;
 mod http;

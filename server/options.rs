@@ -10,7 +10,7 @@ use utoipa::openapi::schema::AdditionalProperties;
 use utoipa::openapi::{Object, RefOr, Schema};
 use utoipa::{PartialSchema, ToSchema};
 use veloid_engine::ride::ReadOptions;
-use veloid_engine::{EngineError, Settings};
+use veloid_engine::{EngineError, Settings, json};
 
 use crate::unique::{Unique, shown};
 
@@ -50,6 +50,8 @@ impl ToSchema for Options {
 pub enum OptionsError {
     #[error("options: {0}")]
     Shape(#[from] serde_json::Error),
+    #[error("options: {0}")]
+    Type(String),
     #[error("options: unknown key `{name}`, expected {known}")]
     Unknown { name: String, known: String },
     #[error("{0}: given twice, expected once")]
@@ -66,12 +68,22 @@ pub enum OptionsError {
     Rows(String),
     #[error("map: '{0}', expected CHANNEL=COLUMN such as z_f=V2")]
     Map(String),
+    #[error("offset_s: '{0}', expected FILE:SECONDS, the file that begins so much later")]
+    Offset(String),
     #[error(transparent)]
     Range(#[from] EngineError),
 }
 
 /// Keys of [`ReadOptions`]; every other key is a setting.
-const READING: [&str; 5] = ["map", "rate_hz", "rows", "deflection_sign", "band_hz"];
+const READING: [&str; 7] = [
+    "map",
+    "rate_hz",
+    "rows",
+    "deflection_sign",
+    "band_hz",
+    "missing",
+    "files",
+];
 
 /// Keys of [`Settings`].
 static SETTINGS: LazyLock<Vec<String>> = LazyLock::new(|| match Settings::schema() {
@@ -93,11 +105,13 @@ impl TryFrom<Map<String, Value>> for Options {
 
     /// Reads a flat document; an unknown key or a wrong type is an error that names it.
     fn try_from(document: Map<String, Value>) -> Result<Self, OptionsError> {
-        let known = serde_json::to_value(Self::default())?;
-        let known: Vec<&str> = (known.as_object().into_iter().flatten())
-            .map(|(key, _)| key.as_str())
-            .collect();
-        if let Some(key) = document.keys().find(|key| !known.contains(&key.as_str())) {
+        let keys = || SETTINGS.iter().map(String::as_str).chain(READING);
+        if let Some(key) = document
+            .keys()
+            .find(|key| !keys().any(|known| known == *key))
+        {
+            let mut known: Vec<&str> = keys().collect();
+            known.sort_unstable();
             return Err(OptionsError::Unknown {
                 name: shown(key),
                 known: known.join(", "),
@@ -107,8 +121,8 @@ impl TryFrom<Map<String, Value>> for Options {
             .into_iter()
             .partition(|(key, _)| READING.contains(&key.as_str()));
         Ok(Self {
-            settings: serde_json::from_value(Value::Object(settings))?,
-            reading: serde_json::from_value(Value::Object(reading))?,
+            settings: json::from_value(Value::Object(settings)).map_err(OptionsError::Type)?,
+            reading: json::from_value(Value::Object(reading)).map_err(OptionsError::Type)?,
         })
     }
 }
@@ -123,31 +137,30 @@ impl Options {
         Ok(())
     }
 
-    /// Adds `key=value` as it stands in a query or a form field: `seed=3`, `rows=0:500`, and
-    /// `map=z_f=V2` once per channel.
+    /// Adds `key=value` as it stands in a query or a form field: `seed=3`, `rows=0:500`, `missing=NA` once per word and
+    /// `map=z_f=V2` once per channel. What holds for one file of several has the file's name in front: `rate_hz=laser.csv:30`.
     pub fn add_pair(
         document: &mut Map<String, Value>,
         key: &str,
         value: &str,
     ) -> Result<(), OptionsError> {
-        let value = match key {
-            "map" => {
-                let (channel, column) = channel_and_column(value)?;
-                Value::Object(Map::from_iter([(channel, Value::String(column))]))
+        let (file, text) = of_one_file(key, value);
+        let value = parsed(key, text)?;
+        match file {
+            Some(file) => {
+                let own = Map::from_iter([(key.to_owned(), value)]);
+                let files = Map::from_iter([(file.to_owned(), Value::Object(own))]);
+                add(document, "files", Value::Object(files))
             }
-            "rows" => {
-                let (from, to) = rows(value)?;
-                Value::from(vec![from, to])
-            }
-            _ if BOOLEAN.iter().any(|name| name == key) => Value::Bool(boolean(key, value)?),
-            _ => serde_json::from_str(value).unwrap_or_else(|_| Value::String(value.to_owned())),
-        };
-        add(document, key, value)
+            None if key == OFFSET => Err(OptionsError::Offset(text.to_owned())),
+            None => add(document, key, value),
+        }
     }
 
-    /// All keys.
+    /// What a query or a form may hold as pairs: all keys, and what only a file has.
     pub fn names() -> impl Iterator<Item = &'static str> {
-        SETTINGS.iter().map(String::as_str).chain(READING)
+        let keys = SETTINGS.iter().map(String::as_str).chain(READING);
+        keys.chain([OFFSET])
     }
 
     pub fn is_known(key: &str) -> bool {
@@ -160,11 +173,41 @@ impl Options {
     }
 }
 
-/// Adds one key, which comes once; of `map` each channel does.
+/// The value of a pair.
+fn parsed(key: &str, text: &str) -> Result<Value, OptionsError> {
+    Ok(match key {
+        "map" => {
+            let (channel, column) = channel_and_column(text)?;
+            Value::Object(Map::from_iter([(channel, Value::String(column))]))
+        }
+        "rows" => {
+            let (from, to) = rows(text)?;
+            Value::from(vec![from, to])
+        }
+        "missing" => Value::from(vec![text.to_owned()]),
+        _ if BOOLEAN.iter().any(|name| name == key) => Value::Bool(boolean(key, text)?),
+        _ => serde_json::from_str(text).unwrap_or_else(|_| Value::String(text.to_owned())),
+    })
+}
+
+/// Adds one key, which comes once; of `map` each channel does, of `files` each key of each file.
 fn add(document: &mut Map<String, Value>, key: &str, value: Value) -> Result<(), OptionsError> {
     match (document.get_mut(key), value) {
         (None, value) => {
             document.insert(key.to_owned(), value);
+        }
+        (Some(Value::Array(words)), Value::Array(more)) if key == "missing" => words.extend(more),
+        (Some(Value::Object(files)), Value::Object(more)) if key == "files" => {
+            for (file, own) in more {
+                let before = files
+                    .entry(file)
+                    .or_insert_with(|| Value::Object(Map::new()));
+                if let (Value::Object(before), Value::Object(own)) = (before, own) {
+                    for (key, value) in own {
+                        add(before, &key, value)?;
+                    }
+                }
+            }
         }
         (Some(Value::Object(map)), Value::Object(more)) if key == "map" => {
             for (channel, column) in more {
@@ -176,6 +219,25 @@ fn add(document: &mut Map<String, Value>, key: &str, value: Value) -> Result<(),
         _ => return Err(OptionsError::Twice(shown(key))),
     }
     Ok(())
+}
+
+/// What only a file has.
+const OFFSET: &str = "offset_s";
+
+/// The file that a pair is about, where it says so: a channel, a rate, rows and an offset hold no colon before their own.
+fn of_one_file<'a>(key: &str, value: &'a str) -> (Option<&'a str>, &'a str) {
+    let split = match key {
+        "map" => value
+            .find('=')
+            .and_then(|equals| value[..equals].rfind(':')),
+        "rate_hz" | OFFSET => value.rfind(':'),
+        "rows" => value.rfind(':').and_then(|last| value[..last].rfind(':')),
+        _ => None,
+    };
+    match split {
+        Some(at) => (Some(value[..at].trim()), value[at + 1..].trim()),
+        None => (None, value),
+    }
 }
 
 /// True or false, also as Python writes them.
@@ -261,12 +323,42 @@ mod tests {
             let odd = Map::from_iter([(key.to_owned(), Value::Object(Map::new()))]);
             let fault = Options::try_from(odd).map_err(|fault| fault.to_string());
             assert!(
-                fault.as_ref().is_ok_and(|_| key == "map")
+                fault
+                    .as_ref()
+                    .is_ok_and(|_| ["map", "files"].contains(&key))
                     || fault.is_err_and(|fault| !fault.contains("unknown field")),
                 "{key}"
             );
         }
         assert!(!Options::is_known("sead"));
+    }
+
+    #[test]
+    fn what_holds_for_one_file_has_its_name_in_front() {
+        let pairs = parse(&[
+            ("map", "t=time"),
+            ("map", "my:laser.csv:d_r=dist: raw"),
+            ("rate_hz", "laser.csv:30"),
+            ("rows", "laser.csv:0:500"),
+            ("offset_s", "laser.csv:-1.5"),
+            ("missing", "NA"),
+            ("missing", "-999"),
+        ])
+        .unwrap();
+        let document: Options = serde_json::from_str(
+            r#"{"map": {"t": "time"}, "missing": ["NA", "-999"], "files": {
+                "my:laser.csv": {"map": {"d_r": "dist: raw"}},
+                "laser.csv": {"rate_hz": 30, "rows": [0, 500], "offset_s": -1.5}}}"#,
+        )
+        .unwrap();
+        assert_eq!(pairs, document);
+        let message = |pairs: &[(&str, &str)]| parse(pairs).unwrap_err().to_string();
+        assert!(message(&[("offset_s", "1.5")]).contains("FILE:SECONDS"));
+        let twice = message(&[("rate_hz", "a.csv:1"), ("rate_hz", "a.csv:1")]);
+        assert_eq!(twice, "rate_hz: given twice, expected once");
+        assert!(message(&[("offset_s", "a.csv:x")]).contains("offset_s"));
+        let plain = serde_json::to_string(&Options::default()).unwrap();
+        assert!(!plain.contains("files") && !plain.contains("missing"));
     }
 
     #[test]

@@ -68,6 +68,10 @@ fn the_example_with_curl_works() {
     assert_eq!(read("series.json")["unit"], "m/s");
     let csv = std::fs::read_to_string(server.folder.0.join("parameters.csv")).unwrap();
     assert_eq!(csv.lines().count(), 5, "{csv}");
+    assert_eq!(read("ride.json")["facts"]["stem_mm"], 90.0);
+    assert_eq!(read("wet.json")["items"].as_array().unwrap().len(), 1);
+    assert!(read("deleted.json")["deleted_at"].is_string());
+    assert!(read("restored.json")["deleted_at"].is_null());
 }
 
 #[test]

@@ -35,6 +35,17 @@ fn rejected() -> Vec<(&'static str, Vec<u8>, &'static str)> {
         ),
         ("unknown unit", with("z_f", "z_f [furlong]"), "unknown-unit"),
         ("gzip bomb", bomb(), "gzip-bomb"),
+        (
+            "letter",
+            b"Dear all,\nplease find attached\nthe ride\n".to_vec(),
+            "no-table",
+        ),
+        (
+            "web page",
+            b"<html><body>\n<p>not found</p>\n</body></html>\n".to_vec(),
+            "no-table",
+        ),
+        ("words", b"t,u_f,z_f\nmonday,up,down\n".to_vec(), "no-table"),
     ]
 }
 

@@ -48,14 +48,20 @@ const IN_DIAGNOSIS: [&str; 4] = [
     "after_result:5",
 ];
 
-/// Points that only a diagnosis, a cancel, a second start, a stop or a failure passes; a test for each is below.
-const APART: [&str; 6] = [
+/// Points that only a diagnosis, a cancel, a second start, a stop, a failure or a deletion passes; a test for each
+/// is below, or where it says.
+const APART: [&str; 10] = [
     "in_diagnose",
     "in_end",
     "after_cancel",
     "in_retry",
     "in_takeover",
     "in_stop",
+    // tests/deletion.rs
+    "in_delete",
+    "after_delete",
+    "in_erase",
+    "after_erase",
 ];
 
 #[test]

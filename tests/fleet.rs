@@ -89,11 +89,23 @@ async fn a_season_shows_what_wears_what_was_changed_and_what_stands_out() {
         if bike["bike"] == "season-003" {
             assert!(stands_out, "{bike:#}");
         }
+        for p in parameters {
+            let of = format!("{} {} {}", bike["bike"], p["axle"], p["name"]).replace('"', "");
+            let expected = match of.as_str() {
+                "season-001 front k_n_m" => "drift",
+                "season-002 rear k_n_m" => "step",
+                _ => "none",
+            };
+            assert_eq!(p["development"]["kind"], expected, "{of}: {p:#}");
+        }
     }
     for (path, said) in [
         ("/bikes", "deviations below"),
         ("/bikes/season-001", "k front drifts by"),
         ("/bikes/season-002", "k rear changed by"),
+        ("/jobs?verdict=named", "named: "),
+        ("/bikes", "k front drifts by"),
+        ("/bikes", "k rear changed by"),
         (
             "/parameters?effect=sensor_delay&from=&to=",
             "sensor delay: delay",

@@ -2,7 +2,7 @@ use reqwest::multipart::{Form, Part};
 use reqwest::{Response, redirect};
 use serde_json::Value;
 
-use crate::harness::{Server, http};
+use crate::harness::{Server, http, veloid};
 use crate::ride::{self, LONG};
 
 const HOSTILE: &str = "<img src=x onerror=alert(1)>\"'&.csv";
@@ -124,6 +124,22 @@ async fn a_missing_page_is_a_page() {
         assert_eq!(response.status(), 404, "{path}");
         html(response).await;
     }
+}
+
+#[tokio::test]
+async fn the_library_of_effects_is_a_page_a_command_and_a_document() {
+    let printed = String::from_utf8(veloid(&["effects"]).stdout).unwrap();
+    let committed = include_str!("../docs/effects.md");
+    assert!(
+        printed == committed,
+        "docs/effects.md is out of date: cargo run -- effects > docs/effects.md"
+    );
+    let shown = page(&Server::start(), "/effects").await;
+    let sections = printed.lines().filter_map(|line| line.strip_prefix("## "));
+    let missing: Vec<&str> = sections
+        .filter(|id| !shown.contains(&format!("id=\"{id}\"")))
+        .collect();
+    assert!(missing.is_empty(), "{missing:?}");
 }
 
 #[tokio::test]
@@ -421,8 +437,13 @@ async fn made_up_rides_are_told_from_real_ones() {
         .text()
         .await
         .unwrap();
-    assert!(csv.lines().next().unwrap().ends_with(",version,made_up"));
-    assert!(csv.lines().nth(1).unwrap().ends_with(",false"), "{csv}");
+    assert!(
+        csv.lines()
+            .next()
+            .unwrap()
+            .contains(",version,made_up,ridden_at,")
+    );
+    assert!(csv.lines().nth(1).unwrap().contains(",false,"), "{csv}");
     assert!(
         page(&server, "/bikes/season-001")
             .await

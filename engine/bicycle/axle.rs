@@ -92,6 +92,13 @@ impl<T> PerAxle<T> {
         }
     }
 
+    pub fn filter_map<'a, U>(&'a self, mut f: impl FnMut(Axle, &'a T) -> Option<U>) -> PerAxle<U> {
+        PerAxle {
+            front: self.front.as_ref().and_then(|v| f(Axle::Front, v)),
+            rear: self.rear.as_ref().and_then(|v| f(Axle::Rear, v)),
+        }
+    }
+
     pub fn try_map<'a, U, E>(
         &'a self,
         mut f: impl FnMut(Axle, &'a T) -> Result<U, E>,

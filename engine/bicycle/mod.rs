@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
-use crate::EngineError;
+use crate::{EngineError, json};
 
 pub use axle::{Axle, PerAxle};
 
@@ -30,6 +30,9 @@ pub struct Bike {
     /// Mass carried by the front wheel (kg); null: estimated where a force channel allows.
     pub mass_front_kg: Option<f64>,
     pub mass_rear_kg: Option<f64>,
+    /// Standard deviations of the masses (kg), where known: the intervals of k and B bear them.
+    pub mass_front_std_kg: Option<f64>,
+    pub mass_rear_std_kg: Option<f64>,
     /// Distance from the centre of gravity to the wheel centre (m).
     pub l_front_m: Option<f64>,
     pub l_rear_m: Option<f64>,
@@ -83,6 +86,8 @@ pub struct RollParameters {
 /// What may stand in a bike file: a hundredth of the lightest wheel's share to a loaded cargo trike, with room for
 /// test rigs; grams and millimetres are beyond.
 const MASS_KG: [f64; 2] = [0.1, 1000.0];
+/// Part of a mass that its standard deviation may be: beyond it nothing is known.
+const MOST_UNSURE: f64 = 0.5;
 const LENGTH_M: [f64; 2] = [0.01, 5.0];
 const RADIUS_M: [f64; 2] = [0.02, 2.0];
 const LOAD_N: [f64; 2] = [1.0, 10_000.0];
@@ -204,7 +209,7 @@ impl RollParameters {
 }
 
 impl Bike {
-    /// Reads the bike file; the message names line and column of a fault, or the keys that are not known.
+    /// Reads the bike file; the message names the key that is wrong, or those that are not known.
     /// Deserialising by itself is for what was stored, perhaps by another version: it passes over such keys.
     pub fn from_json(text: &str) -> Result<Self, EngineError> {
         if text.len() > LARGEST_FILE {
@@ -213,10 +218,11 @@ impl Bike {
                 text.len()
             )));
         }
-        let fault = |e: serde_json::Error| EngineError::Bike(e.to_string());
-        let bike: Bike = serde_json::from_str(text).map_err(fault)?;
-        let keys: BTreeMap<String, IgnoredAny> = serde_json::from_str(text).map_err(fault)?;
-        let known = keys_of(&serde_json::to_value(Self::default()).map_err(fault)?);
+        let keys: BTreeMap<String, IgnoredAny> =
+            json::from_text(text).map_err(EngineError::Bike)?;
+        let bike: Bike = json::from_text(text).map_err(EngineError::Bike)?;
+        let own = serde_json::to_value(Self::default());
+        let known = keys_of(&own.map_err(|e| EngineError::Bike(e.to_string()))?);
         let unknown: Vec<String> = (keys.keys().filter(|key| !known.contains(key)))
             .map(|key| format!("'{}'", shown(key)))
             .take(MOST_NAMED)
@@ -250,6 +256,15 @@ impl Bike {
         for (key, value, range) in values {
             value.map_or(Ok(()), |v| within(key, v, range))?;
         }
+        for axle in Axle::BOTH {
+            if let Some(std) = self.mass_std(axle) {
+                let key = format!("mass_{axle}_std_kg");
+                let mass = self.mass(axle).ok_or_else(|| {
+                    EngineError::Bike(format!("{key} is {std:?}, but mass_{axle}_kg is null"))
+                })?;
+                within(&key, std, [0.0, MOST_UNSURE * mass])?;
+            }
+        }
         self.roll.as_ref().map_or(Ok(()), RollParameters::validate)
     }
 
@@ -257,6 +272,14 @@ impl Bike {
         match axle {
             Axle::Front => self.mass_front_kg,
             Axle::Rear => self.mass_rear_kg,
+        }
+    }
+
+    /// The standard deviation of the mass on an axle (kg).
+    pub fn mass_std(&self, axle: Axle) -> Option<f64> {
+        match axle {
+            Axle::Front => self.mass_front_std_kg,
+            Axle::Rear => self.mass_rear_std_kg,
         }
     }
 

@@ -1,17 +1,21 @@
 //! When simulation and recording differ: detect, locate, name, model, show.
 //!
 //! The folders lead one way down, each using only those before it: `law`, `effects`, `dataset`, `fit`, `residual`, `search`,
-//! `verdict`, `explain`. `run` goes through them all.
+//! `verdict`, `explain`. `run` goes through them all: `prepare`, `decide`, `tell`.
 
+mod axle;
 mod dataset;
+mod decide;
 pub mod effects;
 mod explain;
 mod fit;
 pub mod impose;
-mod law;
+pub(crate) mod law;
+mod prepare;
 mod residual;
 mod run;
 mod search;
+mod tell;
 #[cfg(test)]
 mod tests;
 mod verdict;

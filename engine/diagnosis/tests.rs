@@ -2,7 +2,11 @@
 #![allow(clippy::unwrap_used)]
 
 mod banded;
+mod budget;
 mod honest;
+mod own_law;
+mod rig;
+mod scaled;
 mod shaken;
 
 use std::f64::consts::TAU;
@@ -19,6 +23,7 @@ use crate::numerics::lanes::LANES;
 use crate::numerics::spline::{cubic, slopes};
 use crate::output_error::start::starts_from;
 use crate::output_error::{self, Split};
+use crate::report::Report;
 use crate::report::diagnosis::{Detectable, Diagnosis, Place, Stronger, Verdict};
 use crate::ride::{AxleRecord, Ride};
 use crate::settings::Settings;

@@ -107,6 +107,7 @@ impl Filter {
             road: rest.clone(),
             road_slope: rest,
             force: Some((x.to_vec(), slope)),
+            prescribed: false,
         };
         let (kappa, beta) = (self.w * self.w, 2.0 * DAMPING * self.w);
         let (value, rate) = simulate(&input, kappa, beta, kappa, 0.0, from);

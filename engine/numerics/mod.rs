@@ -2,6 +2,7 @@
 
 pub mod autoregressive;
 pub mod lanes;
+pub mod modulating;
 pub mod projection;
 pub mod random;
 pub mod spectrum;

@@ -2,8 +2,11 @@
 
 use realfft::RealFftPlanner;
 
-/// Length (s) of the stretches whose spectra are averaged.
-pub const STRETCH_S: f64 = 8.0;
+/// Part of a record that a stretch takes, whose spectra and those of the halves between them are averaged: a part and no
+/// time, so that a record means the same whatever its unit of time. A minute of a bicycle is resolved to 0.13 Hz.
+const STRETCH: [usize; 2] = [2, 15];
+/// Samples that a stretch has at least, as long as the record has three of them.
+const LEAST: usize = 64;
 
 /// One-sided power spectral density (1/Hz), averaged over half-overlapping Hann-windowed stretches.
 pub struct Spectrum {
@@ -13,22 +16,23 @@ pub struct Spectrum {
     pub stretches: f64,
 }
 
+/// Hann's window of a length, and the sum of its squares.
+pub fn hann(length: usize) -> (Vec<f64>, f64) {
+    let at = |i: usize| (std::f64::consts::PI * i as f64 / length as f64).sin();
+    let window: Vec<f64> = (0..length).map(|i| at(i).powi(2)).collect();
+    let power = window.iter().map(|w| w * w).sum();
+    (window, power)
+}
+
 impl Spectrum {
     pub fn new(x: &[f64], step: f64) -> Option<Self> {
-        let length = ((STRETCH_S / step) as usize).min(x.len() / 3) & !1;
-        if length < 64 {
+        let length = (STRETCH[0] * x.len() / STRETCH[1]).max(LEAST) & !1;
+        if length > x.len() / 3 {
             return None;
         }
         let fourier = RealFftPlanner::<f64>::new().plan_fft_forward(length);
         let (mut part, mut out) = (fourier.make_input_vec(), fourier.make_output_vec());
-        let window: Vec<f64> = (0..length)
-            .map(|i| {
-                (std::f64::consts::PI * i as f64 / length as f64)
-                    .sin()
-                    .powi(2)
-            })
-            .collect();
-        let power: f64 = window.iter().map(|w| w * w).sum();
+        let (window, power) = hann(length);
         let mean = x.iter().sum::<f64>() / x.len() as f64;
         let mut density = vec![0.0; out.len()];
         let starts = (0..=x.len() - length).step_by(length / 2);

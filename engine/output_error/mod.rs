@@ -6,6 +6,7 @@
 //! Besides k/m and B/m the initial state is unknown; on rides with an applied force and on free
 //! decays also a rest point (a constant force), and 1/m where the bike's mass is null.
 
+mod global;
 mod split;
 pub mod start;
 
@@ -34,13 +35,16 @@ type LocalMatrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
 #[derive(Clone, Debug)]
 pub struct AxleFit {
     pub plain: Plain,
-    /// z - simulated z (m) at every sample of the ride, held-out part included.
+    /// z - simulated z (m) at every sample of the ride, held-out part included; of the force (N) where the motion is
+    /// prescribed.
     pub residual: Vec<f64>,
     /// Covariance of [`Plain`]'s parameters, from the residual's colour; zero where one is known.
     pub covariance: LocalMatrix,
     /// RMS of the valid residuals on the fitted and on the held-out part (m).
     pub train_rms: f64,
     pub held_rms: f64,
+    /// Whether the force answers to a prescribed motion, so that no mass is in it.
+    pub prescribed: bool,
 }
 
 impl AxleFit {
@@ -52,6 +56,7 @@ impl AxleFit {
             covariance: LocalMatrix::zeros(),
             train_rms: 0.0,
             held_rms: 0.0,
+            prescribed: false,
         }
     }
 }
@@ -73,22 +78,36 @@ impl<'a> Problem<'a> {
         step: f64,
     ) -> Result<Self, EngineError> {
         let pushed = record.force.is_some();
-        let mass = bike.mass_or_force(axle, pushed)?;
+        let mass = match record.prescribed {
+            true => Some(1.0),
+            false => bike.mass_or_force(axle, pushed)?,
+        };
         let rest_point = pushed || !record.has_road();
-        let moves = record.at_rest(step).is_none();
+        let moves = !record.prescribed && record.at_rest(step).is_none();
         Ok(Self {
             axle,
             record,
-            input: Input::new(&record.road, record.force.as_deref(), step),
+            input: Input::of(record, step),
             mass,
             free: [true, true, mass.is_none(), rest_point, moves, moves],
         })
     }
 
-    fn start(&self, s: Start) -> Plain {
+    /// The plain model at a start; where the motion is prescribed it is linear, and any start does.
+    fn start(&self, s: Option<&Start>) -> Option<Plain> {
+        if self.record.prescribed {
+            return Some(Plain {
+                kappa: 0.0,
+                beta: 0.0,
+                per_mass: 1.0,
+                constant: 0.0,
+                initial: [0.0; 2],
+            });
+        }
+        let s = s?;
         let z = &self.record.displacement;
         let head = &z[..z.len().min(8)];
-        Plain {
+        Some(Plain {
             kappa: s.kappa,
             beta: s.beta,
             per_mass: self.mass.map_or(s.per_mass, |m| 1.0 / m),
@@ -101,7 +120,15 @@ impl<'a> Problem<'a> {
                     0.0
                 },
             ],
-        }
+        })
+    }
+
+    /// Whether samples so far apart could tell the model from one that is rigid or runs away. An answer to a prescribed
+    /// motion may have any k and B.
+    fn can_show(&self, p: &Plain, floor: f64) -> bool {
+        let [most_kappa, most_beta] = most(self.input.step);
+        let within = p.kappa > floor && p.kappa < most_kappa && p.beta.abs() < most_beta;
+        self.record.prescribed || within && p.per_mass > 0.0
     }
 
     /// Cost, gradient (half) and Gauss-Newton matrix over the first `samples` samples.
@@ -109,7 +136,7 @@ impl<'a> Problem<'a> {
         let (mut cost, mut g, mut h) = (0.0, Local::zeros(), LocalMatrix::zeros());
         walk(&self.input, p, samples, |i, z, dz| {
             if self.record.valid[i] {
-                let r = self.record.displacement[i] - z;
+                let r = self.record.output()[i] - z;
                 cost += r * r;
                 for a in 0..PARAMETERS {
                     g[a] += dz[a] * r;
@@ -128,11 +155,11 @@ impl<'a> Problem<'a> {
     }
 
     fn finish(&self, plain: Plain, split: &Split, bread: &LocalMatrix) -> AxleFit {
-        let n = self.record.displacement.len();
+        let n = self.record.output().len();
         let mut residual = Vec::with_capacity(n);
         let mut rows: Vec<[f64; PARAMETERS]> = Vec::with_capacity(split.train.len());
         walk(&self.input, &plain, n, |i, z, dz| {
-            residual.push(self.record.displacement[i] - z);
+            residual.push(self.record.output()[i] - z);
             if i < split.train.end {
                 rows.push(if self.record.valid[i] {
                     *dz
@@ -169,6 +196,7 @@ impl<'a> Problem<'a> {
             train_rms: rms(split.train.clone()),
             held_rms: rms(split.held.clone()),
             residual,
+            prescribed: self.record.prescribed,
         }
     }
 }
@@ -187,6 +215,14 @@ pub fn rms_valid(residual: &[f64], valid: &[bool], range: std::ops::Range<usize>
     } else {
         (sum / count as f64).sqrt()
     }
+}
+
+/// Standard deviation of the valid samples of a range.
+pub fn spread_valid(x: &[f64], valid: &[bool], range: std::ops::Range<usize>) -> f64 {
+    let known = || range.clone().filter(|i| valid[*i]).map(|i| x[i]);
+    let count = known().count().max(1) as f64;
+    let mean = known().sum::<f64>() / count;
+    (known().map(|x| (x - mean).powi(2)).sum::<f64>() / count).sqrt()
 }
 
 /// Fits the plain model to every axle of the ride, from the best of `starts`.
@@ -209,16 +245,55 @@ pub fn fit(
     let mut fits = PerAxle::default();
     if bike.equal_axles && both_weighed {
         let all: Vec<&Problem> = problems.iter().collect();
-        for (problem, fit) in problems.iter().zip(best_of(&all, true, &split, starts)?) {
+        let from = from_starts(&all, starts);
+        for (problem, fit) in problems.iter().zip(best_of(&all, true, &split, from)?) {
             fits.set(problem.axle, fit);
         }
     } else {
         for problem in &problems {
-            let mut fit = best_of(&[problem], false, &split, starts)?;
-            fits.set(problem.axle, fit.remove(0));
+            fits.set(problem.axle, globally_best(problem, &split, starts)?);
         }
     }
     Ok(fits)
+}
+
+/// Part of the motion's squares that a fit may leave and be taken for the best one without a look elsewhere.
+const EXPLAINED: f64 = 0.1;
+
+/// The best fit of one axle: from the starts, and where these leave much of the motion from a grid that knows no basin too.
+fn globally_best(
+    problem: &Problem,
+    split: &Split,
+    starts: &[PerAxle<Start>],
+) -> Result<AxleFit, EngineError> {
+    let one = [problem];
+    let fitted = |from| Ok(best_of(&one, false, split, from)?.remove(0));
+    let near = fitted(from_starts(&one, starts));
+    let record = problem.record;
+    let moves = spread_valid(record.output(), &record.valid, 0..split.train.end);
+    let explains = |fit: &AxleFit| fit.train_rms.powi(2) < EXPLAINED * moves.powi(2);
+    if problem.record.prescribed || near.as_ref().is_ok_and(explains) {
+        return near;
+    }
+    let asked = global::Asked {
+        input: &problem.input,
+        record: problem.record,
+        mass: problem.mass,
+        free: problem.free,
+    };
+    let grid = global::starts(&asked, split.train.end);
+    let far = fitted(grid.into_iter().map(|plain| vec![plain]).collect());
+    match (near, far) {
+        (Ok(near), Ok(far)) if far.train_rms < near.train_rms => Ok(far),
+        (Err(_), Ok(far)) => Ok(far),
+        (near, _) => near,
+    }
+}
+
+/// The plain models of all axles at each start.
+fn from_starts(problems: &[&Problem], starts: &[PerAxle<Start>]) -> Vec<Vec<Plain>> {
+    let at = |s: &PerAxle<Start>| problems.iter().map(|p| p.start(s.get(p.axle))).collect();
+    starts.iter().filter_map(at).collect()
 }
 
 /// Runs the fit from the starts in order of their cost until one converges to a physical model.
@@ -226,17 +301,14 @@ fn best_of(
     problems: &[&Problem],
     equal: bool,
     split: &Split,
-    starts: &[PerAxle<Start>],
+    starts: Vec<Vec<Plain>>,
 ) -> Result<Vec<AxleFit>, EngineError> {
     let layout = Layout::new(problems, equal);
+    let tried = starts.len();
     let mut ranked: Vec<(f64, Vec<Plain>)> = starts
-        .iter()
-        .filter_map(|s| {
-            let plains: Option<Vec<Plain>> = problems
-                .iter()
-                .map(|p| s.get(p.axle).map(|s| p.start(*s)))
-                .collect();
-            let mut plains = layout.consistent(plains?);
+        .into_iter()
+        .filter_map(|plains| {
+            let mut plains = layout.consistent(plains);
             for p in &mut plains {
                 p.kappa = p.kappa.max(0.0);
             }
@@ -260,8 +332,7 @@ fn best_of(
     let (_, plains, bread) = best.ok_or_else(|| EngineError::Diverged {
         stage: STAGE,
         problem: format!(
-            "the plain model comes to no finite error from any of {} starts: is a channel's sign or unit wrong?",
-            starts.len()
+            "the plain model comes to no finite error from any of {tried} starts: is a channel's sign or unit wrong?"
         ),
     })?;
     Ok(problems
@@ -348,7 +419,6 @@ fn descend(
     };
     let step = problems.first().map_or(1.0, |p| p.input.step);
     let floor = least_kappa(step, split);
-    let [most_kappa, most_beta] = most(step);
     let (mut cost, mut g, mut h) = normal(&plains);
     let mut damping = 1e-3;
     for _ in 0..MAX_ITERATIONS {
@@ -362,8 +432,8 @@ fn descend(
             .zip(&layout.to_local)
             .map(|(p, t)| moved(p, &(t * &step)))
             .collect();
-        let shown = |p: &Plain| p.kappa > floor && p.kappa < most_kappa && p.beta.abs() < most_beta;
-        let physical = tried.iter().all(|p| shown(p) && p.per_mass > 0.0);
+        let mut pairs = problems.iter().zip(&tried);
+        let physical = pairs.all(|(problem, p)| problem.can_show(p, floor));
         let (new_cost, new_g, new_h) = normal(&tried);
         if physical && new_cost.is_finite() && new_cost <= cost {
             let gained = cost - new_cost;
@@ -432,8 +502,8 @@ impl AxleFit {
             b_n_s_m: p.beta * m,
             k_std_n_m: error([m, 0.0, -p.kappa * m * m]),
             b_std_n_s_m: error([0.0, m, -p.beta * m * m]),
-            mass_kg: m,
-            mass_std_kg: match weighed {
+            mass_kg: if self.prescribed { 0.0 } else { m },
+            mass_std_kg: match weighed || self.prescribed {
                 true => None,
                 false => error([0.0, 0.0, m * m]),
             },

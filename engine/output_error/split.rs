@@ -11,12 +11,11 @@ pub struct Split {
 }
 
 impl Split {
-    /// The last `settings.held_out` of the ride is held out; before it a gap of 3 % of the ride, at
-    /// most 2 s, belongs to neither part.
+    /// The last `settings.held_out` of the ride is held out; before it a gap of 3 % of the ride belongs to neither part.
     pub fn of(ride: &Ride, settings: &Settings) -> Self {
         let n = ride.samples;
         let held = ((1.0 - settings.held_out) * n as f64).round() as usize;
-        let gap = (0.03 * n as f64).min(2.0 / ride.step_s) as usize;
+        let gap = (0.03 * n as f64) as usize;
         Self {
             train: 0..held.saturating_sub(gap),
             held: held..n,

@@ -2,9 +2,9 @@
 use super::*;
 use crate::identify::observe;
 use crate::output_error::start::starts_from;
-use crate::ride::{ReadOptions, RideSummary, read};
+use crate::ride::{ReadOptions, read};
 use crate::simulate::linear::simulate;
-use crate::simulate::outing::Outing;
+use crate::simulate::outing::{Normal, Outing};
 use rayon::prelude::*;
 
 /// A minute on a rough road by the plain model itself, with white noise on z.
@@ -54,21 +54,15 @@ fn ride(noise: f64) -> (Ride, Bike) {
                 displacement: z,
                 acceleration: None,
                 valid: vec![true; n],
+                prescribed: false,
             },
         );
     }
     let ride = Ride {
-        start_s: 0.0,
         step_s: step,
         samples: n,
         axles,
-        speed: None,
-        cadence: None,
-        roll: None,
-        steer: None,
-        yaw_rate: None,
-        lateral_speed: None,
-        summary: RideSummary::default(),
+        ..Ride::default()
     };
     let bike = Bike {
         mass_front_kg: Some(23.0),
@@ -229,8 +223,10 @@ fn drive() -> Ride {
         displacement,
         acceleration: None,
         valid: vec![true; n],
+        prescribed: false,
     };
     Ride {
+        sensors: Vec::new(),
         axles: PerAxle {
             front: Some(record),
             rear: None,
@@ -298,5 +294,110 @@ fn val_silverbox_holds_out_as_elsewhere() {
         let rms = fits.front.unwrap().held_rms;
         println!("{held_out}: {rms}");
         assert!((6.2e-3..7.0e-3).contains(&rms), "{held_out}: {rms} V");
+    }
+}
+
+/// A swing of 3 Hz or a bench of 3 Hz that noise drives, 20 s at 100 Hz.
+fn bench(driven: bool) -> (Ride, Bike) {
+    let (mut ride, mut bike) = ride(0.0);
+    let (n, step) = (2000, 0.01);
+    let mut noise = Normal::new(11);
+    let force: Option<Vec<f64>> = driven.then(|| (0..n).map(|_| 120.0 * noise.draw()).collect());
+    let road = vec![0.0; n];
+    let kappa = (3.0 * std::f64::consts::TAU).powi(2);
+    let input = Input::new(&road, force.as_deref(), step);
+    let initial = if driven { [0.0; 2] } else { [0.05, 0.0] };
+    let z = simulate(&input, kappa, 0.4, 1.0 / 40.0, 0.0, initial).0;
+    ride.axles.front = Some(AxleRecord {
+        road,
+        force,
+        displacement: z,
+        acceleration: None,
+        valid: vec![true; n],
+        prescribed: false,
+    });
+    ride.axles.rear = None;
+    (ride.samples, ride.step_s) = (n, step);
+    bike.mass_front_kg = (!driven).then_some(40.0);
+    (ride, bike)
+}
+
+#[test]
+fn a_fit_from_a_wrong_basin_finds_the_right_one() {
+    let truth = 40.0 * (3.0 * std::f64::consts::TAU).powi(2);
+    for driven in [false, true] {
+        let (ride, bike) = bench(driven);
+        for factor in [1.0 / 7000.0, 0.2, 5.0, 200.0] {
+            let from = starts(factor * truth / 40.0, 2.0);
+            let found = fit(&ride, &bike, &Settings::default(), &from).unwrap();
+            let e = found.front.unwrap().estimate(!driven);
+            assert!(
+                (e.k_n_m / truth - 1.0).abs() < 1e-3,
+                "{factor} {driven}: {e:?}"
+            );
+            assert!(
+                (e.b_n_s_m / 16.0 - 1.0).abs() < 1e-2,
+                "{factor} {driven}: {e:?}"
+            );
+        }
+    }
+}
+
+/// Squares that z = e^(-B/2m t) (a cos wt + b sin wt) + c leaves at k/m and B/m, with the best a, b and c.
+fn left(rows: &[[f64; 2]], kappa: f64, beta: f64) -> f64 {
+    let turn = (kappa - 0.25 * beta * beta).max(0.0).sqrt();
+    let mut normal = nalgebra::Matrix4::<f64>::zeros();
+    for [t, z] in rows {
+        let fade = (-0.5 * beta * t).exp();
+        let (sin, cos) = (turn * t).sin_cos();
+        let row = nalgebra::Vector4::new(fade * cos, fade * sin, 1.0, *z);
+        normal += row * row.transpose();
+    }
+    let inner = normal.fixed_view::<3, 3>(0, 0).into_owned();
+    let outer = normal.fixed_view::<3, 1>(0, 3).into_owned();
+    let solved = inner.cholesky().map(|c| c.solve(&outer));
+    solved.map_or(f64::INFINITY, |x| normal[(3, 3)] - x.dot(&outer))
+}
+
+/// The plain fit of a swing leaves as little as the best of all frequencies and dampings, wherever it starts.
+#[test]
+fn val_no_grid_finds_a_better_plain_fit_of_a_recorded_swing() {
+    for (file, column) in [
+        ("pendulums/bicycle_fork_compound.csv", "gyro_V"),
+        ("pendulums/bicycle_fork_torsional.csv", "gyro_V"),
+        ("pendulums/encoder_swing.csv", "angle_rad"),
+        ("magnet_beam/free_decay.csv", "beam_strain_1e-4"),
+    ] {
+        let Some(path) = crate::skips::recording(file) else {
+            return;
+        };
+        let mut options = ReadOptions::default();
+        options.map.insert("z_f".to_owned(), column.to_owned());
+        let bike = Bike {
+            mass_front_kg: Some(1.0),
+            ..Bike::default()
+        };
+        let ride = read(&std::fs::read(path).unwrap(), file, &bike, &options).unwrap();
+        let settings = Settings::default();
+        let found = fit(&ride, &bike, &settings, &starts(1e3, 3.0)).unwrap();
+        let plain = found.front.unwrap().plain;
+        let end = Split::of(&ride, &settings).train.end;
+        let z = &ride.axles.front.as_ref().unwrap().displacement;
+        let rows: Vec<[f64; 2]> = (0..end)
+            .step_by(end.div_ceil(3000))
+            .map(|i| [i as f64 * ride.step_s, z[i]])
+            .collect();
+        let highest = 3.0 * plain.kappa.sqrt() / std::f64::consts::TAU;
+        let count = (4.0 * highest * end as f64 * ride.step_s) as usize;
+        let mut least = f64::INFINITY;
+        for i in 1..count {
+            let omega = std::f64::consts::TAU * highest * i as f64 / count as f64;
+            for j in 0..16 {
+                let beta = 2.0 * omega * 5e-4 * 1.6_f64.powi(j);
+                least = least.min(left(&rows, omega * omega, beta));
+            }
+        }
+        let own = left(&rows, plain.kappa, plain.beta);
+        assert!(own <= 1.001 * least, "{file}: {own} instead of {least}");
     }
 }

@@ -15,9 +15,17 @@ impl Comparison {
     /// one best. A model that runs away along the ride has no row, but a note.
     pub fn of(ride: &Ride, methods: &[(&str, &PerAxle<Estimate>)]) -> Self {
         let mut found = Self::default();
+        let prescribed = ride.axles.iter().filter(|(_, record)| record.prescribed);
+        found.notes.extend(prescribed.map(|(axle, _)| {
+            format!(
+                "{axle} axle: a rig prescribes the motion, so there is none to predict; `output_error` is the least squares of the \
+                 force on deflection and rate"
+            )
+        }));
         for (method, estimates) in methods {
             for (axle, estimate) in estimates.iter() {
-                if let Some(record) = ride.axles.get(axle) {
+                let record = ride.axles.get(axle);
+                if let Some(record) = record.filter(|record| !record.prescribed) {
                     let row = row(method, axle, record, ride.step_s, estimate);
                     match row.is_finite() {
                         true => found.rows.push(row),

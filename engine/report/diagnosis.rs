@@ -1,10 +1,10 @@
 //! The report's `diagnosis` section.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::collections::BTreeMap;
 
 use super::Estimate;
-use crate::bicycle::PerAxle;
+use crate::bicycle::{Axle, PerAxle};
 use crate::number::Quantity;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -48,6 +48,14 @@ pub enum Place {
 }
 
 impl Place {
+    pub fn acts_on(self, axle: Axle) -> bool {
+        match self {
+            Place::Front => axle == Axle::Front,
+            Place::Rear => axle == Axle::Rear,
+            Place::Both => true,
+        }
+    }
+
     pub fn name(self) -> &'static str {
         match self {
             Place::Front => "front",
@@ -60,6 +68,7 @@ impl Place {
 /// The report's `diagnosis` section.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+#[serde(remote = "Self")]
 pub struct Diagnosis {
     pub verdict: Verdict,
     /// The verdict in plain words.
@@ -87,6 +96,36 @@ pub struct Diagnosis {
     pub consequences: PerAxle<Consequences>,
     /// The data of the verdict's figures.
     pub evidence: PerAxle<Evidence>,
+    #[serde(default)]
+    pub search_cost: SearchCost,
+}
+
+/// What the search for missing physics has cost, in steps of the integrator, each for eight parameter sets on one axle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct SearchCost {
+    pub steps: u64,
+    /// What it might have cost: the setting `search_budget` times the samples of all axles.
+    pub budget: u64,
+    /// Whether it ended before it had tried everything.
+    pub is_spent: bool,
+}
+
+impl Serialize for Diagnosis {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        Diagnosis::serialize(self, serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Diagnosis {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let mut read = Diagnosis::deserialize(deserializer)?;
+        if read.verdict == Verdict::Named {
+            // Reports of versions that affirmed all or nothing do not say so of each effect.
+            read.effects.iter_mut().for_each(|e| e.affirmed = true);
+        }
+        Ok(read)
+    }
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -139,6 +178,7 @@ impl Diagnosis {
             free_form: PerAxle::default(),
             consequences: PerAxle::default(),
             evidence: PerAxle::default(),
+            search_cost: SearchCost::default(),
         }
     }
 }
@@ -227,11 +267,42 @@ pub struct HeldOut {
     /// RMS of the displacement sensor's noise: what the bike file declares, or what the record shows where it holds
     /// nothing else. Never what a model leaves; null where it is not known.
     pub noise_floor_m: Option<f64>,
+    /// Of what these errors are: where that is a force, they are in N, whatever their names say.
+    #[serde(default)]
+    pub predicted: Predicted,
     /// Share of the explainable held-out variance that the extension removed; null where the floor is, or
     /// where nothing could be explained.
     pub explained_share: Option<f64>,
     /// The held-out window (s).
     pub window_s: [f64; 2],
+}
+
+impl HeldOut {
+    /// Errors of the plain and the extended model, the sensor's noise, and the unit of all three.
+    pub fn errors(&self) -> ([Option<f64>; 3], &'static str) {
+        let errors = [self.plain_rms_m, self.extended_rms_m, self.noise_floor_m];
+        (errors, self.predicted.unit())
+    }
+}
+
+/// What a model predicts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Predicted {
+    #[default]
+    Displacement,
+    /// The force that answers to a prescribed motion.
+    Force,
+}
+
+impl Predicted {
+    pub fn unit(self) -> &'static str {
+        match self {
+            Predicted::Displacement => "m",
+            Predicted::Force => "N",
+        }
+    }
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -313,6 +384,9 @@ pub struct Consequences {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Evidence {
+    /// Of what `worst` and `spectrum` are: in N and N^2/Hz where that is a force.
+    #[serde(default)]
+    pub predicted: Predicted,
     pub worst: Excerpt,
     pub spectrum: ResidualSpectrum,
     pub surface: Surface,
@@ -354,4 +428,26 @@ pub struct Surface {
     /// k d + B w of the plain model at the cells' middles (N).
     pub plain_n: Vec<Vec<f64>>,
     pub samples: Vec<Vec<usize>>,
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn a_report_from_before_effects_were_affirmed_one_by_one_still_affirms_what_it_names() {
+        for (verdict, affirmed) in [(Verdict::Named, true), (Verdict::Unnamed, false)] {
+            let effect = serde_json::json!({
+                "id": "cubic_stiffness", "axle": "front", "parameters": {}, "p_value": null, "separation": null,
+                "adequate": affirmed, "material": true, "sentence": "",
+            });
+            let mut old = serde_json::to_value(Diagnosis::cannot_tell(String::new())).unwrap();
+            old["verdict"] = serde_json::to_value(verdict).unwrap();
+            old["effects"] = serde_json::json!([effect]);
+            old.as_object_mut().unwrap().remove("rest");
+            let read: Diagnosis = serde_json::from_value(old).unwrap();
+            assert_eq!(read.effects[0].affirmed, affirmed, "{verdict:?}");
+        }
+    }
 }

@@ -23,7 +23,8 @@ pub struct Estimate {
     pub k_scatter_n_m: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub b_scatter_n_s_m: Option<f64>,
-    /// Mass carried (kg): the bike file's, or estimated where that is null.
+    /// Mass carried (kg): the bike file's, or estimated where that is null; 0 where a rig prescribes the motion and no mass
+    /// moves.
     pub mass_kg: f64,
     /// Standard error of an estimated mass (kg).
     pub mass_std_kg: Option<f64>,

@@ -37,11 +37,21 @@ pub fn identified(
     }
 }
 
+/// Why no estimate of a record has an interval.
+pub const UNPLACED: &str =
+    "the files that it rests on have clocks of which nobody knows how they go beside each other";
+pub const MISTAKEN: &str = "the record or the bicycle has to be mended first";
+pub const NO_VERDICT: &str = "the record carries no verdict on what is missing beside it";
+
 impl Estimate {
     /// The estimate without the intervals that would only pretend, with the reasons.
     pub fn told(self) -> Self {
-        let k_nothing = self.mass_kg * NOTHING * NOTHING;
-        let b_nothing = self.mass_kg * NOTHING;
+        let mass = self.mass_kg;
+        self.told_beside([mass * NOTHING * NOTHING, mass * NOTHING])
+    }
+
+    /// The same where k (N/m) and B (N s/m) of these sizes are as good as none.
+    pub fn told_beside(self, [k_nothing, b_nothing]: [f64; 2]) -> Self {
         let k = identified(self.k_n_m, self.k_std_n_m, k_nothing, "N/m");
         let b = identified(self.b_n_s_m, self.b_std_n_s_m, b_nothing, "N s/m");
         Self {
@@ -56,6 +66,10 @@ impl Estimate {
 
     /// The estimate without intervals where k/m (1/s^2) or B/m (1/s) is beyond the `most` that any sample could tell.
     pub fn within_reach(self, [most_kappa, most_beta]: [f64; 2]) -> Self {
+        if self.mass_kg == 0.0 {
+            // A prescribed motion, to which any k and B may answer.
+            return self;
+        }
         let (kappa, beta) = (self.k_n_m / self.mass_kg, self.b_n_s_m / self.mass_kg);
         if kappa.abs() <= most_kappa && beta.abs() <= most_beta {
             return self;
@@ -65,11 +79,16 @@ impl Estimate {
             significant(kappa, 2),
             significant(beta, 2)
         );
+        self.withheld(&why)
+    }
+
+    /// The estimate without intervals, and why.
+    pub fn withheld(self, why: &str) -> Self {
         Self {
             k_std_n_m: None,
             b_std_n_s_m: None,
-            k_not_identifiable: Some(why.clone()),
-            b_not_identifiable: Some(why),
+            k_not_identifiable: Some(why.to_owned()),
+            b_not_identifiable: Some(why.to_owned()),
             ..self
         }
     }

@@ -3,7 +3,10 @@
 mod comparison;
 pub mod diagnosis;
 mod estimate;
-pub(crate) mod identifiable;
+pub mod identifiable;
+pub mod laser;
+mod latent_road;
+mod mistake;
 mod series;
 pub mod stages;
 
@@ -14,6 +17,8 @@ use crate::ride::RideSummary;
 use crate::settings::Settings;
 
 pub use estimate::Estimate;
+pub use latent_road::{Correction, LatentRoad, RoadSpectrum, SensorFound};
+pub use mistake::{Mistake, MistakeKind};
 pub use series::{Curve, Quantity, Series, Window};
 
 /// Everything that one identification found out.
@@ -25,6 +30,9 @@ pub struct Report {
     pub ride: RideSummary,
     pub bike: Bike,
     pub settings: Settings,
+    /// What seems to have been done wrong to record or bicycle before; to be mended first.
+    #[serde(default)]
+    pub mistakes: Vec<Mistake>,
     pub observer: PerAxle<ObserverReport>,
     /// Least squares on the observer's states, paper eqs. (19) to (21).
     pub least_squares: PerAxle<Estimate>,
@@ -35,11 +43,38 @@ pub struct Report {
     pub swarm: SwarmReport,
     /// The plain model fitted to the simulated displacement: what the others are judged by.
     pub output_error: PerAxle<Estimate>,
+    /// k and B of a ride whose road was not recorded; then no other method has an estimate.
+    #[serde(default)]
+    pub latent_road: Option<LatentRoad>,
     pub comparison: Comparison,
+    /// Part of the standard errors of k and B that comes from the laser that the road was made from: from what is not known of its clock
+    /// (`ride.clocks`), and from its noise; null where none was.
+    #[serde(default)]
+    pub laser_error: PerAxle<Parameters>,
+    /// The part of the standard errors that comes from masses that are not known exactly (one standard deviation).
+    #[serde(default)]
+    pub mass_error: PerAxle<Parameters>,
+    /// By how much noise of the road channel moves k and B by output error; part of their standard errors.
+    #[serde(default)]
+    pub road_noise_error: PerAxle<Parameters>,
     /// Roll angle and roll acceleration, paper eqs. (3) to (9), where the channels are there.
     pub roll: Option<RollReport>,
     /// Absent with `--no-diagnosis`.
     pub diagnosis: Option<diagnosis::Diagnosis>,
+}
+
+impl Report {
+    /// Mistakes that the verdict's sentence does not tell.
+    pub fn other_mistakes(&self) -> impl Iterator<Item = &Mistake> {
+        let told = self.diagnosis.is_some();
+        let mistakes = self.mistakes.iter();
+        mistakes.filter(move |mistake| !(told && mistake.takes_the_verdict))
+    }
+
+    /// Whether nothing but the sensors tells k and B, as no road, displacement or force was recorded.
+    pub fn has_no_road(&self) -> bool {
+        self.output_error.iter().next().is_none()
+    }
 }
 
 /// How well the sliding-mode observer follows the measurement, paper figures 4 and 5.
@@ -73,6 +108,13 @@ pub struct RecursivePath {
 pub struct Parameters {
     pub k_n_m: f64,
     pub b_n_s_m: f64,
+}
+
+impl Parameters {
+    /// What these numbers are of an estimate's, as shares without sign: of k and of B.
+    pub fn shares_of(&self, e: &Estimate) -> [f64; 2] {
+        [self.k_n_m / e.k_n_m, self.b_n_s_m / e.b_n_s_m].map(f64::abs)
+    }
 }
 
 /// All swarm trials and the best of them.

@@ -24,6 +24,8 @@ pub enum Quantity {
     Velocity,
     /// Central difference D^2 z (m/s^2), of the measurement and of the models.
     Acceleration,
+    /// Force (N) that a rig measured and the models answer with where it prescribes the motion; the applied force elsewhere.
+    Force,
 }
 
 impl Quantity {
@@ -32,13 +34,14 @@ impl Quantity {
             Quantity::Displacement => "m",
             Quantity::Velocity => "m/s",
             Quantity::Acceleration => "m/s^2",
+            Quantity::Force => "N",
         }
     }
 
     /// Applies the central difference once per derivative; the ends have none.
     fn of(self, mut values: Vec<f64>, step: f64) -> Vec<f64> {
         let derivatives = match self {
-            Quantity::Displacement => 0,
+            Quantity::Displacement | Quantity::Force => 0,
             Quantity::Velocity => 1,
             Quantity::Acceleration => 2,
         };
@@ -91,7 +94,8 @@ impl Series {
                     ("plain", report.output_error.get(axle)),
                 ];
                 let mut curves = curves(record, ride.step_s, &models, quantity);
-                if let Some(observer) = report.observer.get(axle) {
+                let observer = report.observer.get(axle);
+                if let Some(observer) = observer.filter(|_| quantity != Quantity::Force) {
                     curves.push(observed(
                         record,
                         ride.step_s,
@@ -178,12 +182,19 @@ fn curves(
     models: &[(&'static str, Option<&Estimate>)],
     quantity: Quantity,
 ) -> Vec<Curve> {
-    let trusted = record.displacement.iter().zip(&record.valid);
+    let shown = match quantity {
+        Quantity::Force => record.force.as_deref().unwrap_or_default(),
+        _ => &record.displacement,
+    };
+    let trusted = shown.iter().zip(&record.valid);
     let measured = trusted.map(|(z, valid)| if *valid { *z } else { f64::NAN });
     let measured = quantity.of(measured.collect(), step);
     let mut curves = Vec::new();
+    let predicted = record.prescribed == (quantity == Quantity::Force);
     for (name, estimate) in models {
-        let Some(estimate) = estimate else { continue };
+        let Some(estimate) = estimate.filter(|_| predicted) else {
+            continue;
+        };
         let values = quantity.of(simulated(record, step, estimate), step);
         if *name == "plain" {
             let pairs = measured.iter().zip(&values);
@@ -207,7 +218,7 @@ fn observed(record: &AxleRecord, step: f64, jerk_bound: f64, quantity: Quantity)
     Curve {
         name: "observer",
         values: match quantity {
-            Quantity::Displacement => states.position,
+            Quantity::Displacement | Quantity::Force => states.position,
             Quantity::Velocity => states.velocity,
             Quantity::Acceleration => states.acceleration,
         },
@@ -215,9 +226,12 @@ fn observed(record: &AxleRecord, step: f64, jerk_bound: f64, quantity: Quantity)
 }
 
 /// Displacement (m) of the plain model with an estimate's parameters. The motion begins as suits
-/// the measured one best.
+/// the measured one best. Where it is prescribed, the force (N) that answers.
 pub(super) fn simulated(record: &AxleRecord, step: f64, estimate: &Estimate) -> Vec<f64> {
-    let input = Input::new(&record.road, record.force.as_deref(), step);
+    let input = Input::of(record, step);
+    if input.prescribed {
+        return answered(record, &input, estimate);
+    }
     let m = estimate.mass_kg;
     let theta = [estimate.k_n_m / m, estimate.b_n_s_m / m, 1.0 / m];
     let rest_point = record.force.is_some() || !record.has_road();
@@ -230,6 +244,15 @@ pub(super) fn simulated(record: &AxleRecord, step: f64, estimate: &Estimate) -> 
     );
     let [kappa, beta, per_mass] = theta;
     simulate(&input, kappa, beta, per_mass, from.constant, from.initial).0
+}
+
+/// The force (N) that answers to a prescribed motion, its constant part as suits the measured one best.
+fn answered(record: &AxleRecord, input: &Input, estimate: &Estimate) -> Vec<f64> {
+    let (k, b) = (estimate.k_n_m, estimate.b_n_s_m);
+    let valid = || (0..input.len()).filter(|i| record.valid[*i]);
+    let off = |i: usize| record.output()[i] - input.answer(k, b, 0.0, i);
+    let constant = valid().map(off).sum::<f64>() / valid().count().max(1) as f64;
+    simulate(input, k, b, 1.0, constant, [0.0; 2]).0
 }
 
 #[cfg(test)]

@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Comparison, Estimate, ObserverReport, Parameters, RecursivePath, RollReport, SwarmReport, Trial,
+    Comparison, Estimate, LatentRoad, Mistake, ObserverReport, Parameters, RecursivePath,
+    RollReport, SwarmReport, Trial,
 };
 use crate::bicycle::PerAxle;
 
@@ -16,16 +17,31 @@ pub struct Observed {
     pub instrumental: PerAxle<Estimate>,
     pub recursive: PerAxle<RecursivePath>,
     pub roll: Option<RollReport>,
+    #[serde(default)]
+    pub latent_road: Option<LatentRoad>,
 }
 
 /// Third stage: the swarm's result, the output-error fit and the comparison of all methods.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Conclusion {
+    #[serde(default)]
+    pub mistakes: Vec<Mistake>,
     pub least_squares: PerAxle<Estimate>,
     pub instrumental: PerAxle<Estimate>,
     pub swarm: SwarmReport,
     pub output_error: PerAxle<Estimate>,
+    /// Part of the standard errors of k and B that comes from the laser that the road was made from.
+    #[serde(default)]
+    pub laser_error: PerAxle<Parameters>,
+    /// The part of them that comes from masses that are not known exactly (one standard deviation).
+    #[serde(default)]
+    pub mass_error: PerAxle<Parameters>,
+    #[serde(default)]
+    pub road_noise_error: PerAxle<Parameters>,
+    /// Why a sensor's clock that was set right may be physics that is missing.
+    #[serde(default)]
+    pub clock_unconfirmed: Option<String>,
     pub comparison: Comparison,
 }
 

@@ -8,6 +8,7 @@ use super::common::{Common, Lapse, basis};
 use super::delay::delayed;
 use super::error::{Problem, ReadError};
 use super::options::ReadOptions;
+use super::prescribed::{answer, power};
 use super::resample::FLAT;
 use super::values::is_constant;
 use crate::bicycle::{Axle, Bike, PerAxle};
@@ -53,7 +54,9 @@ pub(super) fn build(
         if axle == Axle::Front && shared {
             ahead = parts.road.clone().map(|road| (road, parts.band));
         }
-        axles.set(axle, parts.finish(basis, common, options)?);
+        let mut record = parts.finish(basis, common, options)?;
+        settle(&mut record, axle, common, bike);
+        axles.set(axle, record);
     }
     Ok(axles)
 }
@@ -122,7 +125,15 @@ impl Parts {
                 };
                 self.integrate(band, common);
             }
+            Channel::Deflection(_) if self.road.is_none() => {
+                self.keep(slow, rate);
+                self.displacement = self.deflection.take();
+            }
             Channel::Deflection(_) => self.displacement_from_road(slow, common),
+            Channel::Road(_) => {
+                self.keep(slow, rate);
+                self.displacement = self.road.take();
+            }
             _ if self.road.is_none() && self.deflection.is_some() => {
                 self.keep(slow, rate);
                 self.road_from_displacement(&slow, basis.name(), common);
@@ -225,6 +236,17 @@ impl Parts {
             let value = displacement[0];
             return Err(blame(Problem::Constant { channel, value }));
         }
+        let prescribed = match basis {
+            Channel::Road(_) => true,
+            Channel::Deflection(_) => self.road.is_none(),
+            _ => false,
+        };
+        if let (true, Some(force)) = (prescribed, &self.force)
+            && is_constant(force)
+        {
+            let (channel, value) = (Channel::Force(self.axle).name(), force[0]);
+            return Err(blame(Problem::Constant { channel, value }));
+        }
         let still = |values: &Option<Vec<f64>>| values.as_deref().is_none_or(is_constant);
         if still(&self.road) && still(&self.force) && !is_free_motion(&displacement) {
             return Err(blame(Problem::NotExcited { channel }));
@@ -244,6 +266,7 @@ impl Parts {
             displacement,
             acceleration: self.acceleration,
             valid,
+            prescribed,
         })
     }
 
@@ -286,6 +309,39 @@ impl Parts {
                 distrusted == 0
             })
             .collect()
+    }
+}
+
+/// Says whether the force answers to a prescribed motion, where that is open or told by the channels, and which way it counts.
+fn settle(record: &mut AxleRecord, axle: Axle, common: &mut Common<'_>, bike: &Bike) {
+    let Some(force) = record.force.as_mut().filter(|f| !is_constant(f)) else {
+        return;
+    };
+    let named = Channel::Force(axle).name();
+    let Some(found) = answer(&record.displacement, force, &record.valid) else {
+        return;
+    };
+    if !record.prescribed {
+        if !is_constant(&record.road) || !found.is_prescribed() {
+            return;
+        }
+        record.prescribed = true;
+        common.warn(format!(
+            "{axle} axle: {named} is taken for the answer to a motion that a rig prescribes, F = k d + B d': spring and damper \
+             tell {:.0} % of it and inertia takes off {:.0} % of the rest{}",
+            100.0 * found.explained,
+            100.0 * found.inertia,
+            bike.mass(axle).map_or(String::new(), |mass| format!(
+                ", so the {mass} kg of the bike file play no part"
+            ))
+        ));
+    }
+    if found.is_an_answer() && power(&record.displacement, force, &record.valid) < 0.0 {
+        force.iter_mut().for_each(|f| *f = -*f);
+        common.warn(format!(
+            "{axle} axle: {named} takes power out of the motion, as a reaction does; it is turned round so that k and B are \
+             positive"
+        ));
     }
 }
 

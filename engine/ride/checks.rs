@@ -2,7 +2,7 @@
 
 use super::channel::Channel;
 use super::recording::{Recording, Track};
-use super::values::{is_constant, size};
+use super::values::{is_constant, size, variance};
 use crate::number::significant;
 
 /// Fewest equal samples at an extreme that count as clipped.
@@ -100,7 +100,7 @@ pub(super) fn is_free_motion(values: &[f64]) -> bool {
     let strongest = blocks.iter().map(|b| variance(b)).fold(0.0, f64::max);
     let last = blocks.last().map_or(0.0, |b| variance(b));
     let dying = strongest > 10.0 * last;
-    blocks.iter().any(|b| von_neumann(b) < 0.5) && (dying || swings_steadily(values))
+    blocks.iter().any(|b| von_neumann(b) < 0.5) && (dying || swings(values).is_some())
 }
 
 /// Half the mean square of differences over the variance: 1 for white noise, 0 for slow motion.
@@ -114,17 +114,11 @@ fn von_neumann(values: &[f64]) -> f64 {
     }
 }
 
-fn variance(values: &[f64]) -> f64 {
-    let n = values.len().max(1) as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n
-}
-
 /// Part of the standard deviation by which a swing must pass the mean to count: noise at the crossing does not.
 const PASSED: f64 = 0.3;
 
-/// Whether most intervals between crossings of the mean are alike.
-fn swings_steadily(values: &[f64]) -> bool {
+/// Samples of half a swing, where most intervals between crossings of the mean are alike.
+pub(super) fn swings(values: &[f64]) -> Option<f64> {
     let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
     let beyond = PASSED * variance(values).sqrt();
     let mut above = None;
@@ -141,11 +135,11 @@ fn swings_steadily(values: &[f64]) -> bool {
     }
     let mut intervals: Vec<f64> = crossings.windows(2).map(|p| (p[1] - p[0]) as f64).collect();
     if intervals.len() < 4 {
-        return false;
+        return None;
     }
     let median = middle(&mut intervals);
     let mut off: Vec<f64> = intervals.iter().map(|i| (i - median).abs()).collect();
-    median >= 2.0 && middle(&mut off) < 0.3 * median
+    (median >= 2.0 && middle(&mut off) < 0.3 * median).then_some(median)
 }
 
 fn middle(values: &mut [f64]) -> f64 {

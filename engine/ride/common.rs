@@ -16,7 +16,8 @@ const MOST_MADE_HZ: f64 = 1000.0;
 /// Below this rate (Hz) a bicycle's vertical mode, near 11 Hz, has fewer than five samples a swing.
 const WEAK_RATE_HZ: f64 = 50.0;
 
-/// The channel that the displacement of `axle` stands on; `None`: too little was recorded there.
+/// The channel that the displacement of `axle` stands on; `None`: too little was recorded there. A force beside nothing but a
+/// deflection or a road is a rig's, which prescribes that motion.
 pub(super) fn basis(has: impl Fn(Channel) -> bool, axle: Axle) -> Option<Channel> {
     let (z, a) = (Channel::Displacement(axle), Channel::Acceleration(axle));
     let d = Channel::Deflection(axle);
@@ -25,9 +26,20 @@ pub(super) fn basis(has: impl Fn(Channel) -> bool, axle: Axle) -> Option<Channel
         Some(z)
     } else if has(a) && (has(d) || road || has(Channel::Force(axle))) {
         Some(a)
+    } else if has(d) && (road || has(Channel::Force(axle))) {
+        Some(d)
     } else {
-        (has(d) && road).then_some(d)
+        let own = Channel::Road(axle);
+        (has(own) && has(Channel::Force(axle))).then_some(own)
     }
+}
+
+/// Whether no axle's displacement can be told, but accelerometers and the speed can tell k and B without it.
+pub(super) fn has_only_accelerometers(has: impl Fn(Channel) -> bool) -> bool {
+    let axles = Axle::BOTH.into_iter();
+    has(Channel::Speed)
+        && axles.clone().any(|axle| has(Channel::Acceleration(axle)))
+        && axles.clone().all(|axle| basis(&has, axle).is_none())
 }
 
 /// A stretch of a channel that is not to be trusted, ends included (s).
@@ -51,7 +63,11 @@ impl<'a> Common<'a> {
     pub fn new(recording: &'a mut Recording, options: &ReadOptions) -> Result<Self, ReadError> {
         let clipped = checks::examine(recording);
         let has = |c: Channel| recording.tracks.contains_key(&c);
-        let bases: Vec<Channel> = Axle::BOTH.iter().filter_map(|a| basis(has, *a)).collect();
+        let mut bases: Vec<Channel> = Axle::BOTH.iter().filter_map(|a| basis(has, *a)).collect();
+        if has_only_accelerometers(has) {
+            let sensors = Axle::BOTH.map(Channel::Acceleration);
+            bases.extend(sensors.into_iter().filter(|c| has(*c)));
+        }
         let clock = |c: &Channel| {
             let own = recording.clocks[recording.tracks.get(c)?.clock].grid;
             let thin = match c {
@@ -131,6 +147,14 @@ impl<'a> Common<'a> {
         }
         let clock = &self.recording.clocks[track.clock];
         Some(bring(values, clock, self.grid, channel))
+    }
+
+    /// A channel on the common clock; its own record stays.
+    pub fn look(&self, channel: Channel) -> Option<Vec<f64>> {
+        let track = self.recording.tracks.get(&channel)?;
+        let clock = &self.recording.clocks[track.clock];
+        let values = track.values.clone();
+        (!values.is_empty()).then(|| bring(values, clock, self.grid, channel))
     }
 
     /// Gives back a channel taken, now on the common clock.

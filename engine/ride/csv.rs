@@ -3,9 +3,12 @@
 use super::dialect::{Decimal, Dialect, Separator, is_comment, sniff};
 use super::error::{Problem, ReadError};
 use super::header::Offered;
+use super::moment::Moment;
 use super::options::{Limits, ReadOptions};
 use super::source::{Source, binary};
 use super::table::{LARGEST, Spec, Table};
+use super::unit::Unit;
+use super::xlsx;
 
 /// Longest cell (bytes) that can be a number.
 const LONGEST_CELL: usize = 64;
@@ -31,6 +34,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadErr
     .recognise(options)?;
     let mut table = Table {
         ignored: recognised.ignored,
+        unfound: recognised.unfound,
         warnings: recognised.warnings,
         format: describe(&dialect, packed),
         ..Table::default()
@@ -68,6 +72,9 @@ fn describe(dialect: &Dialect, packed: Option<&str>) -> String {
         Decimal::Comma => "comma",
         _ => "point",
     };
+    if packed == Some(xlsx::FORMAT) {
+        return "xlsx, first sheet".to_owned();
+    }
     let packed = packed.map(|p| format!("{p}, ")).unwrap_or_default();
     format!("{packed}text, separated by {separator}, decimal {decimal}")
 }
@@ -78,8 +85,13 @@ struct Rows<'a> {
     /// Per column of the file: which output column it fills.
     slots: Vec<usize>,
     names: &'a [String],
-    /// Whether a row may be left out when all its cells are blank.
-    timed: bool,
+    /// The output column of the time; a row may then be left out when all its cells are blank.
+    time: Option<usize>,
+    /// The first time stamp, where they are times of day: what all of them are told since.
+    first: Option<Moment>,
+    /// Whether a cell that begins with a number is one.
+    plain: bool,
+    options: &'a ReadOptions,
     columns: Vec<Vec<f64>>,
     cells: Vec<f64>,
     /// Data rows seen, rows wanted of them, and most rows to keep.
@@ -96,7 +108,7 @@ struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    fn new(dialect: &'a Dialect, specs: &[Spec], options: &ReadOptions) -> Self {
+    fn new(dialect: &'a Dialect, specs: &[Spec], options: &'a ReadOptions) -> Self {
         let mut slots = vec![SKIP; dialect.names.len()];
         for (slot, spec) in specs.iter().enumerate() {
             slots[spec.number - 1] = slot;
@@ -106,9 +118,12 @@ impl<'a> Rows<'a> {
             decimal: dialect.decimal,
             slots,
             names: &dialect.names,
-            timed: specs
+            time: specs
                 .iter()
-                .any(|s| s.channel == super::channel::Channel::Time),
+                .position(|s| s.channel == super::channel::Channel::Time),
+            first: None,
+            plain: options.missing.is_empty(),
+            options,
             columns: vec![Vec::new(); specs.len()],
             cells: vec![f64::NAN; specs.len()],
             seen: 0,
@@ -197,7 +212,7 @@ impl<'a> Rows<'a> {
     }
 
     fn keep(&mut self) -> Result<(), ReadError> {
-        if self.timed && self.cells.iter().all(|v| v.is_nan()) {
+        if self.time.is_some() && self.cells.iter().all(|v| v.is_nan()) {
             return Ok(());
         }
         if self.kept >= self.most {
@@ -228,6 +243,7 @@ impl<'a> Rows<'a> {
         for index in 0..self.slots.len() {
             let slot = self.slots[index];
             if slot != SKIP
+                && self.plain
                 && self.decimal != Decimal::Comma
                 && let Ok((value, n)) = fast_float2::parse_partial::<f64, _>(rest)
                 && n <= LONGEST_CELL
@@ -239,7 +255,7 @@ impl<'a> Rows<'a> {
             } else {
                 let (cell, n) = cell(rest, separator);
                 if slot != SKIP {
-                    self.cells[slot] = self.number(cell).map_err(|p| self.blame(index, p))?;
+                    self.cells[slot] = self.value(cell, slot).map_err(|p| self.blame(index, p))?;
                 }
                 rest = &rest[n..];
             }
@@ -270,7 +286,7 @@ impl<'a> Rows<'a> {
             if slot != SKIP {
                 let cell = cell.strip_prefix(b"\"").unwrap_or(cell);
                 let cell = cell.strip_suffix(b"\"").unwrap_or(cell);
-                self.cells[slot] = self.number(cell).map_err(|p| self.blame(found, p))?;
+                self.cells[slot] = self.value(cell, slot).map_err(|p| self.blame(found, p))?;
             }
             found += 1;
         }
@@ -290,10 +306,29 @@ impl<'a> Rows<'a> {
         ReadError::from(problem).in_column(index + 1, &self.names[index])
     }
 
-    /// The number in a cell, NaN where it is blank.
+    /// What a cell of an output column holds.
+    fn value(&mut self, cell: &[u8], slot: usize) -> Result<f64, Problem> {
+        if self.time != Some(slot) {
+            return self.number(cell);
+        }
+        match (Moment::parse(cell.trim_ascii()), self.first) {
+            (None, None) => self.number(cell),
+            (Some(moment), Some(first)) => Ok(moment.since(first)),
+            (Some(moment), None) if self.kept == 0 => {
+                self.first = Some(moment);
+                self.plain = false;
+                Ok(0.0)
+            }
+            _ => Err(Problem::OtherTime {
+                cell: String::from_utf8_lossy(cell).into_owned(),
+            }),
+        }
+    }
+
+    /// The number in a cell, NaN where it is blank or a word for a missing value.
     fn number(&mut self, cell: &[u8]) -> Result<f64, Problem> {
         let cell = cell.trim_ascii();
-        if cell.is_empty() {
+        if cell.is_empty() || self.options.is_missing(cell) {
             return Ok(f64::NAN);
         }
         let mut digits = [0; LONGEST_CELL];
@@ -371,6 +406,10 @@ impl<'a> Rows<'a> {
         table.rows = self.kept;
         table.places = self.places;
         table.columns = specs.into_iter().zip(self.columns).collect();
+        if let (Some(first), Some(time)) = (self.first, self.time) {
+            table.epoch_s = Some(first.epoch_s());
+            table.columns[time].0.unit = Unit::time_of_day();
+        }
         Ok(())
     }
 }

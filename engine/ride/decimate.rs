@@ -44,11 +44,14 @@ pub fn decimated(ride: &Ride, fastest_hz: f64) -> Option<Ride> {
                 record.valid[around].iter().all(|v| *v)
             })
             .collect(),
+        prescribed: record.prescribed,
     };
     Some(Ride {
         start_s: ride.start_s,
         step_s: ride.step_s * factor as f64,
         samples: ride.samples.div_ceil(factor),
+        sensors: Vec::new(),
+        road_doubts: Vec::new(),
         axles: PerAxle {
             front: ride.axles.front.as_ref().map(axle),
             rear: ride.axles.rear.as_ref().map(axle),

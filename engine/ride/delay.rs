@@ -52,8 +52,8 @@ pub(super) fn delayed(
     Ok(delayed)
 }
 
-fn by_distance(front: &[f64], speed: &[f64], step_s: f64, wheelbase_m: f64) -> Option<Delayed> {
-    let slopes = spline::slopes(front, step_s);
+/// Distance ridden (m) at every sample: trapezoids of the speed, no faster than forward.
+pub(crate) fn distance(speed: &[f64], step_s: f64) -> Vec<f64> {
     let mut ridden = Vec::with_capacity(speed.len());
     let mut x = 0.0;
     for (i, v) in speed.iter().enumerate() {
@@ -62,6 +62,12 @@ fn by_distance(front: &[f64], speed: &[f64], step_s: f64, wheelbase_m: f64) -> O
         }
         ridden.push(x);
     }
+    ridden
+}
+
+fn by_distance(front: &[f64], speed: &[f64], step_s: f64, wheelbase_m: f64) -> Option<Delayed> {
+    let slopes = spline::slopes(front, step_s);
+    let ridden = distance(speed, step_s);
     let known_from = ridden.iter().position(|x| *x >= wheelbase_m)?;
     let mut i = 0;
     let road = (ridden.iter())

@@ -4,12 +4,15 @@ use std::borrow::Cow;
 
 use super::channel::heading;
 use super::error::{Problem, ReadError};
+use super::moment::Moment;
 use super::options::ReadOptions;
 use super::unit::Unit;
 
 /// Data lines looked at before deciding.
 const SAMPLE: usize = 200;
 const SAMPLE_BYTES: usize = 128 << 10;
+/// Letters of a line that messages show.
+const SHOWN: usize = 40;
 /// Lines of other text that may stand above the header.
 const PREAMBLE: usize = 64;
 
@@ -81,8 +84,8 @@ pub(super) fn sniff(head: &[u8], options: &ReadOptions) -> Result<Dialect, ReadE
     let start = if hits(first) > 0 || is_numeric(&split(&first.text, separator_of(&lines))) {
         0
     } else {
-        let header = lines.iter().take(PREAMBLE).position(|l| hits(l) > 1);
-        header.unwrap_or(0)
+        let known = lines.iter().take(PREAMBLE).position(|l| hits(l) > 1);
+        known.or_else(|| above_numbers(&lines)).unwrap_or(0)
     };
     let lines = &lines[start..];
     let separator = separator_of(lines);
@@ -126,6 +129,12 @@ pub(super) fn sniff(head: &[u8], options: &ReadOptions) -> Result<Dialect, ReadE
             dialect.names = names;
             dialect.header_line = Some(line);
         }
+    }
+    let numbers = |row: &Vec<String>| row.iter().any(|cell| is_number(cell));
+    if rows.len() > used && !rows[used..].iter().any(numbers) {
+        let first: String = lines[0].text.chars().take(SHOWN).collect();
+        let rows = rows.len() - used;
+        return Err(ReadError::from(Problem::NoTable { first, rows }));
     }
     if dialect.header_line.is_none() && options.map.is_empty() {
         let known = super::channel::Channel::known();
@@ -172,7 +181,7 @@ fn sample(head: &[u8], limit: usize) -> Result<(Vec<Line<'_>>, Vec<Line<'_>>), R
 }
 
 /// UTF-8, or else Latin-1.
-fn decode(bytes: &[u8]) -> Cow<'_, str> {
+pub(super) fn decode(bytes: &[u8]) -> Cow<'_, str> {
     match std::str::from_utf8(bytes) {
         Ok(text) => Cow::Borrowed(text),
         Err(_) => Cow::Owned(bytes.iter().map(|b| *b as char).collect()),
@@ -215,6 +224,22 @@ fn separator_of(lines: &[Line<'_>]) -> Separator {
         .next()
         .or_else(|| by_header.next())
         .unwrap_or(Separator::Blanks)
+}
+
+/// The line above the first from which on all hold as many numbers, two or more: a header whose names nobody knows.
+fn above_numbers(lines: &[Line<'_>]) -> Option<usize> {
+    let is_row = |line: &Line<'_>, separator: Separator, columns: usize| {
+        let cells = split(&line.text, separator);
+        cells.len() == columns && is_numeric(&cells) && cells.iter().any(|c| !c.is_empty())
+    };
+    CANDIDATES.iter().find_map(|separator| {
+        let columns = split(&lines.last()?.text, *separator).len();
+        let rows = lines.iter().rev();
+        let rows = rows.take_while(|l| is_row(l, *separator, columns)).count();
+        let first = lines.len() - rows;
+        let fits = columns > 1 && rows > 1 && first > 0;
+        (fits && split(&lines[first - 1].text, *separator).len() == columns).then(|| first - 1)
+    })
 }
 
 /// `01 0`: what is left where blanks separate and a comma is the decimal sign.
@@ -263,8 +288,11 @@ fn split_blanks(line: &str) -> Vec<String> {
     cells
 }
 
-/// A number with either decimal sign; `nan` and `inf` count.
+/// A number with either decimal sign, `nan` and `inf` too, or a time of day.
 fn is_number(cell: &str) -> bool {
+    if Moment::parse(cell.as_bytes()).is_some() {
+        return true;
+    }
     let text = cell.replacen(',', ".", 1);
     fast_float2::parse::<f64, _>(text.trim_start_matches('+')).is_ok()
 }
@@ -280,7 +308,8 @@ fn is_units(cells: &[String]) -> bool {
 }
 
 fn decimal_of(rows: &[Vec<String>]) -> Decimal {
-    let numbers = || rows.iter().flatten().filter(|c| is_number(c));
+    // Times of day hold points whatever the decimal sign is.
+    let numbers = || (rows.iter().flatten()).filter(|c| is_number(c) && !c.contains(':'));
     let points = numbers().filter(|c| c.contains('.')).count();
     let commas = numbers().filter(|c| c.contains(',')).count();
     match (points, commas) {
@@ -308,6 +337,20 @@ mod tests {
                 ..ReadOptions::default()
             },
         )
+    }
+
+    #[test]
+    fn names_that_nobody_knows_are_found_below_other_text() {
+        let text = "Messung 7\nam Montag\nZeit;Strasse;Rad\n0,00;0,1;0,2\n0,01;0,1;0,3\n";
+        let map = [("t", "1"), ("u_f", "2"), ("z_f", "3")];
+        let dialect = of(text, &map).unwrap();
+        assert_eq!(dialect.names, ["Zeit", "Strasse", "Rad"]);
+        assert_eq!((dialect.preamble, dialect.separator), (2, Byte(b';')));
+        let words = of("Messung\nZeit;Rad\nfrüh;auf\nspät;ab\n", &map);
+        assert!(matches!(
+            *words.unwrap_err().problem,
+            Problem::NoTable { .. }
+        ));
     }
 
     #[test]

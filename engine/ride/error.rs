@@ -40,8 +40,11 @@ impl ReadError {
         self.problem.kind()
     }
 
+    /// Names the file, where it is not named yet.
     pub(super) fn in_file(mut self, file: &str) -> Self {
-        self.file = file.to_owned();
+        if self.file.is_empty() {
+            self.file = file.to_owned();
+        }
         self
     }
 
@@ -99,10 +102,14 @@ impl fmt::Display for ReadError {
 pub enum Problem {
     #[error("the file is empty, expected a header line and rows of numbers")]
     EmptyFile,
-    #[error("this is {what}, expected text (CSV), gzip, zstd or a MATLAB v5/v7 .mat file")]
+    #[error(
+        "this is {what}, expected text (CSV), gzip, zstd, a MATLAB v5/v7 .mat file, .fit or .xlsx"
+    )]
     BinaryFile { what: String },
     #[error("there is a header but no row of numbers below it")]
     HeaderOnly,
+    #[error("this is no table of numbers: below \"{first}\" no cell of {rows} line(s) is one")]
+    NoTable { first: String, rows: usize },
     #[error(
         "there is no header, expected channel names ({known}) or a mapping by number such as z_f=2"
     )]
@@ -166,6 +173,29 @@ pub enum Problem {
     BadRows { from: usize, to: usize, rows: usize },
     #[error("there is no time: expected a column t or a rate in Hz (found {found})")]
     TimeMissing { found: String },
+    #[error(
+        "'{cell}' is no time as those before are, expected all of them as numbers or all as dates with times of day"
+    )]
+    OtherTime { cell: String },
+    #[error("{channel} is already in {first}, expected it in one file")]
+    ChannelTwice {
+        channel: &'static str,
+        first: String,
+    },
+    #[error("options are given for the file '{file}', expected one of {known}")]
+    UnknownFile { file: String, known: String },
+    #[error("two of the files have this name, expected different names")]
+    SameName,
+    #[error("{files} files, expected one to {limit}")]
+    FileCount { files: usize, limit: usize },
+    #[error(
+        "no channel is recognised in it, expected one or a mapping such as {example}=... (found {found})"
+    )]
+    NoChannel { example: String, found: String },
+    #[error(
+        "the files share no time: {spans}; stamps that begin anywhere can be moved by an offset for the file"
+    )]
+    FilesApart { spans: String },
     #[error("the time is blank beside a value, expected a time stamp")]
     TimeBlank,
     #[error("time goes from {before:?} s to {after:?} s, expected it to increase")]
@@ -186,8 +216,8 @@ pub enum Problem {
     )]
     GapTooLong { missing_s: f64, total_s: f64 },
     #[error(
-        "no axle has a displacement: expected z_f or z_r, or d and a that it is made from \
-         (found {found})"
+        "no axle has a displacement: expected z_f or z_r, or d and a that it is made from, or a_f, a_r and v, \
+         which need no road (found {found})"
     )]
     AxleMissing { found: String },
     #[error(
@@ -242,6 +272,7 @@ impl Problem {
             Self::EmptyFile => "empty-file",
             Self::BinaryFile { .. } => "binary-file",
             Self::HeaderOnly => "header-only",
+            Self::NoTable { .. } => "no-table",
             Self::NoHeader { .. } => "no-header",
             Self::TooLarge { .. } => "too-large",
             Self::TooMany { .. } => "too-many",
@@ -264,6 +295,13 @@ impl Problem {
             Self::BadRows { .. } => "bad-rows",
             Self::TimeMissing { .. } => "time-missing",
             Self::TimeBlank => "time-blank",
+            Self::OtherTime { .. } => "other-time",
+            Self::ChannelTwice { .. } => "channel-twice",
+            Self::UnknownFile { .. } => "unknown-file",
+            Self::SameName => "same-name",
+            Self::FileCount { .. } => "file-count",
+            Self::NoChannel { .. } => "no-channel",
+            Self::FilesApart { .. } => "files-apart",
             Self::TimeNotIncreasing { .. } | Self::TimeRepeats { .. } => "time-not-increasing",
             Self::RateOutOfRange { .. } => "rate-out-of-range",
             Self::GapTooLong { .. } => "gap-too-long",

@@ -19,6 +19,8 @@ pub(super) struct Offered<'a> {
 #[derive(Debug, Default)]
 pub(super) struct Recognised {
     pub specs: Vec<Spec>,
+    /// Channels of the mapping whose column is not here, but may be in another file.
+    pub unfound: Vec<String>,
     pub ignored: Vec<String>,
     pub warnings: Vec<String>,
 }
@@ -27,23 +29,34 @@ impl Offered<'_> {
     /// Chooses the columns that hold channels: by the mapping first, then by name.
     pub fn recognise(&self, options: &ReadOptions) -> Result<Recognised, ReadError> {
         let mut channels: Vec<Option<Channel>> = vec![None; self.names.len()];
+        let mut unfound = Vec::new();
         for (name, column) in &options.map {
             let channel = Channel::named(name).ok_or_else(|| Problem::UnknownChannel {
                 channel: name.clone(),
                 known: Channel::known(),
             })?;
-            let index = self.find(column).ok_or_else(|| Problem::MissingColumn {
-                channel: name.clone(),
-                column: column.clone(),
-                found: self.list(),
-            })?;
+            let Some(index) = self.find(column) else {
+                if options.elsewhere.contains(name) {
+                    unfound.push(name.clone());
+                    continue;
+                }
+                let missing = Problem::MissingColumn {
+                    channel: name.clone(),
+                    column: column.clone(),
+                    found: self.list(),
+                };
+                return Err(missing.into());
+            };
             if let Some(other) = channels[index] {
                 return Err(self.blame(index, duplicate(other, index + 1)));
             }
             channels[index] = Some(channel);
         }
         let mapped = channels.clone();
-        let mut out = Recognised::default();
+        let mut out = Recognised {
+            unfound,
+            ..Recognised::default()
+        };
         for (index, name) in self.names.iter().enumerate() {
             let h = heading(name);
             let channel = mapped[index].or(h

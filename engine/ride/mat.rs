@@ -118,6 +118,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadErr
     let mut table = Table {
         rows: to - from.min(to),
         warnings: recognised.warnings,
+        unfound: recognised.unfound,
         format: "MATLAB level 5".to_owned(),
         ignored: (names.iter().enumerate())
             .filter(|(i, _)| recognised.specs.iter().all(|s| s.number != i + 1))
@@ -132,7 +133,8 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadErr
             return Ok(());
         };
         let values: Vec<f64> = numbers.iter().skip(from).take(to - from).collect();
-        if let Some(at) = values.iter().position(|v| !(v.abs() <= LARGEST)) {
+        let wrong = |v: &f64| !(v.abs() <= LARGEST || v.is_nan() && options.is_missing(b"NaN"));
+        if let Some(at) = values.iter().position(wrong) {
             let problem = match values[at] {
                 value if value.is_finite() => Problem::OutOfRange {
                     value,

@@ -5,21 +5,33 @@ mod band;
 mod channel;
 mod checks;
 mod clock;
+mod clock_notes;
+mod comments;
 mod common;
 mod csv;
+mod decay;
 mod decimate;
 mod delay;
 mod dialect;
 mod error;
+mod file;
+mod fit;
+mod format;
 mod header;
 mod mat;
+mod moment;
 mod options;
+mod prescribed;
 #[cfg(test)]
 mod properties;
 mod rates;
 mod read;
 mod recording;
 mod resample;
+mod sensed;
+mod sensor;
+mod sensor_clock;
+mod several;
 mod source;
 mod spectrum;
 mod table;
@@ -28,20 +40,29 @@ mod tests;
 mod unit;
 mod values;
 mod wild;
+mod xlsx;
+
+use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
+pub(crate) use clock_notes::unknown as unknown_clocks;
+pub use comments::comments;
 pub use decimate::decimated;
+pub(crate) use delay::distance;
 pub use error::{Problem, ReadError};
-pub use options::{Limits, ReadOptions};
+pub use file::{FileSummary, RideFile, sha256_of};
+pub use options::{FileOptions, Limits, ReadOptions};
 pub use rates::RATES_HZ;
-pub use read::{Preview, PreviewGap, parse_only, preview, read};
+pub use read::{Preview, PreviewGap, parse_only, preview, read, read_on_clocks};
+pub use sensor::{SensorKind, SensorRecord, channel_name};
+pub use sensor_clock::{ClockOffset, SensorClock};
 
 use crate::EngineError;
 use crate::bicycle::{Bike, PerAxle};
 
 /// A ride after reading: SI units, one clock, no blanks.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ride {
     /// Time of the first sample (s) and sample interval (s).
     pub start_s: f64,
@@ -49,6 +70,11 @@ pub struct Ride {
     /// Number of samples; every channel has as many.
     pub samples: usize,
     pub axles: PerAxle<AxleRecord>,
+    /// Accelerometers and lasers where neither road, displacement nor force was recorded; an axle has a record then only where it
+    /// could be made from its own.
+    pub sensors: Vec<SensorRecord>,
+    /// What a laser that the road was made from may have made wrong in it.
+    pub road_doubts: Vec<RoadDoubt>,
     /// Speed (m/s) and crank rate (revolutions per minute).
     pub speed: Option<Vec<f64>>,
     pub cadence: Option<Vec<f64>>,
@@ -60,19 +86,31 @@ pub struct Ride {
     pub summary: RideSummary,
 }
 
+/// A way in which the road under the wheels may be wrong, because of the sensor that it was made from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RoadDoubt {
+    /// By how much it would be higher (m): if a clock were off by one standard error more, or with as much noise of the sensor again.
+    pub change: PerAxle<Vec<f64>>,
+    /// Whether it is noise, whose sign means nothing.
+    pub is_noise: bool,
+}
+
 /// What was recorded on one axle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxleRecord {
     /// Road height u under the wheel (m); all zero where the ground is at rest.
     pub road: Vec<f64>,
-    /// Force applied to the axle mass (N, up), on rides with a shaker.
+    /// Force applied to the axle mass (N, up), on rides with a shaker; the force that was measured where the motion is
+    /// prescribed.
     pub force: Option<Vec<f64>>,
-    /// Vertical displacement z (m).
+    /// Vertical displacement z (m); the deflection d where the motion is prescribed.
     pub displacement: Vec<f64>,
     /// Measured vertical acceleration (m/s^2).
     pub acceleration: Option<Vec<f64>>,
     /// Samples to trust: false where z is clipped, missing or bridged over a gap.
     pub valid: Vec<bool>,
+    /// Whether a rig prescribes the motion, so that the force answers to it and no mass moves: F = k d + B d'.
+    pub prescribed: bool,
 }
 
 /// First samples that must be alike for a record to start at rest.
@@ -84,15 +122,38 @@ impl AxleRecord {
     /// How far height (m) and velocity (m/s) may be from the first sample's height and from none, where the record starts at
     /// rest: its first samples are alike, to within its resolution.
     pub fn at_rest(&self, step_s: f64) -> Option<[f64; 2]> {
+        if self.prescribed {
+            return None;
+        }
         let z = &self.displacement;
         let finest = z.windows(2).map(|p| (p[1] - p[0]).abs());
         let finest = finest.filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
-        let mean = z.iter().sum::<f64>() / z.len().max(1) as f64;
-        let variance = z.iter().map(|z| (z - mean).powi(2)).sum::<f64>() / z.len().max(1) as f64;
-        let alike = ALIKE * variance.sqrt();
+        let alike = ALIKE * values::variance(z).sqrt();
         let still = z.iter().take_while(|x| (*x - z[0]).abs() <= alike).count();
         let width = alike.max(finest);
         (still >= STILL && width.is_finite()).then(|| [width, width / (still as f64 * step_s)])
+    }
+
+    /// What a model of the axle predicts: its displacement (m), or the force (N) where the motion is prescribed.
+    pub fn output(&self) -> &[f64] {
+        match &self.force {
+            Some(force) if self.prescribed => force,
+            _ => &self.displacement,
+        }
+    }
+
+    pub fn output_mut(&mut self) -> &mut [f64] {
+        match &mut self.force {
+            Some(force) if self.prescribed => force,
+            _ => &mut self.displacement,
+        }
+    }
+
+    /// Whether a force moves the axle: one that changes.
+    pub fn is_pushed(&self) -> bool {
+        self.force
+            .as_deref()
+            .is_some_and(|f| !values::is_constant(f))
     }
 
     /// Whether the road moves at all.
@@ -107,7 +168,30 @@ impl Ride {
         for (axle, record) in self.axles.iter() {
             bike.mass_or_force(axle, record.force.is_some())?;
         }
+        for sensor in &self.sensors {
+            bike.mass_or_force(sensor.axle, false)?;
+        }
         Ok(())
+    }
+
+    /// The ride with those axles alone that a mass moves on; itself where that is all of them.
+    pub fn with_masses(&self) -> Cow<'_, Ride> {
+        if self.axles.iter().all(|(_, record)| !record.prescribed) {
+            return Cow::Borrowed(self);
+        }
+        let moving = |record: &Option<AxleRecord>| record.clone().filter(|r| !r.prescribed);
+        Cow::Owned(Ride {
+            axles: PerAxle {
+                front: moving(&self.axles.front),
+                rear: moving(&self.axles.rear),
+            },
+            ..self.clone()
+        })
+    }
+
+    /// Whether nothing says how the axles moved and what drove them: k and B come from the sensors alone.
+    pub fn has_no_road(&self) -> bool {
+        self.axles.iter().next().is_none()
     }
 
     pub fn duration_s(&self) -> f64 {
@@ -123,25 +207,45 @@ impl Ride {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct RideSummary {
-    /// SHA-256 of the file's bytes (hex).
+    /// SHA-256 of the file's bytes (hex); of several files that of their SHA-256, one a line.
     pub sha256: String,
     /// Rows of the file that were used.
     pub rows: usize,
     /// Samples on the common clock.
     pub samples: usize,
     pub duration_s: f64,
+    /// Times of the first and last sample (s) where only a part of the file's swing is used.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub part_s: Option<[f64; 2]>,
     pub rate_hz: f64,
     pub columns: Vec<Column>,
+    /// The files, where the ride has several.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub files: Vec<FileSummary>,
+    /// Clocks of lasers beside those of the accelerometers on their axles.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub clocks: Vec<SensorClock>,
     /// Header texts of columns that no channel was recognised in.
     pub ignored: Vec<String>,
     /// What was met and bridged, clipped, resampled or doubted.
     pub warnings: Vec<String>,
 }
 
+impl RideSummary {
+    /// The file that a channel stands in, where the ride has several.
+    pub fn file_of(&self, channel: &str) -> Option<&str> {
+        let column = self.columns.iter().find(|c| c.channel == channel)?;
+        column.file.as_deref()
+    }
+}
+
 /// One recognised column.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Column {
+    /// Its file, where the ride has several.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
     /// Header text as in the file.
     pub header: String,
     /// Canonical channel name, e.g. `z_f`.

@@ -1,6 +1,6 @@
 //! What the user may say about a ride file.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
@@ -25,8 +25,37 @@ pub struct ReadOptions {
     /// 0.5 Hz to 0.45 of the slowest sensor's rate.
     #[cfg_attr(feature = "openapi", schema(value_type = Option<Vec<f64>>, min_items = 2, max_items = 2))]
     pub band_hz: Option<(f64, f64)>,
+    /// Words that stand for a missing value, as a blank cell does: `NA`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub missing: Vec<String>,
+    /// What holds for one file of several alone, under its name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub files: BTreeMap<String, FileOptions>,
     #[serde(skip)]
     pub limits: Limits,
+    /// Channels of `map` whose column may stand in another file. Set by the reader, never by the sender.
+    #[serde(skip)]
+    pub elsewhere: BTreeSet<String>,
+}
+
+/// How to read one file of several; what is absent holds as for all of them.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+#[serde(default, deny_unknown_fields)]
+pub struct FileOptions {
+    /// Channel name to column of this file.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub map: BTreeMap<String, String>,
+    /// Sampling rate, without a time column (Hz).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rate_hz: Option<f64>,
+    /// Data rows to use, counted from 0, the second exclusive.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "openapi", schema(value_type = Option<Vec<usize>>, min_items = 2, max_items = 2))]
+    pub rows: Option<(usize, usize)>,
+    /// Begins so much later (s) than its time stamps say, or than the other files where these do not say when it began.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub offset_s: Option<f64>,
 }
 
 impl Default for ReadOptions {
@@ -37,6 +66,9 @@ impl Default for ReadOptions {
             rows: None,
             deflection_sign: 1.0,
             band_hz: None,
+            missing: Vec::new(),
+            files: BTreeMap::new(),
+            elsewhere: BTreeSet::new(),
             limits: Limits::default(),
         }
     }
@@ -51,8 +83,8 @@ impl ReadOptions {
                 expected,
             })
         };
-        if let Some(rate) = self.rate_hz
-            && !RATES_HZ.contains(&rate)
+        let rates = self.files.values().filter_map(|file| file.rate_hz);
+        if let Some(rate) = (self.rate_hz.into_iter().chain(rates)).find(|r| !RATES_HZ.contains(r))
         {
             return bad("rate_hz", format!("{rate:?} Hz"), RATES);
         }
@@ -69,14 +101,52 @@ impl ReadOptions {
                 "0.01 Hz <= low < high",
             );
         }
-        if let Some((from, to)) = self.rows
-            && from >= to
+        let rows = self.files.values().filter_map(|file| file.rows);
+        if let Some((from, to)) = (self.rows.into_iter().chain(rows)).find(|(from, to)| from >= to)
         {
             return bad("rows", format!("{from}:{to}"), "FROM before TO");
         }
+        let mut offsets = self.files.values().filter_map(|file| file.offset_s);
+        if let Some(offset) = offsets.find(|s| !(s.abs() <= FURTHEST_S)) {
+            return bad("offset_s", format!("{offset:?} s"), "at most 1e9 s");
+        }
         Ok(())
     }
+
+    /// What is said of the file `name` alone: under its name, or a path that ends with it.
+    pub(super) fn own(&self, name: &str) -> Option<(&str, &FileOptions)> {
+        let last = |path: &str| path.rsplit(['/', '\\']).next() == Some(name);
+        let mut named = self.files.iter();
+        let found = named.find(|(path, _)| *path == name || last(path));
+        found.map(|(path, options)| (path.as_str(), options))
+    }
+
+    /// How the file `name`, one of `count`, is read.
+    pub(super) fn of_file(&self, name: &str, count: usize) -> Self {
+        let own = self
+            .own(name)
+            .map(|(_, own)| own.clone())
+            .unwrap_or_default();
+        let elsewhere = |channel: &&String| count > 1 && !own.map.contains_key(*channel);
+        Self {
+            elsewhere: self.map.keys().filter(elsewhere).cloned().collect(),
+            map: self.map.clone().into_iter().chain(own.map).collect(),
+            rate_hz: own.rate_hz.or(self.rate_hz),
+            rows: own.rows.or(self.rows),
+            ..self.clone()
+        }
+    }
+
+    /// Whether the user says that this word stands for a missing value.
+    pub(super) fn is_missing(&self, cell: &[u8]) -> bool {
+        self.missing
+            .iter()
+            .any(|word| word.trim().as_bytes() == cell)
+    }
 }
+
+/// Furthest that a file may be moved in time (s): some thirty years.
+const FURTHEST_S: f64 = 1e9;
 
 /// Sizes beyond which a file is refused. Set by the program, never by the file or its sender.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,6 +154,8 @@ pub struct Limits {
     pub bytes: u64,
     pub rows: usize,
     pub columns: usize,
+    /// Files of one ride.
+    pub files: usize,
     pub line_bytes: usize,
     /// Fewest samples on the common clock.
     pub least_samples: usize,
@@ -95,6 +167,7 @@ impl Default for Limits {
             bytes: 2 << 30,
             rows: 20_000_000,
             columns: 512,
+            files: 16,
             line_bytes: 64 << 10,
             least_samples: 50,
         }

@@ -186,7 +186,7 @@ fn all_ways(bytes: &[u8], options: &ReadOptions) {
     if let Err(e) = read(bytes, "x", &bike, options) {
         assert!(e.to_string().starts_with('x') && !e.kind().is_empty());
     }
-    let _ = preview(bytes, "x", options);
+    let _ = preview(&[RideFile { name: "x", bytes }], options);
 }
 
 fn some_options() -> impl Strategy<Value = ReadOptions> {
@@ -279,6 +279,10 @@ proptest! {
                 let lengths = [axle.road.len(), axle.displacement.len(), axle.valid.len()];
                 prop_assert_eq!(lengths, [ride.samples; 3]);
                 prop_assert!(axle.road.iter().chain(&axle.displacement).all(|v| v.is_finite()));
+            }
+            for sensor in &ride.sensors {
+                prop_assert_eq!([sensor.values.len(), sensor.valid.len()], [ride.samples; 2]);
+                prop_assert!(sensor.values.iter().all(|v| v.is_finite()));
             }
             for channel in [&ride.speed, &ride.cadence].into_iter().flatten() {
                 prop_assert_eq!(channel.len(), ride.samples);

@@ -1,19 +1,21 @@
 //! The way from bytes to a [`Ride`], and as far as it is understood, to a [`Preview`].
 
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
 use super::channel::Channel;
-use super::common::{Common, basis};
-use super::error::{Problem, ReadError};
+use super::clock_notes::{apart, tell};
+use super::common::{Common, basis, has_only_accelerometers};
+use super::error::ReadError;
+use super::file::{FileSummary, RideFile, sha256_of};
+use super::format::table;
 use super::recording::Recording;
-use super::table::Table;
-use super::{Column, ReadOptions, Ride, RideSummary, axles, csv, mat};
+use super::several::{Opened, join, open};
+use super::{Column, ReadOptions, Ride, RideSummary, SensorClock, axles, decay, sensed};
 use crate::bicycle::{Axle, Bike};
 
-/// Reads a ride file: CSV in any dialect, gzip or zstd around it, or MATLAB v5/v7.
+/// Reads a ride of one file.
 ///
-/// `file` is only used to name the file in messages. The bike is asked for its wheelbase where the
+/// The bike is asked for its wheelbase where the
 /// rear road is the front's, later. Errors name file, line, column and what was expected.
 pub fn read(
     bytes: &[u8],
@@ -21,13 +23,29 @@ pub fn read(
     bike: &Bike,
     options: &ReadOptions,
 ) -> Result<Ride, ReadError> {
-    table(bytes, options)
-        .and_then(|table| ride(table, bike, options))
-        .map(|mut ride| {
-            ride.summary.sha256 = sha256(bytes);
-            ride
-        })
-        .map_err(|e| e.in_file(file))
+    let file = RideFile { name: file, bytes };
+    read_on_clocks(&[file], bike, options, &[])
+}
+
+/// Reads a ride of one file or several, with the time stamps of sensors set right whose clocks are known to be off.
+pub fn read_on_clocks(
+    files: &[RideFile<'_>],
+    bike: &Bike,
+    options: &ReadOptions,
+    clocks: &[SensorClock],
+) -> Result<Ride, ReadError> {
+    let opened = open(files, options)?;
+    let sums: Vec<String> = opened.iter().map(|file| file.sha256.clone()).collect();
+    let mut ride = join(opened)
+        .and_then(|recording| ride(recording, bike, options, clocks))
+        .map_err(|e| e.in_file(&names(files)))?;
+    ride.summary.sha256 = sha256_of(&sums);
+    Ok(ride)
+}
+
+fn names(files: &[RideFile<'_>]) -> String {
+    let names: Vec<&str> = files.iter().map(|file| file.name).collect();
+    names.join(", ")
 }
 
 /// What a file holds, without needing the bike.
@@ -38,6 +56,9 @@ pub struct Preview {
     pub format: String,
     pub rows: usize,
     pub columns: Vec<Column>,
+    /// The files, where there are several.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub files: Vec<FileSummary>,
     /// Header texts of columns that no channel was recognised in.
     pub ignored: Vec<String>,
     /// The common clock; absent if the file cannot be identified as it is.
@@ -62,23 +83,16 @@ pub struct PreviewGap {
     pub missing: usize,
 }
 
-/// Says what would be read from a file. Files that are not tables at all are errors; what lacks to
+/// Says what would be read from the files of a ride. Files that are not tables at all are errors; what lacks to
 /// identify a ride (a time, an axle) is told in [`Preview::problem`].
-pub fn preview(bytes: &[u8], file: &str, options: &ReadOptions) -> Result<Preview, ReadError> {
-    let table = table(bytes, options).map_err(|e| e.in_file(file))?;
-    let mut preview = Preview {
-        format: table.format.clone(),
-        rows: table.rows,
-        ignored: table.ignored.clone(),
-        columns: (table.columns.iter())
-            .map(|(spec, values)| {
-                Column::new(spec, values.iter().filter(|v| !v.is_nan()).count(), 0.0)
-            })
-            .collect(),
-        ..Preview::default()
-    };
-    if let Err(e) = preview.look(table, options) {
-        preview.problem = Some(e.in_file(file).to_string());
+pub fn preview(files: &[RideFile<'_>], options: &ReadOptions) -> Result<Preview, ReadError> {
+    let opened = open(files, options)?;
+    let mut preview = Preview::default();
+    for file in &opened {
+        preview.offer(file, opened.len() > 1);
+    }
+    if let Err(e) = preview.look(opened, options) {
+        preview.problem = Some(e.in_file(&names(files)).to_string());
     }
     Ok(preview)
 }
@@ -89,7 +103,10 @@ impl Preview {
         let has = |channel: Channel| self.columns.iter().any(|c| c.channel == channel.name());
         let fault = Axle::BOTH
             .into_iter()
-            .filter(|axle| basis(has, *axle).is_some())
+            .filter(|axle| {
+                let alone = has_only_accelerometers(has) && has(Channel::Acceleration(*axle));
+                alone || basis(has, *axle).is_some()
+            })
             .find_map(|axle| bike.mass_or_force(axle, has(Channel::Force(axle))).err());
         if self.problem.is_none() {
             self.problem = fault.map(|fault| fault.to_string());
@@ -97,8 +114,30 @@ impl Preview {
         self
     }
 
-    fn look(&mut self, table: Table, options: &ReadOptions) -> Result<(), ReadError> {
-        let mut recording = Recording::new(table, options)?;
+    /// Adds what one of `several` files offers.
+    fn offer(&mut self, file: &Opened, several: bool) {
+        let Opened { name, table, .. } = file;
+        let name = several.then(|| name.clone());
+        if !self.format.is_empty() {
+            self.format.push_str("; ");
+        }
+        self.format.push_str(&match &name {
+            Some(name) => format!("{name}: {}", table.format),
+            None => table.format.clone(),
+        });
+        self.rows += table.rows;
+        self.ignored.extend(table.ignored.iter().cloned());
+        let there = |values: &[f64]| values.iter().filter(|v| !v.is_nan()).count();
+        let columns = table.columns.iter().map(|(spec, values)| Column {
+            file: name.clone(),
+            ..Column::new(spec, there(values), 0.0)
+        });
+        self.columns.extend(columns);
+    }
+
+    fn look(&mut self, files: Vec<Opened>, options: &ReadOptions) -> Result<(), ReadError> {
+        let mut recording = join(files)?;
+        self.files.clone_from(&recording.files);
         self.columns = recording.columns.clone();
         self.gaps = gaps(&recording);
         let found = Common::new(&mut recording, options).map(|common| common.grid);
@@ -133,27 +172,30 @@ pub fn parse_only(bytes: &[u8], options: &ReadOptions) -> Result<usize, ReadErro
     table(bytes, options).map(|table| table.rows)
 }
 
-fn table(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadError> {
-    options.validate()?;
-    if bytes.is_empty() {
-        return Err(Problem::EmptyFile.into());
+fn ride(
+    mut recording: Recording,
+    bike: &Bike,
+    options: &ReadOptions,
+    clocks: &[SensorClock],
+) -> Result<Ride, ReadError> {
+    for clock in apart(clocks) {
+        recording.correct(clock);
     }
-    if mat::is_mat(bytes) {
-        mat::read(bytes, options)
-    } else {
-        csv::read(bytes, options)
-    }
-}
-
-fn ride(table: Table, bike: &Bike, options: &ReadOptions) -> Result<Ride, ReadError> {
-    let mut recording = Recording::new(table, options)?;
+    tell(&mut recording, clocks);
     let mut common = Common::new(&mut recording, options)?;
+    let sensors = sensed::recorded(&common, options.deflection_sign);
     let axles = axles::build(&mut common, bike, options)?;
+    sensed::used(&mut common, &sensors);
+    if axles.iter().next().is_none() {
+        common.warn("the road was not measured: it is estimated, and k and B with it".to_owned());
+    }
     let mut ride = Ride {
         start_s: common.grid.start_s,
         step_s: common.grid.step_s,
         samples: common.grid.count,
         axles,
+        sensors,
+        road_doubts: Vec::new(),
         speed: common.take(Channel::Speed),
         cadence: common.take(Channel::Cadence),
         roll: common.take(Channel::Roll),
@@ -172,20 +214,22 @@ fn ride(table: Table, bike: &Bike, options: &ReadOptions) -> Result<Ride, ReadEr
             "not used, as its axle has no displacement: {unused}"
         ));
     }
+    let part_s = decay::cut(&mut ride).map(|said| {
+        common.warn(said);
+        [ride.start_s, ride.time_s(ride.samples.saturating_sub(1))]
+    });
     ride.summary = RideSummary {
         sha256: String::new(),
         rows: recording.rows,
         samples: ride.samples,
         duration_s: ride.duration_s(),
+        part_s,
         rate_hz: 1.0 / ride.step_s,
         columns: recording.columns,
+        files: recording.files,
+        clocks: clocks.to_vec(),
         ignored: recording.ignored,
         warnings: recording.warnings,
     };
     Ok(ride)
-}
-
-fn sha256(bytes: &[u8]) -> String {
-    let digest = Sha256::digest(bytes);
-    digest.iter().map(|b| format!("{b:02x}")).collect()
 }

@@ -7,10 +7,14 @@ use super::Column;
 use super::channel::Channel;
 use super::clock::{Clock, Fit, Pace, drop_at};
 use super::error::{Problem, ReadError};
+use super::file::FileSummary;
+use super::moment::EPOCHS_S;
 use super::options::ReadOptions;
 use super::rates::{RATES_HZ, USUAL_HZ};
 use super::resample::roughness;
+use super::sensor_clock::SensorClock;
 use super::table::{Spec, Table};
+use super::unit::Unit;
 use super::values::{is_constant, size};
 use super::wild;
 
@@ -23,6 +27,8 @@ pub(super) struct Track {
     pub spec: Spec,
     /// Which of [`Recording::clocks`].
     pub clock: usize,
+    /// Name of its file, where the ride has several.
+    pub file: String,
     pub values: Vec<f64>,
 }
 
@@ -31,6 +37,10 @@ pub(super) struct Recording {
     pub clocks: Vec<Clock>,
     pub tracks: BTreeMap<Channel, Track>,
     pub rows: usize,
+    /// Epoch (s) of the time 0, where the stamps say when they were taken.
+    pub epoch_s: Option<f64>,
+    /// The files, where there are several.
+    pub files: Vec<FileSummary>,
     pub columns: Vec<Column>,
     pub ignored: Vec<String>,
     pub warnings: Vec<String>,
@@ -39,7 +49,8 @@ pub(super) struct Recording {
 impl Track {
     /// Names the column in `problem`.
     pub fn blame(&self, problem: Problem) -> ReadError {
-        ReadError::from(problem).in_column(self.spec.number, &self.spec.header)
+        let error = ReadError::from(problem).in_column(self.spec.number, &self.spec.header);
+        error.in_file(&self.file)
     }
 }
 
@@ -48,6 +59,7 @@ impl Recording {
     pub fn new(mut table: Table, options: &ReadOptions) -> Result<Self, ReadError> {
         let mut out = Self {
             rows: table.rows,
+            epoch_s: table.epoch_s,
             ignored: std::mem::take(&mut table.ignored),
             warnings: std::mem::take(&mut table.warnings),
             ..Self::default()
@@ -103,6 +115,7 @@ impl Recording {
             let track = Track {
                 spec,
                 clock,
+                file: String::new(),
                 values,
             };
             out.tracks.insert(track.spec.channel, track);
@@ -165,7 +178,8 @@ impl Recording {
             let rate = options.rate_hz.ok_or(Problem::TimeMissing { found })?;
             return Ok(Stamps::Rate(rate));
         };
-        let (spec, mut times) = table.columns.remove(at);
+        let (mut spec, mut times) = table.columns.remove(at);
+        self.note_epoch(&mut spec, &times);
         if options.rate_hz.is_some() {
             self.warnings.push(format!(
                 "the rate was not used: the column {} holds the time",
@@ -193,6 +207,45 @@ impl Recording {
         let span = times.last().unwrap_or(&0.0) - times.first().unwrap_or(&0.0);
         self.columns.push(Column::new(&spec, times.len(), span));
         Ok(Stamps::Listed { spec, times })
+    }
+
+    /// Finds out whether numbers are times since 1970.
+    fn note_epoch(&mut self, spec: &mut Spec, times: &[f64]) {
+        let Some(first) = times.first().filter(|_| self.epoch_s.is_none()) else {
+            return;
+        };
+        if spec.unit.scale == 1.0 && EPOCHS_S.contains(&(1e-3 * first)) {
+            spec.unit = Unit::milliseconds();
+            self.warnings.push(format!(
+                "{}: stamps near {first:e} are taken as milliseconds since 1970",
+                spec.header
+            ));
+        }
+        if EPOCHS_S.contains(&(spec.unit.scale * first)) {
+            self.epoch_s = Some(0.0);
+        }
+    }
+
+    /// Time (s) of the first sample, and of the last.
+    pub fn starts_s(&self) -> f64 {
+        let starts = self.clocks.iter().map(|clock| clock.grid.start_s);
+        starts.fold(f64::INFINITY, f64::min)
+    }
+
+    pub fn ends_s(&self) -> f64 {
+        let ends = self.clocks.iter().map(|clock| clock.grid.end_s());
+        ends.fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Moves everything in time.
+    pub fn shift(&mut self, by_s: f64) {
+        for clock in &mut self.clocks {
+            clock.grid.start_s += by_s;
+            for gap in &mut clock.gaps {
+                gap.from_s += by_s;
+                gap.to_s += by_s;
+            }
+        }
     }
 
     /// Headers in the file, for messages.
@@ -242,6 +295,30 @@ impl Recording {
                     "{jitter}; brought to equal steps by cubic spline through the stamps"
                 ));
             }
+        }
+    }
+
+    /// Sets the stamps right of a channel, or of all that its file holds where the clock is the file's.
+    pub fn correct(&mut self, clock: &SensorClock) {
+        let Some(found) = clock.correction() else {
+            return;
+        };
+        let is_on_it = |channel: &Channel, track: &Track| match &clock.file {
+            Some(file) => track.file == *file,
+            None => channel.name() == clock.channel,
+        };
+        for (channel, track) in &mut self.tracks {
+            if !is_on_it(channel, track) {
+                continue;
+            }
+            let mut own = self.clocks[track.clock].clone();
+            own.grid = found.set_grid_right(own.grid);
+            for gap in &mut own.gaps {
+                gap.from_s = found.set_right(gap.from_s);
+                gap.to_s = found.set_right(gap.to_s);
+            }
+            track.clock = self.clocks.len();
+            self.clocks.push(own);
         }
     }
 
@@ -371,6 +448,7 @@ impl Column {
     /// `samples` spread over `span_s` seconds.
     pub(super) fn new(spec: &Spec, samples: usize, span_s: f64) -> Self {
         Self {
+            file: None,
             header: spec.header.clone(),
             channel: spec.channel.name().to_owned(),
             unit: spec.unit.name.clone(),

@@ -7,6 +7,7 @@ use std::io::{self, Cursor, Read};
 
 use super::error::Problem;
 use super::options::Limits;
+use super::xlsx;
 
 const BLOCK: usize = 1 << 20;
 
@@ -42,6 +43,10 @@ impl<'a> Source<'a> {
                 Box::new(flate2::bufread::MultiGzDecoder::new(bytes)),
             )),
             [0x28, 0xb5, 0x2f, 0xfd, ..] => Some(("zstd", Box::new(zstd_reader(bytes)?))),
+            _ if xlsx::is_xlsx(bytes) => {
+                let text = xlsx::text(bytes, limits)?;
+                Some((xlsx::FORMAT, Box::new(Cursor::new(text.into_bytes()))))
+            }
             _ => None,
         };
         let (format, mut reader) = match packed {
@@ -95,7 +100,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// `gzip`, `zstd`, `UTF-16` or nothing.
+    /// `gzip`, `zstd`, `xlsx`, `UTF-16` or nothing.
     pub fn format(&self) -> Option<&'static str> {
         match self {
             Self::Whole(_) => None,
@@ -287,7 +292,7 @@ mod tests {
     }
 
     fn gzip(text: &[u8]) -> Vec<u8> {
-        let mut e = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        let mut e = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
         e.write_all(text).unwrap();
         e.finish().unwrap()
     }

@@ -23,6 +23,10 @@ pub(super) struct Table {
     pub columns: Vec<(Spec, Vec<f64>)>,
     pub rows: usize,
     pub places: Places,
+    /// Epoch (s) of the time 0, where the stamps say when they were taken.
+    pub epoch_s: Option<f64>,
+    /// Channels of the mapping whose column is not here, but may be in another file.
+    pub unfound: Vec<String>,
     pub ignored: Vec<String>,
     pub warnings: Vec<String>,
     /// How the file is written, in words.

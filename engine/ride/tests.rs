@@ -25,6 +25,13 @@ fn options(map: &[(&str, &str)]) -> ReadOptions {
     }
 }
 
+fn x(bytes: &[u8]) -> RideFile<'_> {
+    RideFile {
+        name: "x.csv",
+        bytes,
+    }
+}
+
 fn read_text(text: &str) -> Result<Ride, ReadError> {
     read(
         text.as_bytes(),
@@ -681,7 +688,7 @@ fn a_preview_needs_no_bike_and_says_what_lacks() {
     let mut lines: Vec<&str> = text.lines().collect();
     lines.drain(1001..1101);
     let text = lines.join("\n").replace("z_f", "z_f [mm]") + "\n";
-    let p = preview(text.as_bytes(), "x.csv", &ReadOptions::default()).unwrap();
+    let p = preview(&[x(text.as_bytes())], &ReadOptions::default()).unwrap();
     assert_eq!(p.format, "text, separated by comma, decimal point");
     assert_eq!(
         (p.columns[2].channel.as_str(), p.columns[2].scale),
@@ -689,18 +696,14 @@ fn a_preview_needs_no_bike_and_says_what_lacks() {
     );
     assert_eq!((p.gaps.len(), p.gaps[0].missing, p.problem), (1, 100, None));
     assert!((p.rate_hz.unwrap() - 100.0).abs() < 1e-6);
-    let p = preview(
-        text.replace("z_f", "V2").as_bytes(),
-        "x.csv",
-        &ReadOptions::default(),
-    )
-    .unwrap();
+    let unknown = text.replace("z_f", "V2");
+    let p = preview(&[x(unknown.as_bytes())], &ReadOptions::default()).unwrap();
     assert!(p.problem.unwrap().contains("no axle has a displacement"));
     assert_eq!(p.ignored, ["V2 [mm]"]);
-    let p = preview(b"a;b\n1;2\n", "x.csv", &ReadOptions::default()).unwrap();
+    let p = preview(&[x(b"a;b\n1;2\n")], &ReadOptions::default()).unwrap();
     assert!(p.problem.unwrap().contains("there is no time"));
     assert_eq!(
-        preview(b"", "x.csv", &ReadOptions::default())
+        preview(&[x(b"")], &ReadOptions::default())
             .unwrap_err()
             .kind(),
         "empty-file"
@@ -755,4 +758,77 @@ fn val_spring_mass() {
     assert!((1.0 / ride.step_s - 29.97).abs() < 0.01, "{}", ride.step_s);
     assert!(front.valid.iter().all(|v| *v));
     assert!(warned(&ride, "is the unit (m) right?") && ride.summary.warnings.len() == 1);
+}
+
+/// Rows of noise under these headers, at 100 Hz.
+fn table(headers: &[&str]) -> String {
+    let mut text = format!("t,{}\n", headers.join(","));
+    for i in 0..1200_u64 {
+        write!(text, "{:.2}", i as f64 * 0.01).unwrap();
+        for (k, header) in headers.iter().enumerate() {
+            let mixed = (i * 2_654_435_761 + 97 * k as u64) % 1009;
+            let value = if *header == "v" {
+                5.0
+            } else {
+                mixed as f64 / 1009.0 - 0.5
+            };
+            write!(text, ",{value}").unwrap();
+        }
+        text.push('\n');
+    }
+    text
+}
+
+#[test]
+fn accelerometers_and_a_speed_are_a_ride() {
+    let ride = read_text(&table(&["a_f", "a_r", "v"])).unwrap();
+    assert!(ride.has_no_road() && warned(&ride, "the road was not measured"));
+    assert!(!warned(&ride, "not used"));
+    let names: Vec<&str> = (ride.sensors.iter())
+        .map(|s| channel_name(s.kind, s.axle))
+        .collect();
+    assert_eq!(names, ["a_f", "a_r"]);
+    for sensor in &ride.sensors {
+        assert_eq!((sensor.values.len(), sensor.rate_hz.round()), (1200, 100.0));
+        assert!(sensor.valid.iter().all(|v| *v));
+    }
+    let refused = read_text(&table(&["a_f", "a_r"])).unwrap_err();
+    assert_eq!(refused.kind(), "axle-missing");
+    assert!(refused.to_string().contains("a_f, a_r and v"), "{refused}");
+}
+
+#[test]
+fn a_laser_beside_the_accelerometers_is_a_sensor_too() {
+    let ride = read_text(&table(&["a_f", "a_r", "d_r", "v"])).unwrap();
+    assert!(ride.axles.rear.is_some() && ride.axles.front.is_none());
+    assert_eq!(ride.sensors.len(), 3);
+    assert!(!warned(&ride, "not used"));
+    for known in ["u_r", "z_r", "force_r"] {
+        let ride = read_text(&table(&["a_f", "a_r", "d_r", "v", known])).unwrap();
+        assert!(ride.sensors.is_empty(), "{known}");
+    }
+}
+
+#[test]
+fn gaps_of_a_sensor_are_not_trusted() {
+    let text = table(&["a_f", "a_r", "v"]);
+    let lines: Vec<&str> = text.lines().collect();
+    let whole = [&lines[..200], &lines[230..]].concat().join("\n");
+    let ride = read_text(&whole).unwrap();
+    assert!(!ride.sensors[0].valid[210] && ride.sensors[0].valid[150]);
+}
+
+#[test]
+fn a_mass_is_needed_for_every_accelerometer() {
+    let ride = read_text(&table(&["a_f", "a_r", "v"])).unwrap();
+    let half = Bike {
+        mass_front_kg: Some(23.0),
+        ..bike()
+    };
+    assert!(
+        ride.fits(&half)
+            .unwrap_err()
+            .to_string()
+            .contains("mass_rear_kg")
+    );
 }

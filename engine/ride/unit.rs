@@ -79,6 +79,22 @@ impl Unit {
         }
     }
 
+    /// Of stamps that nothing else can be.
+    pub fn milliseconds() -> Self {
+        Self {
+            name: "ms".to_owned(),
+            scale: 1e-3,
+        }
+    }
+
+    /// Of stamps that are times of day: they are in seconds since the first one.
+    pub fn time_of_day() -> Self {
+        Self {
+            name: "time of day".to_owned(),
+            scale: 1.0,
+        }
+    }
+
     /// The unit written as `text`, if it measures `dimension`.
     pub fn parse(text: &str, dimension: Dimension) -> Option<Self> {
         let key = normalise(text);

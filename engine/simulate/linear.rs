@@ -5,6 +5,7 @@
 use nalgebra::SMatrix;
 
 use crate::numerics::spline::{cubic, slopes};
+use crate::ride::AxleRecord;
 
 /// What drives one axle: values and spline slopes at the samples.
 #[derive(Clone, Debug)]
@@ -15,6 +16,9 @@ pub struct Input {
     pub road_slope: Vec<f64>,
     /// Applied force F (N) and F' (N/s).
     pub force: Option<(Vec<f64>, Vec<f64>)>,
+    /// Whether the road's height above a mass that does not move is prescribed, and the force that answers is predicted in the
+    /// place of a displacement: a rig, with a mass of 1 kg in the equations.
+    pub prescribed: bool,
 }
 
 impl Input {
@@ -24,7 +28,39 @@ impl Input {
             road: road.to_vec(),
             road_slope: slopes(road, step),
             force: force.map(|f| (f.to_vec(), slopes(f, step))),
+            prescribed: false,
         }
+    }
+
+    /// Another record of what drives the same axle, sampled every `step` (s).
+    pub fn driven_by(&self, road: &[f64], force: Option<&[f64]>, step: f64) -> Self {
+        Self {
+            prescribed: self.prescribed,
+            ..Self::new(road, force, step)
+        }
+    }
+
+    /// What drives the axle of a record.
+    pub fn of(record: &AxleRecord, step: f64) -> Self {
+        if record.prescribed {
+            Self {
+                prescribed: true,
+                ..Self::new(&record.displacement, None, step)
+            }
+        } else {
+            Self::new(&record.road, record.force.as_deref(), step)
+        }
+    }
+
+    /// Time (s) after which a force is felt in the rate, in steps of `step` (s): never (0) where the motion is prescribed.
+    #[inline(always)]
+    pub fn felt_after(&self, step: f64) -> f64 {
+        if self.prescribed { 0.0 } else { step }
+    }
+
+    /// Force (N) that answers at a sample where the motion is prescribed.
+    pub fn answer(&self, kappa: f64, beta: f64, constant: f64, i: usize) -> f64 {
+        kappa * self.road[i] + beta * self.road_slope[i] + constant
     }
 
     /// The first `samples` samples.
@@ -35,6 +71,7 @@ impl Input {
             road: head(&self.road),
             road_slope: head(&self.road_slope),
             force: self.force.as_ref().map(|(f, s)| (head(f), head(s))),
+            prescribed: self.prescribed,
         }
     }
 
@@ -181,7 +218,8 @@ pub fn drive(input: &Input, kappa: f64, beta: f64, per_mass: f64, i: usize) -> [
 }
 
 /// Displacement (m) and velocity (m/s) at every sample from `initial` = [z, z'] at the first one.
-/// `per_mass` = 1/m (1/kg) scales the input's force; `constant` (m/s^2) is a constant force over m.
+/// `per_mass` = 1/m (1/kg) scales the input's force; `constant` (m/s^2) is a constant force over m. Where the motion is
+/// prescribed, the force that answers (N) and zeros.
 pub fn simulate(
     input: &Input,
     kappa: f64,
@@ -191,6 +229,10 @@ pub fn simulate(
     initial: [f64; 2],
 ) -> (Vec<f64>, Vec<f64>) {
     let n = input.len();
+    if input.prescribed {
+        let force = (0..n).map(|i| input.answer(kappa, beta, constant, i));
+        return (force.collect(), vec![0.0; n]);
+    }
     let t = Transition::new(kappa, beta, input.step);
     let (mut z, mut v) = (Vec::with_capacity(n), Vec::with_capacity(n));
     let [mut x, mut y] = initial;

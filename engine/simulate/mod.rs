@@ -1,8 +1,10 @@
 //! Simulation of the vertical model: exactly where it is linear, by Runge-Kutta where effects make
 //! it nonlinear.
 
+pub mod laser;
 pub mod linear;
 pub mod outing;
 pub mod road;
+mod sensed;
 pub mod sensitivity;
 pub mod start;

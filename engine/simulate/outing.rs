@@ -318,6 +318,7 @@ impl Outing {
                     force: m.force,
                     displacement: m.displacement,
                     acceleration: None,
+                    prescribed: false,
                 },
             );
         }
@@ -341,6 +342,7 @@ impl Outing {
             displacement: noisy(&r.displacement, self.noise_displacement_m),
             acceleration: None,
             valid: vec![true; self.samples()],
+            prescribed: false,
         });
         self.logged(axles, 1)
     }
@@ -358,10 +360,6 @@ impl Outing {
             speed: matches!(self.excitation, Excitation::Road { .. })
                 .then(|| (0..samples).map(speed).collect()),
             cadence: self.cadence_rpm.map(|cadence| vec![cadence; samples]),
-            roll: None,
-            steer: None,
-            yaw_rate: None,
-            lateral_speed: None,
             summary: RideSummary {
                 samples,
                 rows: samples,
@@ -369,6 +367,7 @@ impl Outing {
                 rate_hz,
                 ..RideSummary::default()
             },
+            ..Ride::default()
         }
     }
 }

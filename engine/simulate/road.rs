@@ -35,6 +35,40 @@ impl Roughness {
             Self::H => 262_144e-6,
         }
     }
+
+    pub const ALL: [Self; 8] = [
+        Self::A,
+        Self::B,
+        Self::C,
+        Self::D,
+        Self::E,
+        Self::F,
+        Self::G,
+        Self::H,
+    ];
+
+    /// The class whose mean a density Gd(n0) (m^3) is nearest to, by ratio.
+    pub fn nearest(psd_m3: f64) -> Self {
+        let off = |class: &Self| (psd_m3 / class.psd_m3()).ln().abs();
+        let nearest = Self::ALL
+            .into_iter()
+            .min_by(|a, b| off(a).total_cmp(&off(b)));
+        nearest.unwrap_or_default()
+    }
+
+    /// A to H.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::A => "A",
+            Self::B => "B",
+            Self::C => "C",
+            Self::D => "D",
+            Self::E => "E",
+            Self::F => "F",
+            Self::G => "G",
+            Self::H => "H",
+        }
+    }
 }
 
 /// A rounded bump: height (1 - cos)/2 over its length.
@@ -157,6 +191,18 @@ fn smooth(s: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Classes reach from half to twice their mean.
+    #[test]
+    fn classes_end_at_twice_their_mean() {
+        for class in Roughness::ALL {
+            for share in [0.51, 1.0, 1.99] {
+                assert_eq!(Roughness::nearest(share * class.psd_m3()), class);
+            }
+        }
+        assert_eq!(Roughness::nearest(1e-12).name(), "A");
+        assert_eq!(Roughness::nearest(1e12).name(), "H");
+    }
 
     #[test]
     fn roughness_is_that_of_its_class() {

@@ -60,13 +60,21 @@ fn derivative(kappa: f64, beta: f64, h: f64, direction: [f64; 2]) -> Transition 
 }
 
 /// Calls `each(sample, z, dz)` at the first `samples` samples, with dz the derivatives of z with
-/// respect to kappa, beta, 1/m, constant, z(0) and z'(0).
+/// respect to kappa, beta, 1/m, constant, z(0) and z'(0); of the force that answers where the motion is prescribed.
 pub fn walk(
     input: &Input,
     p: &Plain,
     samples: usize,
     mut each: impl FnMut(usize, f64, &[f64; PARAMETERS]),
 ) {
+    if input.prescribed {
+        for i in 0..samples.min(input.len()) {
+            let force = input.answer(p.kappa, p.beta, p.constant, i);
+            let by = [input.road[i], input.road_slope[i], 0.0, 1.0, 0.0, 0.0];
+            each(i, force, &by);
+        }
+        return;
+    }
     let step = Transition::new(p.kappa, p.beta, input.step);
     let (by_kappa, by_beta) = derivatives(p.kappa, p.beta, input.step);
     let mut x = p.initial;

@@ -35,6 +35,7 @@ pub fn start(
         road: vec![0.0; count],
         road_slope: vec![0.0; count],
         force: None,
+        prescribed: false,
     };
     let free = |constant, initial| simulate(&still, kappa, beta, 0.0, constant, initial).0;
     let responses = [

@@ -45,6 +45,7 @@ impl Swarm {
         settings: &Settings,
         observed: &Observed,
     ) -> Result<Self, EngineError> {
+        let ride = &*ride.with_masses();
         let unknowns = Unknowns::new(bike, &observed.instrumental);
         let axes = unknowns.axes(settings.search_factor, ride.step_s, ride.samples);
         let middle: Vec<f64> = axes.iter().map(|a| a.at(0.5)).collect();
@@ -69,13 +70,21 @@ impl Swarm {
         })
     }
 
-    /// One swarm, from the first seed + `index`.
+    /// One swarm, from the first seed + `index`; without a curve where every motion is prescribed and there is nothing to
+    /// search.
     ///
     /// # Errors
     /// Cancellation; costs that are no numbers.
     pub fn trial(&self, index: usize, progress: &dyn Progress) -> Result<Trial, EngineError> {
         let (particles, groups) = (self.rules.particles, self.unknowns.groups());
         let seed = self.seed.wrapping_add(index as u64);
+        if self.axes.is_empty() {
+            // Where every motion is prescribed, or no road was recorded, there is nothing to search.
+            return Ok(Trial {
+                seed,
+                ..Trial::default()
+            });
+        }
         let course = minimise(
             &self.axes,
             &groups,

@@ -47,7 +47,7 @@ impl Target {
     ) -> Result<Self, EngineError> {
         let step = ride.step_s;
         let objective = settings.objective;
-        let input = Input::new(&record.road, record.force.as_deref(), step);
+        let input = Input::of(record, step);
         let driven = record.has_road();
         let rest_point = record.force.is_some() || !driven;
         let from = start(

@@ -3,7 +3,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use veloid_engine::bicycle::Bike;
-use veloid_engine::ride::{ReadOptions, preview, read};
+use veloid_engine::ride::{ReadOptions, RideFile, preview, read};
 
 fuzz_target!(|data: (u8, &[u8])| {
     let (how, bytes) = data;
@@ -22,5 +22,11 @@ fuzz_target!(|data: (u8, &[u8])| {
         ..Bike::default()
     };
     let _ = read(bytes, "ride", &bike, &options);
-    let _ = preview(bytes, "ride", &options);
+    let _ = preview(
+        &[RideFile {
+            name: "ride",
+            bytes,
+        }],
+        &options,
+    );
 });

@@ -11,9 +11,11 @@ use super::{App, Server};
 use crate::fleet::{FleetSpread, PooledBike, against_the_fleet, histories};
 use crate::store::bike;
 
-/// Bikes and, of each, the latest rides that are looked at.
+/// Most bikes.
 const BIKES: i64 = 1000;
-const RIDES: i64 = 20;
+/// Rides of each that are looked through for a drift or a step, and the last of them, which are pooled.
+const RIDES: i64 = 100;
+const POOLED: usize = 20;
 
 /// Every bicycle beside every other.
 #[derive(Serialize, ToSchema)]
@@ -35,7 +37,7 @@ pub async fn fleet(State(server): App, caller: Caller) -> Result<Json<Fleet>, Pr
 pub async fn look(server: &Server, group: &str) -> Result<Fleet, Problem> {
     let bikes = bike::page(&server.db, group, "", BIKES).await?;
     let names: Vec<String> = bikes.into_iter().map(|bike| bike.name).collect();
-    let histories = histories(&server.db, group, &names, RIDES).await?;
+    let histories = histories(&server.db, group, &names, RIDES, POOLED).await?;
     let (spread, bikes) = against_the_fleet(&histories);
     Ok(Fleet { spread, bikes })
 }

@@ -12,6 +12,7 @@ use utoipa::openapi::path::{Operation, ParameterIn, PathItem};
 use utoipa::openapi::{OpenApi, RefOr};
 
 use super::problem::{Kind, Problem};
+use crate::facts;
 use crate::options::Options;
 
 /// Uploads take every option in their query too, which would be long to list there.
@@ -28,7 +29,7 @@ pub fn of(document: &OpenApi) -> Known {
         for (method, operation) in operations(item) {
             let mut names = in_query(operation);
             if method == Method::POST && UPLOADS.contains(&path.as_str()) {
-                names.extend(Options::names().map(str::to_owned));
+                names.extend(Options::names().chain(facts::names()).map(str::to_owned));
             }
             known.insert((method, path.clone()), names);
         }
@@ -41,6 +42,7 @@ fn operations(item: &PathItem) -> impl Iterator<Item = (Method, &Operation)> {
         (Method::GET, &item.get),
         (Method::HEAD, &item.get),
         (Method::POST, &item.post),
+        (Method::PATCH, &item.patch),
         (Method::DELETE, &item.delete),
     ];
     all.into_iter()

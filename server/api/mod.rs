@@ -2,6 +2,7 @@
 //! documentation, served as `/openapi.json` and committed as `openapi/openapi.json`.
 
 pub mod access;
+mod audit;
 pub mod bikes;
 pub mod extract;
 pub mod fleet;
@@ -30,6 +31,7 @@ use veloid_engine::report::Series;
 pub use router::{document, router};
 
 use self::access::Access;
+use crate::erasure::Policy;
 use crate::files::Files;
 use crate::jobs::{Hub, Queue, RideCache};
 use crate::lru::Lru;
@@ -50,6 +52,8 @@ pub struct Server {
     pub max_upload: u64,
     pub metrics: PrometheusHandle,
     pub access: Access,
+    /// For how long what is kept.
+    pub policy: Policy,
     /// Ends long answers when the server stops.
     pub stop: CancellationToken,
 }

@@ -5,6 +5,7 @@ use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::time;
+use crate::facts::Facts;
 use crate::store::parameter::ParameterRow;
 
 /// One identified parameter.
@@ -24,6 +25,8 @@ pub struct ParameterView {
     pub verdict: Option<String>,
     /// Version of veloid that identified it.
     pub version: String,
+    /// What is known of the ride besides its file.
+    pub facts: Facts,
     /// Made up by `veloid seed`.
     pub made_up: bool,
 }
@@ -42,7 +45,23 @@ impl From<ParameterRow> for ParameterView {
             unit: row.unit,
             verdict: row.verdict,
             version: row.version,
+            facts: row.facts.map(|json| json.0).unwrap_or_default(),
             made_up: row.made_up,
         }
+    }
+}
+
+impl ParameterView {
+    /// The ride's tags in one text.
+    pub fn tags(&self) -> Option<String> {
+        let tags = &self.facts.tags;
+        (!tags.is_empty()).then(|| tags.join(", "))
+    }
+
+    /// The ride's further numbers as JSON.
+    pub fn further(&self) -> Option<String> {
+        let more = &self.facts.more;
+        let json = (!more.is_empty()).then(|| serde_json::to_string(more));
+        json.and_then(Result::ok)
     }
 }

@@ -30,10 +30,10 @@ pub struct Params {
     /// Only of this axle.
     #[param(schema_with = names::axles)]
     pub axle: Option<String>,
-    /// Only this parameter: of the bicycle, or `effect.parameter`.
+    /// Only this parameter: of the bicycle, or `effect.parameter`; also of a law of one's own that a stored result names.
     #[param(schema_with = names::parameters)]
     pub name: Option<String>,
-    /// Only parameters of this effect.
+    /// Only parameters of this effect; also of a law of one's own that a stored result names.
     #[param(schema_with = names::effects)]
     pub effect: Option<String>,
     /// Only of jobs with this verdict.
@@ -148,14 +148,32 @@ pub async fn respond(
 }
 
 impl Params {
-    /// What is asked of the store, where everything that is named is known.
+    /// Refuses a parameter or an effect that neither the library knows nor any stored result names.
+    async fn known(&self, server: &Server, group: &str) -> Result<(), Problem> {
+        let (name, effect) = (self.name.as_deref(), self.effect.as_deref());
+        let of_library = names::one_of("name", name, &PARAMETERS)
+            .and_then(|()| names::one_of("effect", effect, &EFFECTS));
+        let Err(unknown) = of_library else {
+            return Ok(());
+        };
+        let any = Filter {
+            group,
+            name,
+            effect,
+            ..Filter::default()
+        };
+        match parameter::page(&server.db, &any, 1).await?.is_empty() {
+            true => Err(unknown),
+            false => Ok(()),
+        }
+    }
+
+    /// What is asked of the store.
     pub fn filter<'a>(&'a self, group: &'a str) -> Result<Filter<'a>, Problem> {
         let (method, axle, name) = (&self.method, &self.axle, &self.name);
         let (effect, verdict) = (&self.effect, &self.verdict);
         names::one_of("method", method.as_deref(), &METHODS)?;
         names::one_of("axle", axle.as_deref(), &AXLES)?;
-        names::one_of("name", name.as_deref(), &PARAMETERS)?;
-        names::one_of("effect", effect.as_deref(), &EFFECTS)?;
         names::one_of("verdict", verdict.as_deref(), &Verdict::NAMES)?;
         let (from_ms, to_ms) = time::span(self.from.as_deref(), self.to.as_deref())?;
         let after = self.cursor.as_deref();
@@ -182,6 +200,7 @@ pub async fn rows(
     params: &Params,
     limit: i64,
 ) -> Result<Vec<ParameterRow>, Problem> {
+    params.known(server, group).await?;
     let filter = params.filter(group)?;
     Ok(parameter::page(&server.db, &filter, limit + 1).await?)
 }
@@ -209,10 +228,14 @@ fn key(cursor: &str) -> Option<Key> {
 
 fn to_csv(items: &[ParameterView]) -> String {
     let mut csv =
-        "job,bike,identified_at,method,axle,name,value,std_error,unit,verdict,version,made_up\n"
+        "job,bike,identified_at,method,axle,name,value,std_error,unit,verdict,version,made_up,\
+         ridden_at,pressure_front_bar,pressure_rear_bar,temperature_c,rider,rider_mass_kg,tyres,road,\
+         tags,notes,further\n"
             .to_owned();
+    let number = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
+    let text = |value: Option<&str>| value.map(cell).unwrap_or_default();
     for item in items {
-        let std_error = item.std_error.map(|e| e.to_string()).unwrap_or_default();
+        let facts = &item.facts;
         let cells = [
             item.job.to_string(),
             cell(&item.bike),
@@ -221,11 +244,22 @@ fn to_csv(items: &[ParameterView]) -> String {
             item.axle.clone(),
             cell(&item.name),
             item.value.to_string(),
-            std_error,
+            number(item.std_error),
             cell(&item.unit),
             item.verdict.clone().unwrap_or_default(),
             item.version.clone(),
             item.made_up.to_string(),
+            text(facts.ridden_at.as_deref()),
+            number(facts.pressure_front_bar),
+            number(facts.pressure_rear_bar),
+            number(facts.temperature_c),
+            text(facts.rider.as_deref()),
+            number(facts.rider_mass_kg),
+            text(facts.tyres.as_deref()),
+            text(facts.road.as_deref()),
+            text(item.tags().as_deref()),
+            text(facts.notes.as_deref()),
+            text(item.further().as_deref()),
         ];
         csv.push_str(&cells.join(","));
         csv.push('\n');

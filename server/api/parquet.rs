@@ -13,85 +13,149 @@ use parquet::schema::parser::parse_message_type;
 use super::parameter_view::ParameterView;
 use crate::store::parameter::ParameterRow;
 
-const SCHEMA: &str = "
-    message parameters {
-        required binary job (string);
-        required binary bike (string);
-        required int64 identified_at (timestamp(millis,true));
-        required binary method (string);
-        required binary axle (string);
-        required binary name (string);
-        required double value;
-        optional double std_error;
-        required binary unit (string);
-        optional binary verdict (string);
-        required binary version (string);
-        required boolean made_up;
-    }";
+/// The values of a column, by row.
+enum Values {
+    Text(fn(&ParameterView) -> Option<String>),
+    Number(fn(&ParameterView) -> Option<f64>),
+    /// Of the identification (epoch ms).
+    Identified,
+    Flag(fn(&ParameterView) -> bool),
+}
+use Values::{Flag, Identified, Number, Text};
+
+/// Each column as the schema has it, and where its values come from.
+const COLUMNS: [(&str, Values); 23] = [
+    (
+        "required binary job (string)",
+        Text(|row| Some(row.job.to_string())),
+    ),
+    (
+        "required binary bike (string)",
+        Text(|row| Some(row.bike.clone())),
+    ),
+    (
+        "required int64 identified_at (timestamp(millis,true))",
+        Identified,
+    ),
+    (
+        "required binary method (string)",
+        Text(|row| Some(row.method.clone())),
+    ),
+    (
+        "required binary axle (string)",
+        Text(|row| Some(row.axle.clone())),
+    ),
+    (
+        "required binary name (string)",
+        Text(|row| Some(row.name.clone())),
+    ),
+    ("required double value", Number(|row| Some(row.value))),
+    ("optional double std_error", Number(|row| row.std_error)),
+    (
+        "required binary unit (string)",
+        Text(|row| Some(row.unit.clone())),
+    ),
+    (
+        "optional binary verdict (string)",
+        Text(|row| row.verdict.clone()),
+    ),
+    (
+        "required binary version (string)",
+        Text(|row| Some(row.version.clone())),
+    ),
+    ("required boolean made_up", Flag(|row| row.made_up)),
+    (
+        "optional binary ridden_at (string)",
+        Text(|row| row.facts.ridden_at.clone()),
+    ),
+    (
+        "optional double pressure_front_bar",
+        Number(|row| row.facts.pressure_front_bar),
+    ),
+    (
+        "optional double pressure_rear_bar",
+        Number(|row| row.facts.pressure_rear_bar),
+    ),
+    (
+        "optional double temperature_c",
+        Number(|row| row.facts.temperature_c),
+    ),
+    (
+        "optional binary rider (string)",
+        Text(|row| row.facts.rider.clone()),
+    ),
+    (
+        "optional double rider_mass_kg",
+        Number(|row| row.facts.rider_mass_kg),
+    ),
+    (
+        "optional binary tyres (string)",
+        Text(|row| row.facts.tyres.clone()),
+    ),
+    (
+        "optional binary road (string)",
+        Text(|row| row.facts.road.clone()),
+    ),
+    ("optional binary tags (string)", Text(|row| row.tags())),
+    (
+        "optional binary notes (string)",
+        Text(|row| row.facts.notes.clone()),
+    ),
+    ("optional binary further (json)", Text(|row| row.further())),
+];
 
 /// One row group with the columns of [`ParameterView`], the time as a timestamp.
 pub fn file(rows: Vec<ParameterRow>) -> Result<Vec<u8>> {
     let times: Vec<i64> = rows.iter().map(|row| row.identified_at).collect();
     let rows: Vec<ParameterView> = rows.into_iter().map(ParameterView::from).collect();
-    let schema = Arc::new(parse_message_type(SCHEMA)?);
+    let fields = COLUMNS.map(|(field, _)| format!("{field};")).concat();
+    let schema = parse_message_type(&format!("message parameters {{ {fields} }}"))?;
     let properties = WriterProperties::builder()
         .set_compression(Compression::ZSTD(ZstdLevel::try_new(3)?))
         .set_created_by(concat!("veloid ", env!("CARGO_PKG_VERSION")).to_owned())
         .build();
-    let mut writer = SerializedFileWriter::new(Vec::new(), schema, Arc::new(properties))?;
+    let mut writer = SerializedFileWriter::new(Vec::new(), Arc::new(schema), Arc::new(properties))?;
     let mut group = writer.next_row_group()?;
-    let mut number = 0;
-    while let Some(mut column) = group.next_column()? {
-        match column.untyped() {
-            ColumnWriter::Int64ColumnWriter(column) => {
+    for (field, values) in COLUMNS {
+        let Some(mut column) = group.next_column()? else {
+            return Err(ParquetError::General(field.to_owned()));
+        };
+        let optional = field.starts_with("optional");
+        match (column.untyped(), values) {
+            (ColumnWriter::Int64ColumnWriter(column), Identified) => {
                 column.write_batch(&times, None, None)?;
             }
-            ColumnWriter::DoubleColumnWriter(column) if number == 6 => {
-                let values: Vec<f64> = rows.iter().map(|row| row.value).collect();
+            (ColumnWriter::DoubleColumnWriter(column), Number(of)) => {
+                let (values, known) = known(&rows, of);
+                column.write_batch(&values, optional.then_some(known.as_slice()), None)?;
+            }
+            (ColumnWriter::ByteArrayColumnWriter(column), Text(of)) => {
+                let (values, known) = known(&rows, |row| {
+                    of(row).map(|text| ByteArray::from(text.into_bytes()))
+                });
+                column.write_batch(&values, optional.then_some(known.as_slice()), None)?;
+            }
+            (ColumnWriter::BoolColumnWriter(column), Flag(of)) => {
+                let values: Vec<bool> = rows.iter().map(of).collect();
                 column.write_batch(&values, None, None)?;
             }
-            ColumnWriter::DoubleColumnWriter(column) => {
-                let values: Vec<f64> = rows.iter().filter_map(|row| row.std_error).collect();
-                let known = levels(&rows, |row| row.std_error.is_some());
-                column.write_batch(&values, Some(&known), None)?;
-            }
-            ColumnWriter::ByteArrayColumnWriter(column) => {
-                let texts: Vec<ByteArray> =
-                    rows.iter().filter_map(|row| text(row, number)).collect();
-                let known = levels(&rows, |row| row.verdict.is_some());
-                let known = (number == 9).then_some(known.as_slice());
-                column.write_batch(&texts, known, None)?;
-            }
-            ColumnWriter::BoolColumnWriter(column) => {
-                let values: Vec<bool> = rows.iter().map(|row| row.made_up).collect();
-                column.write_batch(&values, None, None)?;
-            }
-            _ => return Err(ParquetError::General(format!("column {number}"))),
+            _ => return Err(ParquetError::General(field.to_owned())),
         }
         column.close()?;
-        number += 1;
     }
     group.close()?;
     writer.into_inner()
 }
 
-fn levels(rows: &[ParameterView], known: impl Fn(&ParameterView) -> bool) -> Vec<i16> {
-    rows.iter().map(|row| i16::from(known(row))).collect()
-}
-
-/// The text in a column, counted as in the schema.
-fn text(row: &ParameterView, column: usize) -> Option<ByteArray> {
-    let text = match column {
-        0 => return Some(row.job.to_string().into_bytes().into()),
-        1 => &row.bike,
-        3 => &row.method,
-        4 => &row.axle,
-        5 => &row.name,
-        8 => &row.unit,
-        9 => row.verdict.as_ref()?,
-        _ => &row.version,
-    };
-    Some(text.as_str().into())
+/// The values that are there, and of each row whether it has one.
+fn known<T>(
+    rows: &[ParameterView],
+    of: impl Fn(&ParameterView) -> Option<T>,
+) -> (Vec<T>, Vec<i16>) {
+    let all: Vec<Option<T>> = rows.iter().map(of).collect();
+    let known = all.iter().map(|value| i16::from(value.is_some()));
+    let known = known.collect();
+    (all.into_iter().flatten().collect(), known)
 }
 
 #[cfg(test)]
@@ -102,6 +166,16 @@ mod tests {
     use uuid::Uuid;
 
     use super::*;
+    use crate::facts::Facts;
+
+    fn facts() -> Facts {
+        Facts {
+            pressure_rear_bar: Some(2.5),
+            tags: vec!["wet".into(), "race".into()],
+            more: [("stem_mm".to_owned(), 90.0)].into(),
+            ..Facts::default()
+        }
+    }
 
     #[test]
     fn what_is_written_reads_back() {
@@ -118,6 +192,7 @@ mod tests {
             version: "1".into(),
             identified_at: 1_700_000_000_000,
             made_up: std_error.is_none(),
+            facts: std_error.map(|_| sqlx::types::Json(facts())),
         };
         let bytes = file(vec![
             row(1.5, None, Some("named")),
@@ -142,6 +217,10 @@ mod tests {
         );
         assert!(rows[0].is_null(7).unwrap() && rows[1].is_null(9).unwrap());
         assert_eq!(rows[0].get_string(9).unwrap(), "named");
+        assert_eq!(rows[1].get_double(14).unwrap(), 2.5);
+        assert_eq!(rows[1].get_string(20).unwrap(), "wet, race");
+        assert_eq!(rows[1].get_string(22).unwrap(), "{\"stem_mm\":90.0}");
+        assert!((12..23).all(|column| rows[0].is_null(column).unwrap()));
         assert!(rows[0].get_bool(11).unwrap() && !rows[1].get_bool(11).unwrap());
     }
 }

@@ -10,6 +10,7 @@ use utoipa::ToSchema;
 use veloid_engine::EngineError;
 use veloid_engine::ride::ReadError;
 
+use crate::facts::FactsError;
 use crate::jobs::Fault;
 use crate::options::OptionsError;
 use crate::store;
@@ -52,6 +53,8 @@ pub enum Kind {
     BadBike,
     #[serde(rename = "urn:veloid:problem:bad-option")]
     BadOption,
+    #[serde(rename = "urn:veloid:problem:bad-fact")]
+    BadFact,
     #[serde(rename = "urn:veloid:problem:idempotency-key-reused")]
     IdempotencyKeyReused,
     #[serde(rename = "urn:veloid:problem:not-finished")]
@@ -92,6 +95,10 @@ impl Kind {
                 "The bike file cannot be used",
             ),
             Kind::BadOption => (StatusCode::UNPROCESSABLE_ENTITY, "An option is not allowed"),
+            Kind::BadFact => (
+                StatusCode::UNPROCESSABLE_ENTITY,
+                "A fact of the ride is not allowed",
+            ),
             Kind::IdempotencyKeyReused => (
                 StatusCode::UNPROCESSABLE_ENTITY,
                 "The idempotency key belongs to another request",
@@ -237,6 +244,12 @@ impl From<Fault> for Problem {
 impl From<OptionsError> for Problem {
     fn from(error: OptionsError) -> Self {
         Self::new(Kind::BadOption, error.to_string())
+    }
+}
+
+impl From<FactsError> for Problem {
+    fn from(error: FactsError) -> Self {
+        Self::new(Kind::BadFact, error.to_string())
     }
 }
 

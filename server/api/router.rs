@@ -13,11 +13,13 @@ use utoipa::openapi::OpenApi as Document;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use utoipa_swagger_ui::{Config, SwaggerUi};
-use veloid_engine::report::diagnosis::{Excerpt, ResidualSpectrum, Surface};
+use veloid_engine::report::diagnosis::{Excerpt, Predicted, ResidualSpectrum, Surface};
 
 use super::problem::{Kind, Problem};
 use super::security::secured;
-use super::{Server, access, bikes, fleet, health, jobs, known, parameters, rides, telemetry};
+use super::{
+    Server, access, audit, bikes, fleet, health, jobs, known, parameters, rides, telemetry,
+};
 use crate::pages;
 use crate::pages::layout::Fault;
 
@@ -31,7 +33,7 @@ use crate::pages::layout::Fault;
         license(name = "MIT OR Apache-2.0", identifier = "MIT OR Apache-2.0"),
     ),
     // What only stands inside of a generic type is not found by itself.
-    components(schemas(Excerpt, ResidualSpectrum, Surface)),
+    components(schemas(Excerpt, Predicted, ResidualSpectrum, Surface)),
     tags(
         (name = "rides", description = "Upload and fetch rides"),
         (name = "jobs", description = "Follow, cancel and retry identifications; fetch their results"),
@@ -45,7 +47,12 @@ fn routes() -> OpenApiRouter<Arc<Server>> {
     OpenApiRouter::with_openapi(Base::openapi())
         .routes(routes!(rides::upload::upload))
         .routes(routes!(rides::preview::preview))
-        .routes(routes!(rides::get::get))
+        .routes(routes!(
+            rides::get::get,
+            rides::patch::patch,
+            rides::delete::delete
+        ))
+        .routes(routes!(rides::restore::restore))
         .routes(routes!(rides::file::file))
         .routes(routes!(jobs::list::list))
         .routes(routes!(jobs::get::get, jobs::cancel::cancel))
@@ -56,11 +63,13 @@ fn routes() -> OpenApiRouter<Arc<Server>> {
         .routes(routes!(jobs::series::series))
         .routes(routes!(jobs::events::events))
         .routes(routes!(bikes::list::list))
-        .routes(routes!(bikes::get::get))
+        .routes(routes!(bikes::get::get, bikes::delete::delete))
+        .routes(routes!(bikes::restore::restore))
         .routes(routes!(bikes::history::history))
         .routes(routes!(bikes::course::course))
         .routes(routes!(fleet::fleet))
         .routes(routes!(parameters::list))
+        .routes(routes!(audit::list))
         .routes(routes!(health::healthz))
         .routes(routes!(health::readyz))
         .routes(routes!(health::metrics))

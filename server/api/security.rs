@@ -20,7 +20,12 @@ pub fn secured(document: &mut OpenApi) {
         if OPEN.contains(&path.as_str()) {
             continue;
         }
-        let operations = [&mut item.get, &mut item.post, &mut item.delete];
+        let operations = [
+            &mut item.get,
+            &mut item.post,
+            &mut item.patch,
+            &mut item.delete,
+        ];
         for operation in operations.into_iter().flatten() {
             let none: [&str; 0] = [];
             operation.security = Some(vec![SecurityRequirement::new(SCHEME, none)]);

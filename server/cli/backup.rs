@@ -23,6 +23,8 @@ impl Backup {
         if !is_empty(&self.folder).await? {
             return Err(CliError::NotEmpty(self.folder));
         }
+        // What is in the copied database must not be erased before it is copied too.
+        let _lock = self.storage.lock_for_erasure()?;
         let copied = from.copy_to(&Vault::in_folder(&self.folder).await?).await?;
         println!("{}: {copied}", self.folder.display());
         Ok(())

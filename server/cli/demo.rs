@@ -15,7 +15,7 @@ fn example() -> (String, &'static str) {
         ..Outing::default()
     };
     let bike = r#"{"bike": "demo", "mass_front_kg": 23.0, "mass_rear_kg": 63.0, "l_front_m": 0.808, "l_rear_m": 0.293}"#;
-    (ride_csv::text(&outing.ride()), bike)
+    (ride_csv::text(&outing.ride(), &[]), bike)
 }
 
 /// A client that shows the key in `VELOID_KEY`, if there is one.

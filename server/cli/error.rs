@@ -5,6 +5,7 @@ use uuid::Uuid;
 use veloid_engine::EngineError;
 use veloid_engine::ride::ReadError;
 
+use crate::erasure::EraseError;
 use crate::jobs::Fault;
 use crate::options::OptionsError;
 use crate::store::MigrateError;
@@ -65,6 +66,8 @@ pub enum CliError {
     Snapshot(#[from] SnapshotError),
     #[error("database: {0}")]
     Database(#[from] sqlx::Error),
+    #[error(transparent)]
+    Erase(#[from] EraseError),
     #[error(transparent)]
     Migrate(#[from] MigrateError),
     #[error(transparent)]

@@ -3,19 +3,23 @@
 mod backup;
 mod bench;
 mod demo;
+mod effects;
 mod error;
 mod health;
 mod identify;
+mod keeping;
 mod key;
 mod metrics;
 mod migrate;
 mod openapi;
+mod prune;
 mod restore;
 mod ride_csv;
 mod runtime;
 mod seed;
 mod serve;
 mod simulate;
+mod split;
 mod storage;
 mod summary;
 mod vault;
@@ -56,8 +60,10 @@ enum Command {
     Migrate(migrate::Migrate),
     Backup(backup::Backup),
     Restore(restore::Restore),
+    Prune(prune::PruneNow),
     Health(health::Health),
     Openapi(openapi::Openapi),
+    Effects(effects::Effects),
     Key(key::Key),
     Bench(bench::Bench),
     Seed(seed::Seed),
@@ -74,8 +80,10 @@ impl Cli {
             Command::Migrate(command) => runtime()?.block_on(command.run()),
             Command::Backup(command) => runtime()?.block_on(command.run()),
             Command::Restore(command) => runtime()?.block_on(command.run()),
+            Command::Prune(command) => runtime()?.block_on(command.run()),
             Command::Health(command) => runtime()?.block_on(command.run()),
             Command::Openapi(command) => command.run(),
+            Command::Effects(command) => command.run(),
             Command::Key(command) => runtime()?.block_on(command.run()),
             Command::Bench(command) => command.run(),
             Command::Seed(command) => runtime()?.block_on(command.run()),

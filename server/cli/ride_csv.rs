@@ -2,10 +2,58 @@
 
 use std::fmt::Write;
 
-use veloid_engine::ride::Ride;
+use veloid_engine::ride::{Ride, channel_name};
+use veloid_engine::simulate::laser::Logged;
 
-/// Header and one line per sample; every number with all its digits, small ones with an exponent.
-pub fn text(ride: &Ride) -> String {
+/// Header and one line per sample, the ride's own and those of `others` by their time stamps, with blanks where a channel has none;
+/// every number with all its digits, small ones with an exponent.
+pub fn text(ride: &Ride, others: &[Logged]) -> String {
+    let columns = columns(ride);
+    let names = columns.iter().map(|(name, _)| *name);
+    let mut csv = "t".to_owned();
+    for name in names.chain(others.iter().map(|o| o.channel)) {
+        let _ = write!(csv, ",{name}");
+    }
+    csv.push('\n');
+    let mut next = vec![0; others.len()];
+    let mut own = 0;
+    loop {
+        let ahead = others.iter().zip(&next).map(|(o, n)| o.stamps_s.get(*n));
+        let times = ahead.map(|t| t.copied().unwrap_or(f64::INFINITY));
+        let own_time = if own < ride.samples {
+            ride.time_s(own)
+        } else {
+            f64::INFINITY
+        };
+        let time = times.fold(own_time, f64::min);
+        if time.is_infinite() {
+            return csv;
+        }
+        let _ = write!(csv, "{time:?}");
+        for (_, values) in &columns {
+            match own_time == time {
+                true => {
+                    let _ = write!(csv, ",{:?}", values[own]);
+                }
+                false => csv.push(','),
+            }
+        }
+        own += usize::from(own_time == time);
+        for (other, next) in others.iter().zip(&mut next) {
+            match other.stamps_s.get(*next) == Some(&time) {
+                true => {
+                    let _ = write!(csv, ",{:?}", other.values[*next]);
+                    *next += 1;
+                }
+                false => csv.push(','),
+            }
+        }
+        csv.push('\n');
+    }
+}
+
+/// The ride's channels that were recorded, each under its name.
+fn columns(ride: &Ride) -> Vec<(&str, &[f64])> {
     let mut columns: Vec<(&str, &[f64])> = Vec::new();
     for (axle, names) in [
         (&ride.axles.front, ["u_f", "z_f", "force_f", "a_f"]),
@@ -24,6 +72,8 @@ pub fn text(ride: &Ride) -> String {
                 .map(|values| (names[3], values)),
         );
     }
+    let sensors = ride.sensors.iter();
+    columns.extend(sensors.map(|s| (channel_name(s.kind, s.axle), s.values.as_slice())));
     for (name, channel) in [
         ("v", &ride.speed),
         ("cadence", &ride.cadence),
@@ -34,24 +84,13 @@ pub fn text(ride: &Ride) -> String {
     ] {
         columns.extend(channel.as_deref().map(|values| (name, values)));
     }
-    let mut csv = "t".to_owned();
-    for (name, _) in &columns {
-        let _ = write!(csv, ",{name}");
-    }
-    csv.push('\n');
-    for sample in 0..ride.samples {
-        let _ = write!(csv, "{:?}", ride.time_s(sample));
-        for (_, values) in &columns {
-            let _ = write!(csv, ",{:?}", values[sample]);
-        }
-        csv.push('\n');
-    }
-    csv
+    columns
 }
 
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use super::Logged;
     use veloid_engine::bicycle::Bike;
     use veloid_engine::ride::{ReadOptions, read};
     use veloid_engine::simulate::outing::Outing;
@@ -64,7 +103,7 @@ mod tests {
             ..Outing::default()
         }
         .ride();
-        let text = super::text(&ride);
+        let text = super::text(&ride, &[]);
         let again = read(
             text.as_bytes(),
             "ride.csv",
@@ -74,5 +113,28 @@ mod tests {
         .unwrap();
         assert_eq!(again.axles, ride.axles);
         assert_eq!(again.speed, ride.speed);
+    }
+
+    #[test]
+    fn others_stand_between_with_blanks() {
+        let ride = Outing {
+            duration_s: 1.0,
+            rate_hz: 10.0,
+            ..Outing::default()
+        }
+        .ride();
+        let laser = Logged {
+            channel: "d_r",
+            stamps_s: vec![-0.05, 0.0, 2.0],
+            values: vec![1.0, 2.0, 3.0],
+        };
+        let text = super::text(&ride, &[laser]);
+        let lines: Vec<&str> = text.lines().collect();
+        assert!(lines[0].ends_with(",v,d_r"), "{}", lines[0]);
+        assert_eq!(lines.len(), 1 + 11 + 2);
+        assert_eq!(lines[1], "-0.05,,,,,,1.0");
+        assert!(lines[2].starts_with("0.0,") && lines[2].ends_with(",2.0"));
+        assert!(lines[3].ends_with(','));
+        assert_eq!(lines[13], "2.0,,,,,,3.0");
     }
 }

@@ -10,6 +10,7 @@ use tokio_util::sync::CancellationToken;
 
 use super::CliError;
 use super::demo;
+use super::keeping::{Keeping, keep_tidy};
 use super::metrics;
 use super::storage::Storage;
 use super::worker::{WorkLimits, asked_to_stop, cores};
@@ -49,6 +50,8 @@ pub struct Serve {
     http: HttpLimits,
     #[command(flatten)]
     entry: Entry,
+    #[command(flatten)]
+    keeping: Keeping,
     /// Upload an example ride through the API and print the address of its result.
     #[arg(long)]
     demo: bool,
@@ -102,7 +105,7 @@ impl Serve {
         let metrics = metrics::recorder()?;
         let (db, files) = self.storage.open().await?;
         let access = self.entry.access(&db, self.listen).await?;
-        let (rides, hub) = (RideCache::new(files.clone()), Hub::new());
+        let (rides, hub) = (RideCache::new(db.clone(), files.clone()), Hub::new());
         let threads = self.workers.unwrap_or_else(cores);
         let lock = match threads {
             0 => None,
@@ -130,8 +133,14 @@ impl Serve {
             max_upload: self.max_upload,
             metrics,
             access,
+            policy: self.keeping.policy(),
             stop: stop.clone(),
         });
+        tokio::spawn(keep_tidy(
+            Arc::clone(&server),
+            self.storage.clone(),
+            stop.clone(),
+        ));
         let listener = TcpListener::bind(self.listen).await?;
         let address = listener.local_addr()?;
         println!("veloid listens on http://{address}");

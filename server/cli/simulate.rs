@@ -5,13 +5,16 @@ use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
 use serde::Serialize;
+use veloid_engine::EngineError;
 use veloid_engine::bicycle::{Axle, Bike};
 use veloid_engine::diagnosis::impose::{self, Imposed};
 use veloid_engine::report::diagnosis::Place;
+use veloid_engine::ride::Ride;
+use veloid_engine::simulate::laser::Laser;
 use veloid_engine::simulate::outing::{Excitation, Outing, SpeedChange, Spring};
 use veloid_engine::simulate::road::{Bump, Roughness};
 
-use super::{CliError, ride_csv};
+use super::{CliError, ride_csv, split};
 
 /// Writes a simulated ride, and what is true of it.
 ///
@@ -95,6 +98,29 @@ pub struct Simulate {
     /// Standard deviation of the white noise on the road (m).
     #[arg(long, default_value_t = 0.0)]
     road_noise: f64,
+    /// In place of road and displacement write accelerometers on the axles, with white noise of this standard deviation
+    /// (m/s^2): a ride to identify without a sensor for the road.
+    #[arg(
+        long,
+        value_name = "M_S2",
+        conflicts_with_all = ["shaker", "release", "effect", "noise", "road_noise"]
+    )]
+    accelerometers: Option<f64>,
+    /// A laser beside the accelerometer on an axle, on a logger of its own: the axle, its white noise (m, standard deviation), how
+    /// late its clock is at the start (ms) and by how many parts per million it runs fast, as `rear:2e-4:20:50`; once for each axle.
+    #[arg(
+        long,
+        value_name = "AXLE:NOISE[:OFFSET_MS[:DRIFT_PPM]]",
+        requires = "accelerometers"
+    )]
+    laser: Vec<LaserClock>,
+    /// Sampling rate of the lasers by their own clocks (Hz); their rows stand between the others, with blanks.
+    #[arg(long, value_name = "HZ", default_value_t = 30.0, requires = "laser")]
+    laser_rate: f64,
+    /// Write a file for each logger beside RIDE in place of it (ride-accelerometers.csv, ride-laser-rear.csv, ride-speed.csv), with
+    /// time stamps that begin when the logger was started: so much earlier as its clock is late. Their names go to stdout.
+    #[arg(long, requires = "accelerometers")]
+    split: bool,
     /// Seed of the road and of the noise.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -139,18 +165,34 @@ impl Simulate {
     pub fn run(self) -> Result<(), CliError> {
         let (outing, bike) = (self.outing(), self.bicycle());
         let effects: Vec<Imposed> = self.effect.iter().map(|e| e.0.clone()).collect();
-        let ride = ride_csv::text(&impose::ride(&outing, &bike, &effects)?);
+        let ride = match self.accelerometers {
+            Some(noise) => sensed(&outing, noise)?,
+            None => impose::ride(&outing, &bike, &effects)?,
+        };
+        let lasers = self.lasers()?;
+        let logged = lasers.iter().map(|laser| laser.logged(&outing));
+        let logged = logged.collect::<Result<Vec<_>, _>>()?;
         bike.validate()?;
-        if self.ride.as_os_str() == "-" {
-            io::stdout().write_all(ride.as_bytes())?;
+        if self.split {
+            for (name, text) in split::files(&ride, &lasers, &logged) {
+                let path = split::beside(&self.ride, &name);
+                write(&path, &text)?;
+                writeln!(io::stdout(), "{}", path.display())?;
+            }
+        } else if self.ride.as_os_str() == "-" {
+            io::stdout().write_all(ride_csv::text(&ride, &logged).as_bytes())?;
         } else {
-            write(&self.ride, &ride)?;
+            write(&self.ride, &ride_csv::text(&ride, &logged))?;
         }
         if let Some(path) = &self.bike {
             write(path, &(serde_json::to_string_pretty(&bike)? + "\n"))?;
         }
         if let Some(path) = &self.truth {
-            let truth = Truth { outing, effects };
+            let truth = Truth {
+                outing,
+                effects,
+                lasers,
+            };
             write(path, &(serde_json::to_string_pretty(&truth)? + "\n"))?;
         }
         Ok(())
@@ -196,6 +238,26 @@ impl Simulate {
         }
     }
 
+    fn lasers(&self) -> Result<Vec<Laser>, EngineError> {
+        let at = |LaserClock { axle, numbers }: &LaserClock| Laser {
+            axle: *axle,
+            noise_m: numbers[0],
+            offset_s: 1e-3 * numbers[1],
+            drift_ppm: numbers[2],
+            rate_hz: self.laser_rate,
+        };
+        let lasers: Vec<Laser> = self.laser.iter().map(at).collect();
+        for (i, laser) in lasers.iter().enumerate() {
+            if lasers[..i].iter().any(|other| other.axle == laser.axle) {
+                return Err(EngineError::Setting {
+                    name: "laser",
+                    problem: format!("there are two on the {} axle", laser.axle),
+                });
+            }
+        }
+        Ok(lasers)
+    }
+
     fn bicycle(&self) -> Bike {
         Bike {
             bike: "simulated".to_owned(),
@@ -210,12 +272,23 @@ impl Simulate {
     }
 }
 
+/// The ride as accelerometers record it.
+fn sensed(outing: &Outing, noise: f64) -> Result<Ride, EngineError> {
+    let noisy = Outing {
+        noise_displacement_m: noise,
+        ..outing.clone()
+    };
+    noisy.validate()?;
+    Ok(outing.sensed(noise))
+}
+
 /// What a ride was made of.
 #[derive(Serialize)]
 struct Truth {
     #[serde(flatten)]
     outing: Outing,
     effects: Vec<Imposed>,
+    lasers: Vec<Laser>,
 }
 
 fn write(path: &Path, text: &str) -> Result<(), CliError> {
@@ -315,6 +388,35 @@ impl FromStr for Effect {
             axle,
             parameters: given,
         }))
+    }
+}
+
+/// A laser as `AXLE:NOISE[:OFFSET_MS[:DRIFT_PPM]]`.
+#[derive(Clone)]
+struct LaserClock {
+    axle: Axle,
+    /// Noise (m), offset (ms), drift (ppm).
+    numbers: [f64; 3],
+}
+
+impl FromStr for LaserClock {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = || "expected AXLE:NOISE[:OFFSET_MS[:DRIFT_PPM]]".to_owned();
+        let (axle, rest) = text.split_once(':').ok_or_else(expected)?;
+        let axle = match axle {
+            "front" => Axle::Front,
+            "rear" => Axle::Rear,
+            _ => return Err(format!("'{axle}' is not front or rear")),
+        };
+        let given = numbers(rest)?;
+        if given.len() > 3 {
+            return Err(expected());
+        }
+        let mut numbers = [0.0; 3];
+        numbers[..given.len()].copy_from_slice(&given);
+        Ok(Self { axle, numbers })
     }
 }
 

@@ -14,7 +14,7 @@ use super::vault::{DATABASE, Vault, is_empty};
 use crate::files::Files;
 use crate::store::{Db, is_postgres};
 
-#[derive(Args)]
+#[derive(Args, Clone)]
 pub struct Storage {
     /// Folder of the raw files and of the SQLite database; made when absent.
     #[arg(long, global = true, env = "VELOID_DATA", default_value = "data")]
@@ -84,6 +84,28 @@ impl Storage {
         }
         let options = SqliteConnectOptions::from_str(&url)?;
         Ok(options.get_filename().to_owned())
+    }
+
+    /// Waits until nobody copies or erases what lies in the data folder; the lock lasts as long as what this
+    /// returns.
+    pub fn lock_for_erasure(&self) -> Result<File, CliError> {
+        let lock = self.erasure_lock()?;
+        lock.lock()?;
+        Ok(lock)
+    }
+
+    /// The same lock, if nobody has it.
+    pub fn try_lock_for_erasure(&self) -> Result<Option<File>, CliError> {
+        let lock = self.erasure_lock()?;
+        match lock.try_lock() {
+            Ok(()) => Ok(Some(lock)),
+            Err(TryLockError::WouldBlock) => Ok(None),
+            Err(TryLockError::Error(error)) => Err(error.into()),
+        }
+    }
+
+    fn erasure_lock(&self) -> std::io::Result<File> {
+        File::create(self.data.join("erase.lock"))
     }
 
     /// On SQLite one process works at a time, which is how it knows at its start that what is

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use veloid_engine::bicycle::{Axle, PerAxle};
 use veloid_engine::number::{Number, significant};
-use veloid_engine::report::{Estimate, Report};
+use veloid_engine::report::{Estimate, LatentRoad, Report};
 
 /// What was understood, every method's parameters, and the verdict.
 pub fn summary(report: &Report) -> String {
@@ -25,6 +25,9 @@ fn write(out: &mut String, report: &Report) -> std::fmt::Result {
     )?;
     for warning in &ride.warnings {
         writeln!(out, "warning: {warning}")?;
+    }
+    for mistake in report.other_mistakes() {
+        writeln!(out, "warning: {}", mistake.sentence)?;
     }
     writeln!(
         out,
@@ -53,10 +56,16 @@ fn write(out: &mut String, report: &Report) -> std::fmt::Result {
         }
     }
     measured(out, "output error", &report.output_error)?;
+    if let Some(latent) = &report.latent_road {
+        measured(out, "latent road", &latent.axles())?;
+    }
     if let Some(diagnosis) = &report.diagnosis {
         measured(out, "extended", &diagnosis.extended)?;
     }
     not_identifiable(out, report)?;
+    if let Some(latent) = &report.latent_road {
+        without_road(out, latent)?;
+    }
     let Some(diagnosis) = &report.diagnosis else {
         return Ok(());
     };
@@ -76,7 +85,8 @@ fn write(out: &mut String, report: &Report) -> std::fmt::Result {
             )?;
         }
     }
-    for warning in &diagnosis.warnings {
+    let more = diagnosis.warnings.iter();
+    for warning in more.filter(|w| !ride.warnings.contains(w)) {
         writeln!(out, "warning: {warning}")?;
     }
     Ok(())
@@ -99,15 +109,52 @@ fn row(out: &mut String, method: &str, axle: Axle, k: Number, b: Number) -> std:
     writeln!(out, "{method:<16}{:<7}{k:>28}{b:>28}", axle.name())
 }
 
+/// What else was found out without a road.
+fn without_road(out: &mut String, latent: &LatentRoad) -> std::fmt::Result {
+    if let Some(reason) = &latent.reason {
+        writeln!(out, "not identified: {reason}")?;
+    }
+    if let Some(road) = &latent.road {
+        writeln!(out, "road: ISO 8608 class {}", road.class)?;
+    }
+    if let Some(speed) = &latent.speed {
+        let share = Number::measured(100.0 * speed.value, Some(100.0 * speed.std_error));
+        writeln!(out, "speed reads too little by {share} %")?;
+    }
+    for sensor in &latent.sensors {
+        let noise = significant(sensor.noise, 2);
+        write!(out, "{}: noise {noise} {}", sensor.channel, sensor.unit)?;
+        if let Some(gain) = &sensor.gain {
+            let gain = Number::measured(gain.value, Some(gain.std_error));
+            write!(out, ", gain {gain}")?;
+        }
+        if let Some(delay) = &sensor.delay_s {
+            let late = Number::measured(1e3 * delay.value, Some(1e3 * delay.std_error));
+            write!(out, ", late by {late} ms")?;
+        }
+        if let Some(drift) = &sensor.drift_ppm {
+            let fast = Number::measured(drift.value, Some(drift.std_error));
+            write!(out, ", fast by {fast} ppm")?;
+        }
+        writeln!(out)?;
+    }
+    latent
+        .notes
+        .iter()
+        .try_for_each(|note| writeln!(out, "{note}"))
+}
+
 /// Why parameters have no interval.
 fn not_identifiable(out: &mut String, report: &Report) -> std::fmt::Result {
     let extended = report.diagnosis.as_ref().map(|d| ("extended", &d.extended));
+    let latent = report.latent_road.as_ref().map(LatentRoad::axles);
+    let latent = latent.as_ref().map(|axles| ("latent road", axles));
     let plain = [
         ("least squares", &report.least_squares),
         ("instrumental", &report.instrumental),
         ("output error", &report.output_error),
     ];
-    for (method, estimates) in plain.into_iter().chain(extended) {
+    for (method, estimates) in plain.into_iter().chain(extended).chain(latent) {
         for (axle, e) in estimates.iter() {
             for (name, why) in [("k", &e.k_not_identifiable), ("B", &e.b_not_identifiable)] {
                 if let Some(why) = why {

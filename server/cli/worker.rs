@@ -74,9 +74,12 @@ impl Worker {
         let (db, files): (Db, Files) = self.storage.open().await?;
         let _lock = self.storage.lock_for_work(&db)?;
         let threads = self.workers.unwrap_or_else(cores).max(1);
-        let work = self
-            .limits
-            .work(&db, &RideCache::new(files), &Hub::new(), threads)?;
+        let work = self.limits.work(
+            &db,
+            &RideCache::new(db.clone(), files),
+            &Hub::new(),
+            threads,
+        )?;
         let running = jobs::start(work).await?;
         if let Some(address) = self.listen {
             let listener = TcpListener::bind(address).await?;

@@ -5,11 +5,12 @@ use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::change::Change;
+use super::development::Development;
 use super::pool::Pooled;
 use super::trend::Trend;
 use crate::api::time;
 use crate::store::Db;
-use crate::store::parameter::{self, ParameterRow};
+use crate::store::parameter::{self, BestRow};
 
 /// What is followed: axle and parameter.
 pub const FOLLOWED: [(&str, &str); 4] = [
@@ -38,6 +39,8 @@ pub struct Course {
     pub pooled: Option<Pooled>,
     pub trend: Option<Trend>,
     pub change: Option<Change>,
+    /// Nothing, a drift, a step or both, as one choice; null of fewer than eight rides.
+    pub development: Option<Development>,
 }
 
 /// What one ride says.
@@ -46,6 +49,9 @@ pub struct Point {
     #[serde(skip)]
     epoch_ms: i64,
     pub job: Uuid,
+    /// When it was ridden or, where that is not known, uploaded.
+    #[schema(format = DateTime)]
+    pub dated_at: String,
     #[schema(format = DateTime)]
     pub identified_at: String,
     pub value: f64,
@@ -56,61 +62,66 @@ pub struct Point {
 /// The history of one bicycle of the group.
 pub async fn history(db: &Db, group: &str, bike: &str, rides: i64) -> sqlx::Result<BikeHistory> {
     let rows = parameter::best_of_bike(db, group, bike, rides).await?;
-    let mut history = of(bike, &rows);
-    history.test();
+    let mut history = of(bike, &rows, usize::MAX);
+    for course in &mut history.courses {
+        let points = course.weighed();
+        course.trend = Trend::of(&points);
+        course.change = Change::of(&points);
+        course.development = Development::of(&points);
+    }
     Ok(history)
 }
 
-/// The histories of several, over their latest `rides`, pooled but not tested for change.
+/// The histories of several: what became of them over their latest `rides`, and the last `pooled` of these joined.
 pub async fn histories(
     db: &Db,
     group: &str,
     bikes: &[String],
     rides: i64,
+    pooled: usize,
 ) -> sqlx::Result<Vec<BikeHistory>> {
     let mut found = Vec::new();
     for bike in bikes {
         let rows = parameter::best_of_bike(db, group, bike, rides).await?;
-        found.push(of(bike, &rows));
+        let mut history = of(bike, &rows, pooled);
+        for course in &mut history.courses {
+            course.development = Development::of(&course.weighed());
+        }
+        found.push(history);
     }
     Ok(found)
 }
 
-impl BikeHistory {
-    /// Looks for trends and steps.
-    fn test(&mut self) {
-        for course in &mut self.courses {
-            let between = course
-                .pooled
-                .as_ref()
-                .map_or(0.0, |pooled| pooled.between_rides);
-            let points: Vec<_> = course
-                .points
-                .iter()
-                .map(|p| (p.epoch_ms, p.value, p.std_error.hypot(between)))
-                .collect();
-            course.trend = Trend::of(&points);
-            course.change = Change::of(&points);
-        }
+impl Course {
+    /// Time, value and standard deviation of each ride, that between rides included.
+    fn weighed(&self) -> Vec<(i64, f64, f64)> {
+        let pooled = self.pooled.as_ref();
+        let between = pooled.map_or(0.0, |pooled| pooled.between_rides);
+        let points = self.points.iter();
+        points
+            .map(|p| (p.epoch_ms, p.value, p.std_error.hypot(between)))
+            .collect()
     }
 }
 
-fn of(bike: &str, rows: &[ParameterRow]) -> BikeHistory {
+/// The last `pooled` rides are joined.
+fn of(bike: &str, rows: &[BestRow], pooled: usize) -> BikeHistory {
     let course = |(axle, name): (&str, &str)| {
-        let mut rows: Vec<&ParameterRow> = rows
+        let mut rows: Vec<&BestRow> = rows
             .iter()
             .filter(|row| {
                 let weighs = row.std_error.is_some_and(|e| e.powi(-2).is_normal());
                 row.axle == axle && row.name == name && weighs
             })
             .collect();
-        rows.sort_by_key(|row| (row.identified_at, row.job_id));
+        rows.sort_by_key(|row| (row.dated_at, row.job_id));
         let unit = rows.first()?.unit.clone();
         let values: Vec<(f64, f64)> = rows
             .iter()
             .map(|row| (row.value, row.std_error.unwrap_or(0.0)))
             .collect();
-        let pooled = Pooled::of(&values)?;
+        let last = values.len().saturating_sub(pooled);
+        let pooled = Pooled::of(&values[last..])?;
         Some(Course {
             axle: axle.to_owned(),
             name: name.to_owned(),
@@ -118,12 +129,14 @@ fn of(bike: &str, rows: &[ParameterRow]) -> BikeHistory {
             pooled: Some(pooled),
             trend: None,
             change: None,
+            development: None,
             points: rows
                 .iter()
                 .zip(&values)
                 .map(|(row, (value, std_error))| Point {
-                    epoch_ms: row.identified_at,
+                    epoch_ms: row.dated_at,
                     job: row.job_id,
+                    dated_at: time::text(row.dated_at),
                     identified_at: time::text(row.identified_at),
                     value: *value,
                     std_error: *std_error,

@@ -1,11 +1,13 @@
 //! What many rides of one bicycle, and many bicycles, say together.
 
 mod change;
+mod development;
 mod history;
 mod outliers;
 mod pool;
 mod trend;
 
+pub use development::{Development, Kind};
 pub use history::{BikeHistory, Course, FOLLOWED, histories, history};
 pub use outliers::{FleetSpread, PooledBike, against_the_fleet};
 

@@ -4,7 +4,8 @@
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use super::history::{BikeHistory, FOLLOWED};
+use super::development::Development;
+use super::history::{BikeHistory, Course, FOLLOWED};
 use super::median;
 use super::pool::Pooled;
 
@@ -43,17 +44,23 @@ pub struct PooledParameter {
     /// Distance from the fleet's median in robust standard deviations, the bike's own error included.
     pub deviations: Option<f64>,
     pub outlier: bool,
+    /// What became of it over the bike's latest 100 rides.
+    pub development: Option<Development>,
+}
+
+/// A course of a bike, and its rides pooled.
+fn pooled<'a>(
+    axle: &str,
+    name: &str,
+    history: &'a BikeHistory,
+) -> Option<(&'a Course, &'a Pooled)> {
+    let mut courses = history.courses.iter();
+    let course = courses.find(|c| c.axle == axle && c.name == name)?;
+    Some((course, course.pooled.as_ref()?))
 }
 
 /// The spread of every parameter, and every bike's place in it.
 pub fn against_the_fleet(histories: &[BikeHistory]) -> (Vec<FleetSpread>, Vec<PooledBike>) {
-    let pooled = |axle: &str, name: &str, history: &BikeHistory| {
-        let course = history
-            .courses
-            .iter()
-            .find(|c| c.axle == axle && c.name == name)?;
-        Some((course.unit.clone(), course.pooled.clone()?))
-    };
     let spreads: Vec<FleetSpread> = FOLLOWED
         .into_iter()
         .filter_map(|(axle, name)| {
@@ -67,7 +74,7 @@ pub fn against_the_fleet(histories: &[BikeHistory]) -> (Vec<FleetSpread>, Vec<Po
             Some(FleetSpread {
                 axle: axle.to_owned(),
                 name: name.to_owned(),
-                unit: found.first()?.0.clone(),
+                unit: found.first()?.0.unit.clone(),
                 bikes: values.len(),
                 median: middle,
                 scatter: NORMAL * median(distances),
@@ -79,17 +86,18 @@ pub fn against_the_fleet(histories: &[BikeHistory]) -> (Vec<FleetSpread>, Vec<Po
         parameters: spreads
             .iter()
             .filter_map(|spread| {
-                let (unit, pooled) = pooled(&spread.axle, &spread.name, history)?;
+                let (course, pooled) = pooled(&spread.axle, &spread.name, history)?;
                 let scatter = spread.scatter.hypot(pooled.std_error);
                 let deviations = (spread.bikes >= LEAST && scatter > 0.0)
                     .then(|| (pooled.value - spread.median) / scatter);
                 Some(PooledParameter {
                     axle: spread.axle.clone(),
                     name: spread.name.clone(),
-                    unit,
+                    unit: course.unit.clone(),
+                    development: course.development.clone(),
                     outlier: deviations.is_some_and(|d| d.abs() > FAR),
                     deviations,
-                    pooled,
+                    pooled: pooled.clone(),
                 })
             })
             .collect(),
@@ -101,7 +109,6 @@ pub fn against_the_fleet(histories: &[BikeHistory]) -> (Vec<FleetSpread>, Vec<Po
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fleet::Course;
 
     fn bike(name: usize, k: f64) -> BikeHistory {
         BikeHistory {
@@ -114,6 +121,7 @@ mod tests {
                 pooled: Pooled::of(&[(k, 10.0)]),
                 trend: None,
                 change: None,
+                development: None,
             }],
         }
     }

@@ -4,7 +4,7 @@ use serde_json::Value;
 use uuid::Uuid;
 use veloid_engine::bicycle::PerAxle;
 use veloid_engine::report::diagnosis::{Diagnosis, Verdict};
-use veloid_engine::report::{Estimate, Report};
+use veloid_engine::report::{Estimate, LatentRoad, Report};
 
 use crate::store::parameter::{self, Parameter};
 use crate::store::{Tx, job, result};
@@ -41,12 +41,15 @@ fn parameters(report: &Report) -> Vec<Parameter> {
         front: report.swarm.front.clone(),
         rear: report.swarm.rear.clone(),
     };
+    let latent = report.latent_road.as_ref().map(LatentRoad::axles);
+    let latent = latent.unwrap_or_default();
     let mut found = Vec::new();
     for (method, estimates) in [
         ("least_squares", &report.least_squares),
         ("instrumental", &report.instrumental),
         ("swarm", &swarm),
         ("output_error", &report.output_error),
+        ("latent_road", &latent),
     ] {
         found.extend(of_estimates(method, estimates));
     }

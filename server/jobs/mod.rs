@@ -20,7 +20,7 @@ mod trial;
 mod work;
 
 pub use anew::begin_anew;
-pub use cache::{RideCache, read};
+pub use cache::{RideCache, named, read};
 pub use compute::Compute;
 pub use fault::Fault;
 pub use gate::Gate;

@@ -30,9 +30,7 @@ impl Work {
     }
 
     pub(super) async fn ride(&self, job: &JobRow) -> Result<Arc<Ride>, Fault> {
-        self.rides
-            .get(&job.sha256, &job.ride_name, &job.request)
-            .await
+        self.rides.get(job).await
     }
 
     pub(super) fn control(&self, context: &WorkContext, job: Uuid) -> Control {

@@ -6,7 +6,7 @@ use askama::Template;
 use axum::extract::{RawQuery, State};
 use axum::response::Html;
 use uuid::Uuid;
-use veloid_engine::bicycle::Axle;
+use veloid_engine::bicycle::{Axle, PerAxle};
 use veloid_engine::number::{Quantity, fixed};
 use veloid_engine::report::{Estimate, Report};
 
@@ -110,11 +110,10 @@ fn rows(reports: &[Report]) -> Vec<(String, Vec<Option<Cell>>)> {
         ("stiffness k", "N/m", |e| (e.k_n_m, e.k_std_n_m)),
         ("damping B", "N s/m", |e| (e.b_n_s_m, e.b_std_n_s_m)),
     ];
+    let estimates: Vec<PerAxle<Estimate>> = reports.iter().map(best).collect();
     let row = |axle: Axle, (name, unit, pick): (&str, &str, Pick)| {
-        let values: Vec<Option<(f64, Option<f64>)>> = reports
-            .iter()
-            .map(|r| best(r).get(axle).map(pick))
-            .collect();
+        let values: Vec<Option<(f64, Option<f64>)>> =
+            estimates.iter().map(|e| e.get(axle).map(pick)).collect();
         let first = values.first().copied().flatten();
         let cell = |(i, value): (usize, &Option<(f64, Option<f64>)>)| {
             let (value, error) = (*value)?;

@@ -2,13 +2,16 @@
 
 use veloid_engine::bicycle::PerAxle;
 use veloid_engine::report::diagnosis::Verdict;
-use veloid_engine::report::{Estimate, Report};
+use veloid_engine::report::identifiable::NO_VERDICT;
+use veloid_engine::report::laser::misleading;
+use veloid_engine::report::{Estimate, LatentRoad, Report};
 
-const NO_VERDICT: &str = "the record carries no verdict on what is missing beside it";
-
-/// With the effects in the model where there are any, else by output error; without intervals where the record carries no
-/// verdict.
+/// Without a road by the only method that needs none; else with the effects in the model where there are any, or by output
+/// error; without intervals where the record carries no verdict.
 pub fn best(report: &Report) -> PerAxle<Estimate> {
+    if let Some(latent) = without_road(report) {
+        return latent.axles();
+    }
     match &report.diagnosis {
         Some(d) if d.verdict == Verdict::CannotTell => {
             report.output_error.map(|_, e| unsure(e.clone()))
@@ -18,14 +21,33 @@ pub fn best(report: &Report) -> PerAxle<Estimate> {
     }
 }
 
+/// The method that needs no road, where all others have nothing or a road that misleads.
+pub fn without_road(report: &Report) -> Option<&LatentRoad> {
+    (report.latent_road.as_ref()).filter(|found| {
+        report.has_no_road() || found.reason.is_none() && has_misleading_laser(report)
+    })
+}
+
+/// Whether the road may be off by too much, because of the clock or the noise of the laser that it was made from.
+fn has_misleading_laser(report: &Report) -> bool {
+    misleading(
+        &report.ride.clocks,
+        &report.output_error,
+        &report.laser_error,
+    )
+    .is_some()
+}
+
 fn unsure(estimate: Estimate) -> Estimate {
-    let why = || Some(NO_VERDICT.to_owned());
+    let (k, b) = (
+        estimate.k_not_identifiable.clone(),
+        estimate.b_not_identifiable.clone(),
+    );
+    let withheld = estimate.withheld(NO_VERDICT);
     Estimate {
-        k_std_n_m: None,
-        b_std_n_s_m: None,
-        k_not_identifiable: estimate.k_not_identifiable.or_else(why),
-        b_not_identifiable: estimate.b_not_identifiable.or_else(why),
-        ..estimate
+        k_not_identifiable: k.or(withheld.k_not_identifiable),
+        b_not_identifiable: b.or(withheld.b_not_identifiable),
+        ..withheld
     }
 }
 

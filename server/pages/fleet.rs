@@ -6,20 +6,19 @@ use axum::response::Html;
 use veloid_engine::number::{Quantity, fixed, significant};
 
 use super::layout::{Fault, Path, html};
-use super::words;
+use super::{verdict, words};
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::bikes::course::RIDES;
 use crate::api::fleet::look;
 use crate::api::jobs::view::JobView;
 use crate::api::problem::Problem;
-use crate::fleet::{self, Course, PooledBike};
+use crate::erasure::DAY_MS;
+use crate::fleet::{self, Course, Development, Kind, PooledBike};
 use crate::store::{bike, job};
 
 /// Latest jobs on a bicycle's page.
 const JOBS: i64 = 20;
-/// Chance below which a trend or a step is told.
-const SHOWS: f64 = 0.01;
 
 #[derive(Template)]
 #[template(path = "bikes.html")]
@@ -33,6 +32,8 @@ struct BikeRow {
     /// Label and pooled value of k and B, front and rear.
     cells: Vec<(String, Option<Quantity>)>,
     outliers: Vec<String>,
+    /// What drifts or changed.
+    changes: Vec<String>,
 }
 
 impl Bikes {
@@ -70,7 +71,12 @@ impl BikeRow {
                     fixed(deviations.abs(), 1)
                 ))
             });
+        let changes = bike.parameters.iter().filter_map(|p| {
+            let said = changes(p.development.as_ref()?, p.pooled.value)?;
+            Some(format!("{} {said}", label(&p.axle, &p.name)))
+        });
         Self {
+            changes: changes.collect(),
             cells: fleet::FOLLOWED.into_iter().map(cell).collect(),
             outliers: outliers.collect(),
             name: bike.bike,
@@ -105,8 +111,10 @@ struct BikePage {
     course: String,
     courses: Vec<CourseRow>,
     notices: Vec<String>,
-    jobs: Vec<JobView>,
+    /// With their verdicts in words.
+    jobs: Vec<(JobView, Option<String>)>,
     document: String,
+    grace_days: i64,
 }
 
 struct CourseRow {
@@ -185,32 +193,32 @@ fn day(time: &str) -> &str {
 fn notices(courses: &[Course]) -> Vec<String> {
     let told = |course: &Course| {
         let name = label(&course.axle, &course.name);
-        let percent = |to: f64, from: f64| format!("{} %", fixed(100.0 * (to / from - 1.0), 1));
-        let step = course
-            .change
-            .as_ref()
-            .filter(|c| c.p_value < SHOWS)
-            .map(|c| {
-                format!(
-                    "{name} changed by {} at {}.",
-                    percent(c.after, c.before),
-                    day(&c.at)
-                )
-            });
-        let line = course
-            .trend
-            .as_ref()
-            .filter(|t| t.p_value < SHOWS)
-            .and_then(|t| {
-                let pooled = course.pooled.as_ref()?;
-                Some(format!(
-                    "{name} drifts by {} in 30 days.",
-                    percent(pooled.value + 30.0 * t.per_day, pooled.value)
-                ))
-            });
-        step.into_iter().chain(line).collect::<Vec<_>>()
+        let value = course.pooled.as_ref()?.value;
+        let said = changes(course.development.as_ref()?, value)?;
+        Some(format!("{name} {said}."))
     };
-    courses.iter().flat_map(told).collect()
+    courses.iter().filter_map(told).collect()
+}
+
+/// A drift, a step or both, as shares of a value.
+fn changes(development: &Development, value: f64) -> Option<String> {
+    let percent = |change: f64| format!("{} %", fixed(100.0 * change / value, 1));
+    let drifts = || {
+        format!(
+            "drifts by {} in 30 days",
+            percent(30.0 * development.per_day)
+        )
+    };
+    let stepped = || {
+        let at = development.at.as_deref().map_or("", day);
+        format!("changed by {} at {at}", percent(development.step))
+    };
+    match development.kind {
+        Kind::None => None,
+        Kind::Drift => Some(drifts()),
+        Kind::Step => Some(stepped()),
+        Kind::Both => Some(format!("{} and {}", drifts(), stepped())),
+    }
 }
 
 pub async fn bike(
@@ -227,13 +235,15 @@ pub async fn bike(
         ..job::Filter::default()
     };
     let jobs = job::page(&server.db, &filter, JOBS).await?;
+    let jobs = jobs.into_iter().map(JobView::from).collect();
     html(&BikePage {
         query: form_urlencoded::byte_serialize(name.as_bytes()).collect(),
         course: format!("/v1{}/course", words::bike_page(&name)),
         courses: history.courses.iter().filter_map(CourseRow::of).collect(),
         notices: notices(&history.courses),
-        jobs: jobs.into_iter().map(JobView::from).collect(),
+        jobs: verdict::told(&server.db, jobs).await?,
         document: serde_json::to_string_pretty(&row.document.0).map_err(Problem::internal)?,
+        grace_days: server.policy.grace_ms / DAY_MS,
         name,
     })
 }

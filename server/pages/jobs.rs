@@ -8,11 +8,15 @@ use uuid::Uuid;
 use veloid_engine::report::diagnosis::Verdict;
 
 use super::layout::{Fault, Query, filled, html};
+use super::verdict;
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::jobs::view::JobView;
 use crate::api::list::{Page, without_cursor};
 use crate::api::names::one_of;
+use crate::api::time;
+use crate::erasure::DAY_MS;
+use crate::store::bike;
 use crate::store::job::{self, State as JobState};
 
 const PAGE: i64 = 50;
@@ -31,19 +35,32 @@ pub struct Params {
     state: Option<String>,
     bike: Option<String>,
     verdict: Option<String>,
+    tag: Option<String>,
+    from: Option<String>,
+    to: Option<String>,
+    /// Those that are deleted.
+    deleted: Option<String>,
     cursor: Option<Uuid>,
 }
 
 #[derive(Template)]
 #[template(path = "jobs.html")]
 struct Jobs {
-    jobs: Vec<JobView>,
+    /// With their verdicts in words.
+    jobs: Vec<(JobView, Option<String>)>,
     next: Option<String>,
     states: [&'static str; 5],
     verdicts: [&'static str; 6],
     state: Option<String>,
     bike: Option<String>,
     verdict: Option<String>,
+    tag: Option<String>,
+    from: Option<String>,
+    to: Option<String>,
+    deleted: bool,
+    /// The bicycle that the list is of, if it is deleted too.
+    deleted_bike: Option<String>,
+    grace_days: i64,
 }
 
 impl Jobs {
@@ -52,7 +69,16 @@ impl Jobs {
     }
 
     fn filtered(&self) -> bool {
-        self.state.is_some() || self.bike.is_some() || self.verdict.is_some()
+        [
+            &self.state,
+            &self.bike,
+            &self.verdict,
+            &self.tag,
+            &self.from,
+            &self.to,
+        ]
+        .into_iter()
+        .any(Option::is_some)
     }
 }
 
@@ -67,6 +93,11 @@ pub async fn list(
     one_of("state", state.as_deref(), &names)?;
     one_of("verdict", verdict.as_deref(), &Verdict::NAMES)?;
     let bike = filled(params.bike);
+    let deleted = filled(params.deleted);
+    one_of("deleted", deleted.as_deref(), &["true"])?;
+    let deleted = deleted.is_some();
+    let (tag, from, to) = (filled(params.tag), filled(params.from), filled(params.to));
+    let (from_ms, to_ms) = time::span(from.as_deref(), to.as_deref())?;
     let of_name = |name: &str| STATES.into_iter().find(|state| state.name() == name);
     let filter = job::Filter {
         group: &caller.group,
@@ -74,19 +105,34 @@ pub async fn list(
         bike: bike.as_deref(),
         verdict: verdict.as_deref(),
         ride: None,
+        tag: tag.as_deref(),
+        from_ms,
+        to_ms,
+        deleted,
         before: params.cursor,
     };
+    let there = match bike.as_deref().filter(|_| deleted) {
+        Some(name) => bike::find(&server.db, &caller.group, name).await?.is_some(),
+        None => true,
+    };
+    let deleted_bike = bike.clone().filter(|_| !there);
     let rows = job::page(&server.db, &filter, PAGE + 1).await?;
     let page: Page<JobView> = Page::cut(rows, PAGE, |row| row.id.to_string(), JobView::from);
     let here = without_cursor(&uri);
     let mark = if here.contains('?') { '&' } else { '?' };
     html(&Jobs {
-        jobs: page.items,
+        jobs: verdict::told(&server.db, page.items).await?,
         next: page.next.map(|next| format!("{here}{mark}cursor={next}")),
         states: names,
         verdicts: Verdict::NAMES,
         state,
         bike,
         verdict,
+        tag,
+        from,
+        to,
+        deleted,
+        deleted_bike,
+        grace_days: server.policy.grace_ms / DAY_MS,
     })
 }

@@ -2,7 +2,10 @@
 
 pub mod assets;
 mod compare;
+mod deletion;
+mod effects;
 mod estimate;
+mod facts;
 mod fleet;
 mod job;
 mod jobs;
@@ -10,6 +13,7 @@ pub mod layout;
 mod parameters;
 mod sign_in;
 mod upload;
+mod verdict;
 pub mod words;
 
 use std::sync::Arc;
@@ -28,7 +32,13 @@ pub fn routes() -> Router<Arc<Server>> {
         .route("/jobs/{id}", get(job::page))
         .route("/jobs/{id}/cancel", post(job::cancel))
         .route("/jobs/{id}/retry", post(job::retry))
+        .route("/rides/{id}/delete", post(deletion::delete_ride))
+        .route("/rides/{id}/restore", post(deletion::restore_ride))
+        .route("/rides/{id}/facts", post(facts::keep))
+        .route("/bikes/{bike}/delete", post(deletion::delete_bike))
+        .route("/bikes/{bike}/restore", post(deletion::restore_bike))
         .route("/compare", get(compare::compare))
+        .route("/effects", get(effects::list))
         .route("/bikes", get(fleet::bikes))
         .route("/bikes/{bike}", get(fleet::bike))
         .route("/parameters", get(parameters::list))

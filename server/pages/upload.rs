@@ -8,11 +8,13 @@ use axum::response::{Html, IntoResponse, Redirect, Response};
 use serde::Deserialize;
 use veloid_engine::Settings;
 
+use super::facts::{Field, fields};
 use super::layout::{Fault, Query, filled, html};
 use crate::api::access::Caller;
 use crate::api::problem::{Kind, Problem};
 use crate::api::rides::{Submitted, submit_upload};
 use crate::api::{App, Server};
+use crate::facts::Facts;
 use crate::store::bike;
 
 /// Most bikes that the form lists.
@@ -31,6 +33,7 @@ struct Form {
     chosen: Option<String>,
     example: &'static str,
     numbers: Vec<Number>,
+    facts: Vec<Field>,
 }
 
 /// A field for a number.
@@ -63,6 +66,7 @@ impl Form {
             chosen,
             example: EXAMPLE,
             numbers: numbers(),
+            facts: fields(&Facts::default()),
         })
     }
 
@@ -77,6 +81,7 @@ impl Form {
                 Kind::UnreadableRide | Kind::TooLarge => "file",
                 Kind::BadBike => "bike",
                 Kind::BadOption => "option",
+                Kind::BadFact => "fact",
                 _ => "",
             }
         })

@@ -21,12 +21,18 @@ pub fn bike_page(name: &str) -> String {
     format!("/bikes/{}", name.replace('+', "%20"))
 }
 
+/// A text as it stands in a query.
+pub fn query(text: &str) -> String {
+    form_urlencoded::byte_serialize(text.as_bytes()).collect()
+}
+
 /// A method of the report or the fleet.
 pub fn method(name: &str) -> String {
     match name {
         "instrumental" => "instrumental variables".to_owned(),
         "swarm" => "particle swarm".to_owned(),
         "extended" => "extended model".to_owned(),
+        "latent_road" => "latent road (none measured)".to_owned(),
         "output_error" => "output error (plain model)".to_owned(),
         name => plain(name),
     }

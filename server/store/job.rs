@@ -2,8 +2,8 @@
 //! running job asks for the state it expects, so that a cancelled job stays cancelled.
 
 use serde::{Deserialize, Serialize};
-use sqlx::FromRow;
 use sqlx::types::Json;
+use sqlx::{FromRow, QueryBuilder};
 use utoipa::ToSchema;
 use uuid::Uuid;
 use veloid_engine::bicycle::{Bike, PerAxle};
@@ -11,6 +11,7 @@ use veloid_engine::report::Estimate;
 use veloid_engine::ride::RideSummary;
 
 use super::{Db, Tx, now_ms};
+use crate::facts::Facts;
 use crate::options::Options;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -127,6 +128,10 @@ pub struct JobRow {
     pub started_at: Option<i64>,
     pub observed_at: Option<i64>,
     pub finished_at: Option<i64>,
+    pub deleted_at: Option<i64>,
+    /// When it was ridden or, where that is not known, uploaded.
+    pub dated_at: i64,
+    pub facts: Option<Json<Facts>>,
 }
 
 /// A job about to be queued.
@@ -140,6 +145,8 @@ pub struct NewJob<'a> {
     pub fingerprint: &'a str,
     pub request: &'a Request,
     pub summary: &'a RideSummary,
+    /// When it was ridden, if that is known.
+    pub ridden_at: Option<i64>,
 }
 
 /// Which jobs of a group a list holds; absent means any.
@@ -150,6 +157,12 @@ pub struct Filter<'a> {
     pub bike: Option<&'a str>,
     pub verdict: Option<&'a str>,
     pub ride: Option<Uuid>,
+    /// Those that are deleted, or those that are not.
+    pub deleted: bool,
+    pub tag: Option<&'a str>,
+    /// Ridden from this time on and before that; uploaded, where it is not known when it was ridden.
+    pub from_ms: Option<i64>,
+    pub to_ms: Option<i64>,
     /// Jobs older than this one.
     pub before: Option<Uuid>,
 }
@@ -159,16 +172,16 @@ macro_rules! select {
         concat!(
             "SELECT job.id, job.group_name, ride_id, ride.name AS ride_name, ride.sha256, bike, request, summary, ",
             "state, stage, revision, trials_total, trials_done, least_squares, verdict, ",
-            "failure, created_at, started_at, observed_at, finished_at ",
+            "failure, created_at, started_at, observed_at, finished_at, deleted_at, dated_at, facts ",
             "FROM job JOIN ride ON ride.id = job.ride_id ",
             $rest
         )
     };
 }
 
-/// A job of the group.
+/// A job of the group that is not deleted.
 pub async fn find(db: &Db, group: &str, id: Uuid) -> sqlx::Result<Option<JobRow>> {
-    const SQL: &str = select!("WHERE job.id = $1 AND job.group_name = $2");
+    const SQL: &str = select!("WHERE job.id = $1 AND job.group_name = $2 AND deleted_at IS NULL");
     on!(read db, p => sqlx::query_as(SQL).bind(id).bind(group).fetch_optional(p).await)
 }
 
@@ -189,41 +202,74 @@ pub async fn lock(tx: &mut Tx, id: Uuid) -> sqlx::Result<Option<Option<i64>>> {
     on!(tx, t => sqlx::query_scalar(sql).bind(id).fetch_optional(&mut **t).await)
 }
 
+/// Adds the conditions that are asked for, and only those, so that the database can choose an index.
+macro_rules! conditions {
+    ($query:ident, $filter:ident) => {
+        for (condition, value) in [
+            (" AND state = ", $filter.state.map(State::name)),
+            (" AND bike = ", $filter.bike),
+            (" AND verdict = ", $filter.verdict),
+        ] {
+            if let Some(value) = value {
+                $query.push(condition).push_bind(value);
+            }
+        }
+        for (condition, id) in [
+            (" AND ride_id = ", $filter.ride),
+            (" AND job.id < ", $filter.before),
+        ] {
+            if let Some(id) = id {
+                $query.push(condition).push_bind(id);
+            }
+        }
+        for (condition, time) in [
+            (" AND dated_at >= ", $filter.from_ms),
+            (" AND dated_at < ", $filter.to_ms),
+        ] {
+            if let Some(time) = time {
+                $query.push(condition).push_bind(time);
+            }
+        }
+        if let Some(tag) = $filter.tag {
+            $query.push(" AND ride_id IN (SELECT ride_id FROM ride_tag WHERE tag = ");
+            $query.push_bind(tag).push(")");
+        }
+        $query.push(match $filter.deleted {
+            true => " AND deleted_at IS NOT NULL",
+            false => " AND deleted_at IS NULL",
+        });
+    };
+}
+
+/// The ride of a job.
+pub async fn ride(tx: &mut Tx, id: Uuid) -> sqlx::Result<Option<Uuid>> {
+    const SQL: &str = "SELECT ride_id FROM job WHERE id = $1";
+    on!(tx, t => sqlx::query_scalar(SQL).bind(id).fetch_optional(&mut **t).await)
+}
+
 /// Newest first.
 pub async fn page(db: &Db, filter: &Filter<'_>, limit: i64) -> sqlx::Result<Vec<JobRow>> {
-    const SQL: &str = select!(
-        "WHERE (CAST($1 AS TEXT) IS NULL OR state = $1) \
-           AND (CAST($2 AS TEXT) IS NULL OR bike = $2) \
-           AND (CAST($3 AS TEXT) IS NULL OR verdict = $3) \
-           AND ($4 IS NULL OR ride_id = $4) \
-           AND ($5 IS NULL OR job.id < $5) \
-           AND job.group_name = $7 \
-         ORDER BY job.id DESC LIMIT $6"
-    );
-    on!(read db, p => sqlx::query_as(SQL)
-        .bind(filter.state.map(State::name))
-        .bind(filter.bike)
-        .bind(filter.verdict)
-        .bind(filter.ride)
-        .bind(filter.before)
-        .bind(limit)
-        .bind(filter.group)
-        .fetch_all(p)
-        .await)
+    on!(read db, p => {
+        let mut query = QueryBuilder::new(select!("WHERE job.group_name = "));
+        query.push_bind(filter.group);
+        conditions!(query, filter);
+        query.push(" ORDER BY job.id DESC LIMIT ").push_bind(limit);
+        query.build_query_as().fetch_all(p).await
+    })
 }
 
 /// The revision and whether the job is at its end: all that a poll needs when nothing changed.
 pub async fn revision(db: &Db, group: &str, id: Uuid) -> sqlx::Result<Option<(i64, bool)>> {
     const SQL: &str = "\
         SELECT revision, state NOT IN ('queued', 'running') FROM job \
-        WHERE id = $1 AND group_name = $2";
+        WHERE id = $1 AND group_name = $2 AND deleted_at IS NULL";
     on!(read db, p => sqlx::query_as(SQL).bind(id).bind(group).fetch_optional(p).await)
 }
 
-/// The group's latest job with this fingerprint that did not fail.
+/// The group's latest job with this fingerprint that did not fail and is not deleted.
 pub async fn find_equal(tx: &mut Tx, group: &str, fingerprint: &str) -> sqlx::Result<Option<Uuid>> {
     const SQL: &str = "\
-        SELECT id FROM job WHERE fingerprint = $1 AND group_name = $2 AND state IN ('queued', 'running', 'succeeded') \
+        SELECT id FROM job WHERE fingerprint = $1 AND group_name = $2 AND state IN ('queued', 'running', 'succeeded') AND deleted_at IS NULL \
         ORDER BY id DESC LIMIT 1";
     on!(tx, t => sqlx::query_scalar(SQL).bind(fingerprint).bind(group).fetch_optional(&mut **t).await)
 }
@@ -231,9 +277,9 @@ pub async fn find_equal(tx: &mut Tx, group: &str, fingerprint: &str) -> sqlx::Re
 pub async fn insert(tx: &mut Tx, job: &NewJob<'_>) -> sqlx::Result<()> {
     const SQL: &str = "\
         INSERT INTO job (id, ride_id, bike, fingerprint, request, summary, state, stage, revision, \
-                         trials_total, trials_done, takeovers, created_at, group_name, key_id) \
-        VALUES ($1, $2, $3, $4, $5, $6, 'queued', 'observe', 1, $7, 0, 0, $8, $9, $10)";
-    let trials = job.request.options.settings.trials as i64;
+                         trials_total, trials_done, takeovers, created_at, group_name, key_id, dated_at) \
+        VALUES ($1, $2, $3, $4, $5, $6, 'queued', 'observe', 1, $7, 0, 0, $8, $9, $10, $11)";
+    let (trials, now) = (job.request.options.settings.trials as i64, now_ms());
     on!(tx, t => sqlx::query(SQL)
         .bind(job.id)
         .bind(job.ride)
@@ -242,9 +288,10 @@ pub async fn insert(tx: &mut Tx, job: &NewJob<'_>) -> sqlx::Result<()> {
         .bind(Json(job.request))
         .bind(Json(job.summary))
         .bind(trials)
-        .bind(now_ms())
+        .bind(now)
         .bind(job.group)
         .bind(job.key)
+        .bind(job.ridden_at.unwrap_or(now))
         .execute(&mut **t)
         .await
         .map(drop))
@@ -347,13 +394,13 @@ pub async fn end(tx: &mut Tx, id: Uuid, failure: Option<&Failure>) -> sqlx::Resu
     Ok(changed == 1)
 }
 
-/// Puts a job that ended in one of these states back to its beginning; false when it is in another.
+/// Puts a job that ended in one of these states back to its beginning; false when it is in another, or deleted.
 pub async fn reset(tx: &mut Tx, id: Uuid, from: [State; 2]) -> sqlx::Result<bool> {
     const SQL: &str = "\
         UPDATE job SET state = 'queued', stage = 'observe', trials_done = 0, takeovers = 0, lost = 0, \
                        least_squares = NULL, verdict = NULL, failure = NULL, started_at = NULL, \
                        observed_at = NULL, finished_at = NULL, revision = revision + 1 \
-        WHERE id = $1 AND state IN ($2, $3)";
+        WHERE id = $1 AND state IN ($2, $3) AND deleted_at IS NULL";
     let [one, other] = from.map(State::name);
     let changed = on!(tx, t => sqlx::query(SQL)
         .bind(id)

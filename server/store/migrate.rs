@@ -93,7 +93,8 @@ mod tests {
 
     /// The PostgreSQL text of a SQLite migration.
     fn translated(sqlite: &str) -> String {
-        const JSON: [&str; 6] = [
+        const JSON: [&str; 7] = [
+            "facts",
             "document",
             "request",
             "summary",

@@ -20,8 +20,11 @@ macro_rules! on {
 }
 pub(crate) use on;
 
+pub mod audit;
 pub mod bike;
 mod connect;
+pub mod deletion;
+pub mod facts;
 pub mod idempotency_key;
 pub mod job;
 pub mod key;

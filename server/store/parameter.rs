@@ -1,26 +1,21 @@
 //! Every identified parameter of every finished job: the fleet's memory.
 
+use sqlx::types::Json;
 use sqlx::{FromRow, QueryBuilder};
 use uuid::Uuid;
 
 use super::{Db, Tx, now_ms};
+use crate::facts::Facts;
 
-pub const METHODS: [&str; 5] = [
+pub const METHODS: [&str; 6] = [
     "extended",
     "output_error",
+    "latent_road",
     "swarm",
     "instrumental",
     "least_squares",
 ];
 pub const AXLES: [&str; 3] = ["front", "rear", "both"];
-
-macro_rules! select {
-    () => {
-        "SELECT job_id, method, axle, name, bike, value, std_error, unit, verdict, version, identified_at, \
-                (SELECT sha256 = 'season' FROM job JOIN ride ON ride.id = ride_id WHERE job.id = job_id) AS made_up \
-         FROM parameter "
-    };
-}
 
 #[derive(Clone, Debug, FromRow)]
 pub struct ParameterRow {
@@ -37,6 +32,8 @@ pub struct ParameterRow {
     pub identified_at: i64,
     /// Told of by `veloid seed`.
     pub made_up: bool,
+    /// What is known of the ride.
+    pub facts: Option<Json<Facts>>,
 }
 
 /// A parameter before it is stored.
@@ -119,6 +116,14 @@ pub async fn insert(
         .map(drop))
 }
 
+/// Parameters of jobs that are not deleted; `job_deleted` is an index of few.
+macro_rules! of_group {
+    () => {
+        "WHERE NOT EXISTS (SELECT 1 FROM job WHERE job.id = job_id AND job.deleted_at IS NOT NULL) \
+           AND group_name = "
+    };
+}
+
 /// Adds the conditions that are asked for, and only those, so that the database can choose an index.
 macro_rules! conditions {
     ($query:ident, $filter:ident) => {
@@ -174,27 +179,31 @@ macro_rules! conditions {
 
 /// Newest job first, then by method, axle and name backwards.
 pub async fn page(db: &Db, filter: &Filter<'_>, limit: i64) -> sqlx::Result<Vec<ParameterRow>> {
-    macro_rules! query {
-        ($pool:expr) => {{
-            let mut query = QueryBuilder::new(concat!(select!(), "WHERE group_name = "));
-            query.push_bind(filter.group);
-            conditions!(query, filter);
-            query.push(" ORDER BY job_id DESC, method DESC, axle DESC, name DESC LIMIT ");
-            query
-                .push_bind(limit)
-                .build_query_as()
-                .fetch_all($pool)
-                .await
-        }};
-    }
-    on!(read db, p => query!(p))
+    // The rides of the page alone are looked up.
+    const PAGE: &str = concat!(
+        "SELECT page.*, ride.sha256 = 'season' AS made_up, ride.facts FROM ( \
+            SELECT job_id, method, axle, name, bike, value, std_error, unit, verdict, version, identified_at \
+            FROM parameter ",
+        of_group!()
+    );
+    const RIDES: &str = ") AS page \
+        JOIN job ON job.id = page.job_id JOIN ride ON ride.id = job.ride_id \
+        ORDER BY page.job_id DESC, method DESC, axle DESC, page.name DESC";
+    on!(read db, p => {
+        let mut query = QueryBuilder::new(PAGE);
+        query.push_bind(filter.group);
+        conditions!(query, filter);
+        query.push(" ORDER BY job_id DESC, method DESC, axle DESC, name DESC LIMIT ");
+        query.push_bind(limit).push(RIDES);
+        query.build_query_as().fetch_all(p).await
+    })
 }
 
 /// Whether a list holds more rows than these; what it is filtered by decides how long that takes.
 pub async fn has_more_than(db: &Db, filter: &Filter<'_>, rows: i64) -> sqlx::Result<bool> {
     macro_rules! query {
         ($pool:expr) => {{
-            let mut query = QueryBuilder::new("SELECT 1 FROM parameter WHERE group_name = ");
+            let mut query = QueryBuilder::new(concat!("SELECT 1 FROM parameter ", of_group!()));
             query.push_bind(filter.group);
             conditions!(query, filter);
             query.push(" ORDER BY job_id DESC, method DESC, axle DESC, name DESC LIMIT 1 OFFSET ");
@@ -211,23 +220,57 @@ fn first_id_at(epoch_ms: i64) -> Uuid {
     Uuid::from_u128(u128::from(ms) << 80)
 }
 
-/// Stiffness and damping of a bike's latest rides: by the extended model where there is one, else by
-/// output error.
+/// Job, axle and name of every effect's parameter that was identified by these jobs.
+pub async fn effects(db: &Db, jobs: &[Uuid]) -> sqlx::Result<Vec<(Uuid, String, String)>> {
+    if jobs.is_empty() {
+        return Ok(Vec::new());
+    }
+    on!(read db, p => {
+        let mut query = QueryBuilder::new(
+            "SELECT job_id, axle, name FROM parameter WHERE method = 'extended' AND name LIKE '%.%' AND job_id IN (",
+        );
+        let mut list = query.separated(", ");
+        for job in jobs {
+            list.push_bind(*job);
+        }
+        query.push(")").build_query_as().fetch_all(p).await
+    })
+}
+
+/// What one ride says best of a parameter.
+#[derive(Clone, Debug, FromRow)]
+pub struct BestRow {
+    pub job_id: Uuid,
+    pub axle: String,
+    pub name: String,
+    pub value: f64,
+    pub std_error: Option<f64>,
+    pub unit: String,
+    pub verdict: Option<String>,
+    pub identified_at: i64,
+    /// When it was ridden or, where that is not known, uploaded.
+    pub dated_at: i64,
+}
+
+/// Stiffness and damping of the rides of a bike that were ridden last: by the extended model where there is one,
+/// else by output error.
 pub async fn best_of_bike(
     db: &Db,
     group: &str,
     bike: &str,
     rides: i64,
-) -> sqlx::Result<Vec<ParameterRow>> {
+) -> sqlx::Result<Vec<BestRow>> {
     // CROSS JOIN keeps SQLite from walking all that was ever identified of the bike.
     const SQL: &str = "\
-        SELECT job_id, method, axle, name, bike, value, std_error, unit, verdict, version, identified_at, FALSE AS made_up \
-        FROM (SELECT id FROM job WHERE group_name = $3 AND bike = $1 AND state = 'succeeded' ORDER BY id DESC LIMIT $2) AS latest \
+        SELECT job_id, axle, name, value, std_error, unit, verdict, identified_at, dated_at \
+        FROM (SELECT id, dated_at FROM job \
+              WHERE group_name = $3 AND bike = $1 AND state = 'succeeded' AND deleted_at IS NULL \
+              ORDER BY dated_at DESC, id DESC LIMIT $2) AS latest \
         CROSS JOIN parameter \
-        WHERE job_id = latest.id AND method IN ('extended', 'output_error') AND name IN ('k_n_m', 'b_n_s_m') \
+        WHERE job_id = latest.id AND method IN ('extended', 'output_error', 'latent_road') AND name IN ('k_n_m', 'b_n_s_m') \
         ORDER BY job_id, axle, name, method";
-    let mut rows: Vec<ParameterRow> = on!(read db, p => sqlx::query_as(SQL).bind(bike).bind(rides).bind(group).fetch_all(p).await)?;
-    // `extended` sorts first.
+    let mut rows: Vec<BestRow> = on!(read db, p => sqlx::query_as(SQL).bind(bike).bind(rides).bind(group).fetch_all(p).await)?;
+    // `extended` sorts first; `latent_road` stands alone.
     rows.dedup_by(|a, b| (a.job_id, &a.axle, &a.name) == (b.job_id, &b.axle, &b.name));
     Ok(rows)
 }

@@ -140,7 +140,8 @@ impl Season {
                 _ => 1.0,
             };
             let truth = typical * own[p] * fate * (1.0 + scatter * self.normal());
-            for method in METHODS {
+            // The rides that are made up have a road.
+            for method in METHODS.into_iter().filter(|m| *m != "latent_road") {
                 let value = truth * (1.0 + error * self.normal());
                 // Swarms have no standard error.
                 let error = (method != "swarm").then_some(error * truth);
@@ -187,13 +188,13 @@ async fn write(db: &Db, ride: Uuid, outings: &[Outing]) -> sqlx::Result<()> {
             for part in outings.chunks(1000) {
                 let mut query = QueryBuilder::new(
                     "INSERT INTO job (id, ride_id, bike, fingerprint, request, summary, state, stage, revision, \
-                     trials_total, trials_done, takeovers, verdict, created_at, finished_at, group_name) ",
+                     trials_total, trials_done, takeovers, verdict, created_at, finished_at, dated_at, group_name) ",
                 );
                 query.push_values(part, |mut row, outing| {
                     row.push_bind(outing.id).push_bind(ride).push_bind(&outing.bike).push_bind("");
                     row.push_bind(Json(&request)).push_bind(Json(&summary));
                     row.push("'succeeded', 'diagnose', 1, 10, 10, 0");
-                    row.push_bind(outing.verdict).push_bind(outing.at).push_bind(outing.at).push_bind(HOME);
+                    row.push_bind(outing.verdict).push_bind(outing.at).push_bind(outing.at).push_bind(outing.at).push_bind(HOME);
                 });
                 query.build().execute(&mut **$tx).await?;
             }

@@ -32,11 +32,13 @@ pub async fn snapshot(from: &Path, to: &Path) -> Result<Vec<String>, SnapshotErr
     if found != "ok" {
         return Err(SnapshotError::Damaged(found));
     }
-    let files =
-        sqlx::query_scalar("SELECT DISTINCT sha256 FROM ride WHERE sha256 <> $1 ORDER BY sha256")
-            .bind(TOLD)
-            .fetch_all(&mut copy)
-            .await?;
+    const FILES: &str = "\
+        SELECT sha256 FROM ride WHERE sha256 <> $1 AND id NOT IN (SELECT ride_id FROM ride_file) \
+        UNION SELECT sha256 FROM ride_file ORDER BY sha256";
+    let files = sqlx::query_scalar(FILES)
+        .bind(TOLD)
+        .fetch_all(&mut copy)
+        .await?;
     copy.close().await?;
     Ok(files)
 }

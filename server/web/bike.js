@@ -15,14 +15,14 @@ async function draw(address) {
     figure.hidden = false;
     new Figure(figure, () => ({
       hover: 'closest',
-      x: { label: 'identified', type: 'date' },
+      x: { label: 'ridden', type: 'date' },
       panels: own.map(panel),
     }), { eager: true });
   }
 }
 
 function panel({ name, unit, points, pooled, trend }) {
-  const x = points.map((point) => point.identified_at);
+  const x = points.map((point) => point.dated_at);
   const letter = name === 'k_n_m' ? 'k' : 'B';
   const traces = [{
     name: letter, x, y: points.map((point) => point.value), error: points.map((point) => 1.96 * point.std_error),
@@ -33,7 +33,7 @@ function panel({ name, unit, points, pooled, trend }) {
     const day = (time) => Date.parse(time) / 864e5;
     const weights = points.map((point) => 1 / (point.std_error ** 2 + pooled.between_rides ** 2));
     const total = weights.reduce((sum, weight) => sum + weight, 0);
-    const middle = points.reduce((sum, point, i) => sum + weights[i] * day(point.identified_at), 0) / total;
+    const middle = points.reduce((sum, point, i) => sum + weights[i] * day(point.dated_at), 0) / total;
     const mean = points.reduce((sum, point, i) => sum + weights[i] * point.value, 0) / total;
     traces.push({
       name: 'trend', x: [x[0], x.at(-1)], ink: 'series-plain', legend: false, dash: 'dash',

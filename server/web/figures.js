@@ -29,30 +29,35 @@ export async function drawAll(job) {
     const found = evidence?.[axle];
     const named = report.diagnosis?.effects.some((effect) => effect.axle === axle || effect.axle === 'both');
     if (found) {
-      place(`worst-${axle}`, () => worst(found.worst, named), { eager: true });
-      place(`spectrum-${axle}`, () => spectrum(found.spectrum, named));
+      const inForce = found.predicted === 'force';
+      place(`worst-${axle}`, () => worst(found.worst, named, inForce), { eager: true });
+      place(`spectrum-${axle}`, () => spectrum(found.spectrum, named, inForce));
       place(`surface-${axle}`, () => heat(found.surface.deflection_m, found.surface.rate_m_s, found.surface.lacking_n));
     }
     const free = report.diagnosis?.free_form[axle];
     if (free?.force_n.length) place(`free-form-${axle}`, () => heat(free.deflection_m, free.rate_m_s, free.force_n));
     place(`scatter-${axle}`, () => scatter(report, axle));
   }
-  place('cost', () => cost(report.swarm.trials));
-  place('position', () => position(report));
+  // A ride without a road has no axle to draw and nothing was searched.
+  if (present.length) {
+    place('cost', () => cost(report.swarm.trials));
+    place('position', () => position(report));
+  }
   alongTheRide(job, report, present, place);
 }
 
-function worst({ t_s: t, measured_m: measured, plain_m: plain, extended_m: extended }, named) {
-  const line = (name, y, ink, dash) => ({ name, x: t, y: mm(y), ink, dash });
+function worst({ t_s: t, measured_m: measured, plain_m: plain, extended_m: extended }, named, inForce) {
+  const unit = inForce ? 'N' : 'mm';
+  const line = (name, y, ink, dash) => ({ name, x: t, y: inForce ? y : mm(y), ink, dash });
   return {
     x: { label: 'time from the first sample (s)' },
     panels: [
-      { label: 'z (mm)', weight: 1.2, traces: [
+      { label: `${inForce ? 'force' : 'z'} (${unit})`, weight: 1.2, traces: [
         line('measured', measured, 'series-measured'),
         line('plain model', plain, 'series-plain', 'dash'),
         ...(named ? [line('with the effects', extended, 'series-extended')] : []),
       ] },
-      { label: 'left (mm)', traces: [
+      { label: `left (${unit})`, traces: [
         { ...line('plain model leaves', minus(measured, plain), 'series-plain'), legend: false },
         ...(named ? [{ ...line('with the effects', minus(measured, extended), 'series-extended'), legend: false }] : []),
       ] },
@@ -60,11 +65,11 @@ function worst({ t_s: t, measured_m: measured, plain_m: plain, extended_m: exten
   };
 }
 
-function spectrum({ frequency_hz: x, plain_m2_hz: plain, extended_m2_hz: extended }, named) {
-  const density = (values) => values.map((value) => (value === null ? null : 1e3 * Math.sqrt(value)));
+function spectrum({ frequency_hz: x, plain_m2_hz: plain, extended_m2_hz: extended }, named, inForce) {
+  const density = (values) => values.map((value) => (value === null ? null : (inForce ? 1 : 1e3) * Math.sqrt(value)));
   return {
     x: { label: 'frequency (Hz)', log: true },
-    panels: [{ label: 'mm/√Hz', log: true, traces: [
+    panels: [{ label: `${inForce ? 'N' : 'mm'}/√Hz`, log: true, traces: [
       { name: 'plain model', x, y: density(plain), ink: 'series-plain' },
       ...(named ? [{ name: 'with the effects', x, y: density(extended), ink: 'series-extended' }] : []),
     ] }],
@@ -81,6 +86,7 @@ function heat(deflection, rate, z) {
 
 function cost(trials) {
   const length = Math.max(...trials.map((trial) => trial.best_cost.length));
+  if (!(length > 0)) return null;
   const x = Array.from({ length }, (_, i) => i + 1);
   const at = (i) => trials.map((trial) => trial.best_cost[i] ?? trial.best_cost.at(-1));
   const best = (list) => list.reduce((a, b, i) => (b.best_cost.at(-1) < list[a].best_cost.at(-1) ? i : a), 0);
@@ -101,6 +107,7 @@ function cost(trials) {
 
 function position(report) {
   const trial = report.swarm.trials[report.swarm.best_trial];
+  if (!trial?.best_position.length) return null;
   const count = trial.best_position[0].length;
   const x = trial.best_position.map((_, i) => i + 1);
   const of = (q) => trial.best_position.map((position) => position[q]);
@@ -119,10 +126,11 @@ function position(report) {
 }
 
 function scatter(report, axle) {
-  const point = (name, list, ink, symbol, size) => ({
-    name, x: list.map((p) => p.k_n_m), y: list.map((p) => p.b_n_s_m), ink, dots: true, symbol, size,
-    text: list.map((p, i) => `${name}${list.length > 1 ? ` ${i + 1}` : ''}: k ${rough(p.k_n_m, 6)} N/m, B ${rough(p.b_n_s_m)} N s/m`),
-  });
+  const point = (name, all, ink, symbol, size) => {
+    const list = all.filter(Boolean);
+    return { name, x: list.map((p) => p.k_n_m), y: list.map((p) => p.b_n_s_m), ink, dots: true, symbol, size,
+    text: list.map((p, i) => `${name}${list.length > 1 ? ` ${i + 1}` : ''}: k ${rough(p.k_n_m, 6)} N/m, B ${rough(p.b_n_s_m)} N s/m`) };
+  };
   const trials = report.swarm.trials.map((trial) => trial[axle]).filter(Boolean);
   return {
     hover: 'closest',
@@ -150,20 +158,22 @@ function alongTheRide(job, report, present, place) {
     }
     return answers.get(address);
   };
-  const scale = { displacement: 1e3, velocity: 1, acceleration: 1 };
-  const unit = { displacement: 'mm', velocity: 'm/s', acceleration: 'm/s²' };
+  const scale = { displacement: 1e3, velocity: 1, acceleration: 1, force: 1 };
+  const unit = { displacement: 'mm', velocity: 'm/s', acceleration: 'm/s²', force: 'N' };
+  const answersInForce = (axle) => report.output_error[axle]?.mass_kg === 0;
   const trace = (t, curves, quantity, name, extra) => curves[name] && {
     name: NAMES[name] ?? name, x: t, ink: INKS[name], ...extra,
     y: curves[name].map((value) => (value === null ? null : scale[quantity] * value)),
   };
   for (const quantity of Object.keys(scale)) {
     for (const axle of present) {
+      if (answersInForce(axle) !== (quantity === 'force')) continue;
       place(`${quantity}-${axle}`, async (range) => {
         const { t_s: t, axles } = await series(quantity, range);
         const curves = axles[axle];
         const of = (name, extra) => trace(t, curves, quantity, name, extra);
         const models = [of('measured'), of('least_squares', { dash: 'dot', shown: false }), of('swarm', { dash: 'dash', shown: false }), of('plain', { width: 1 })];
-        const letter = { displacement: 'z', velocity: "z'", acceleration: "z''" }[quantity];
+        const letter = { displacement: 'z', velocity: "z'", acceleration: "z''", force: 'force' }[quantity];
         return {
           x: { label: 'time (s)' },
           panels: [
@@ -174,7 +184,7 @@ function alongTheRide(job, report, present, place) {
       }, { timeline });
     }
   }
-  for (const axle of present) {
+  for (const axle of present.filter((axle) => !answersInForce(axle))) {
     place(`observer-${axle}`, async (range) => {
       const [z, v] = await Promise.all([series('displacement', range), series('velocity', range)]);
       const both = (answer, quantity, legend) => ['measured', 'observer'].map((name) =>

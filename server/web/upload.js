@@ -13,9 +13,17 @@ const rides = new Map();
 /** What it depends on how a file is read, and whether it can be identified. */
 const READING = ['rate_hz', 'rows', 'map', 'bike', 'fleet'];
 
-input.multiple = true;
+const together = document.querySelector('#together');
+const one = document.querySelector('#one');
+
 input.required = false;
 document.querySelector('#many').hidden = false;
+document.querySelector('#several').hidden = true;
+together.addEventListener('change', () => {
+  const files = [];
+  for (const ride of rides.values()) if (!ride.sent) { files.push(...ride.files); remove(ride); }
+  add(files);
+});
 
 drop.addEventListener('dragover', (event) => { event.preventDefault(); drop.classList.add('over'); });
 drop.addEventListener('dragleave', () => drop.classList.remove('over'));
@@ -55,22 +63,51 @@ another.addEventListener('click', () => {
   field.focus();
 });
 
+/** Each file is a ride, or all that are not sent yet are one. */
 function add(files) {
-  for (const file of files) {
-    const key = `${file.name} ${file.size} ${file.lastModified}`;
-    if (rides.has(key)) continue;
-    const ride = { key, file, item: document.createElement('li') };
-    ride.item.innerHTML = '<div class="top"><strong></strong><button type="button">Remove</button></div><p class="quiet small"></p>';
-    ride.item.querySelector('strong').textContent = file.name;
-    ride.said = ride.item.querySelector('p');
-    const remove = ride.item.querySelector('button');
-    remove.setAttribute('aria-label', `Remove ${file.name}`);
-    remove.addEventListener('click', () => { ride.request?.abort(); rides.delete(key); ride.item.remove(); input.focus(); });
-    rides.set(key, ride);
-    list.append(ride.item);
-    list.hidden = false;
-    preview(ride);
-  }
+  const fresh = [...files].filter((file) => ![...rides.values()].some((ride) => ride.files.some((other) => same(file, other))));
+  if (together.checked && fresh.length) {
+    const waiting = [...rides.values()].filter((ride) => !ride.sent);
+    waiting.forEach(remove);
+    begin([...waiting.flatMap((ride) => ride.files), ...fresh]);
+  } else for (const file of fresh) begin([file]);
+  offerOne();
+}
+
+function same(a, b) {
+  return a.name === b.name && a.size === b.size && a.lastModified === b.lastModified;
+}
+
+function begin(files) {
+  const ride = { files, name: files.map((file) => file.name).join(', '), item: document.createElement('li') };
+  ride.item.innerHTML = '<div class="top"><strong></strong><button type="button">Remove</button></div><p class="quiet small"></p>';
+  ride.item.querySelector('strong').textContent = ride.name;
+  ride.said = ride.item.querySelector('p');
+  const button = ride.item.querySelector('button');
+  button.setAttribute('aria-label', `Remove ${ride.name}`);
+  button.addEventListener('click', () => { remove(ride); offerOne(); input.focus(); });
+  rides.set(ride, ride);
+  list.append(ride.item);
+  list.hidden = false;
+  preview(ride);
+}
+
+function remove(ride) {
+  ride.request?.abort();
+  rides.delete(ride);
+  ride.item.remove();
+}
+
+/** Whether several files are one ride is asked where there are several. */
+function offerOne() {
+  const waiting = [...rides.values()].filter((ride) => !ride.sent).flatMap((ride) => ride.files);
+  one.hidden = waiting.length < 2;
+}
+
+/** A form with the ride's files at its end. */
+function withFiles(ride, body) {
+  for (const file of ride.files) body.append('file', file);
+  return body;
 }
 
 /** What is filled in of the form's fields, or of some of them; several may have one name. */
@@ -84,12 +121,11 @@ function filled(names = null) {
 
 async function preview(ride) {
   say(ride, 'reading …');
-  const body = filled(READING);
-  body.append('file', ride.file);
+  const body = withFiles(ride, filled(READING));
   try {
     const response = await fetch('/v1/rides/preview', { method: 'POST', body });
     const answer = await response.json();
-    if (ride.sent) return;
+    if (ride.sent || !rides.has(ride)) return;
     if (!response.ok) { say(ride, answer.detail, true); return; }
     const columns = answer.columns.map((c) => (c.header === c.channel ? `${c.channel} (${c.unit})` : `${c.channel} from ${c.header} (${c.unit})`));
     const parts = [answer.format];
@@ -144,14 +180,13 @@ form.addEventListener('submit', async (event) => {
 function send(ride) {
   ride.sent = true;
   const bar = document.createElement('progress');
-  bar.max = ride.file.size;
+  bar.max = ride.files.reduce((sum, file) => sum + file.size, 0);
   bar.value = 0;
-  bar.setAttribute('aria-label', `Upload of ${ride.file.name}`);
+  bar.setAttribute('aria-label', `Upload of ${ride.name}`);
   ride.item.append(bar);
   say(ride, 'sending …');
   return new Promise((resolve) => {
-    const body = filled();
-    body.append('file', ride.file);
+    const body = withFiles(ride, filled());
     const request = new XMLHttpRequest();
     ride.request = request;
     request.upload.addEventListener('progress', (event) => { bar.value = event.loaded; });
@@ -194,7 +229,7 @@ function show(ride, job) {
     const link = document.createElement('a');
     link.href = job.links.page;
     link.textContent = job.state === 'succeeded' ? 'see the result' : running(job) ? 'follow the identification' : 'see the job';
-    link.setAttribute('aria-label', `${ride.file.name}: ${link.textContent}`);
+    link.setAttribute('aria-label', `${ride.name}: ${link.textContent}`);
     const known = !ride.known ? [] : [job.state === 'succeeded' ? ' · this ride was identified before' : ' · this ride was sent before'];
     ride.said.replaceChildren(state, ...known, ' · ', link);
   }
@@ -202,7 +237,7 @@ function show(ride, job) {
   if (!running(job)) { bar?.remove(); return; }
   if (!bar) {
     bar = document.createElement('progress');
-    bar.setAttribute('aria-label', `Identification of ${ride.file.name}`);
+    bar.setAttribute('aria-label', `Identification of ${ride.name}`);
     ride.item.append(bar);
   }
   bar.value = job.progress;

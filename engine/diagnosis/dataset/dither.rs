@@ -54,7 +54,7 @@ pub fn lay_over(ride: &Ride, dither: &PerAxle<Vec<f64>>) -> Option<Ride> {
     for (axle, noise) in dither.iter() {
         let noisy = noisy.get_or_insert_with(|| ride.clone());
         if let Some(record) = noisy.axles.get_mut(axle) {
-            (record.displacement.iter_mut().zip(noise)).for_each(|(z, n)| *z += n);
+            (record.output_mut().iter_mut().zip(noise)).for_each(|(z, n)| *z += n);
         }
     }
     noisy
@@ -67,23 +67,26 @@ fn lacking(record: &AxleRecord, fit: &AxleFit, bike: &Bike, step: f64, fitted: u
     let far = distance(&twice, &four);
     // Richardson's extrapolation.
     let between = (near * (near / far).min(FOURTH)).max(FINEST * rms(&once));
-    let own = (bike.noise_displacement_m)
-        .unwrap_or_else(|| deviation(white_floor(&record.displacement, step), step));
+    let own = (bike.noise_displacement_m.filter(|_| !record.prescribed))
+        .unwrap_or_else(|| deviation(white_floor(record.output(), step), step));
     let own = own.min(fit.train_rms);
     let noise = |gain: f64| between * (fitted as f64 / (2.0 * gain)).sqrt();
     if own >= noise(BORNE) {
         return 0.0;
     }
     let deflection: Vec<f64> = record.road.iter().zip(&once).map(|(u, z)| u - z).collect();
+    // Without a mass the road is none, and this the force that answers to the deflection.
     let wanted = noise(HIDDEN).min(MOST * rms(&deflection));
     (wanted * wanted - own * own).max(0.0).sqrt()
 }
 
-/// Displacement (m) of the plain axle, had only every so-manieth sample been recorded of what drives it.
+/// Displacement (m) of the plain axle, or the force (N) that answers, if one sample in `every` had been recorded of what
+/// drives it.
 fn moved(record: &AxleRecord, plain: &Plain, step: f64, every: usize) -> Vec<f64> {
     let thin = |x: &Vec<f64>| -> Vec<f64> { x.iter().copied().step_by(every).collect() };
-    let force = record.force.as_ref().map(thin);
-    let input = Input::new(&thin(&record.road), force.as_deref(), step * every as f64);
+    let whole = Input::of(record, step);
+    let force = whole.force.as_ref().map(|(force, _)| thin(force));
+    let input = whole.driven_by(&thin(&whole.road), force.as_deref(), step * every as f64);
     let Plain {
         kappa,
         beta,

@@ -1,15 +1,19 @@
 //! What the extended model needs to know of a ride: the inputs of every axle with their slopes, and
 //! the sizes from which effects take their starts and limits.
 
+use std::sync::Arc;
+
 use rand_chacha::ChaCha8Rng;
 
 use super::speed;
+use super::work::Work;
 use crate::bicycle::{Axle, Bike, PerAxle};
-use crate::diagnosis::law::{Need, Scale, Tap};
+use crate::diagnosis::law::{Need, OwnLaw, Scale, Tap};
 use crate::numerics::random::normal;
 use crate::numerics::spectrum::{measured_noise, white_floor};
 use crate::numerics::spline::{cubic, slopes};
 use crate::output_error::AxleFit;
+use crate::report::diagnosis::Predicted;
 use crate::ride::{AxleRecord, Ride};
 use crate::simulate::linear::{Input, road_answer};
 
@@ -20,6 +24,7 @@ pub struct Track {
     pub input: Input,
     /// Integral of the road's spline up to each sample (m s).
     road_integral: Vec<f64>,
+    /// What models predict: the displacement (m), or the force (N) that answers where the motion is prescribed.
     pub measured: Vec<f64>,
     pub valid: Vec<bool>,
     pub scale: Scale,
@@ -42,6 +47,22 @@ pub struct Track {
 }
 
 impl Track {
+    /// Where the mass is (m) when models predict this: it rests where the motion is prescribed.
+    pub fn height(&self, predicted: Vec<f64>) -> Vec<f64> {
+        match self.input.prescribed {
+            true => vec![0.0; predicted.len()],
+            false => predicted,
+        }
+    }
+
+    /// What models predict on this track.
+    pub fn predicted(&self) -> Predicted {
+        match self.input.prescribed {
+            true => Predicted::Force,
+            false => Predicted::Displacement,
+        }
+    }
+
     /// Noise (m, RMS) of the displacement sensor, declared or measured; nothing where neither is so.
     pub fn sensor_noise(&self) -> Option<f64> {
         self.declared_noise
@@ -56,7 +77,7 @@ impl Track {
 
     /// Drives the axle by another road and another force.
     pub fn set_inputs(&mut self, road: &[f64], force: Option<&[f64]>) {
-        self.input = Input::new(road, force, self.input.step);
+        self.input = self.input.driven_by(road, force, self.input.step);
         self.road_integral = spline_integral(&self.input);
     }
 
@@ -157,6 +178,8 @@ pub struct Scene {
     pub geometry: Option<[f64; 4]>,
     /// Order of the autoregressive noise under which models are compared.
     pub noise_order: usize,
+    /// What was simulated of this dataset and its variants so far.
+    pub work: Work,
 }
 
 /// Order of the noise model under which structures are compared: the same for all.
@@ -201,6 +224,7 @@ impl Scene {
             crank,
             geometry,
             noise_order: ORDER,
+            work: Work::default(),
         };
         for (axle, record) in ride.axles.iter() {
             if let Some(fit) = fits.get(axle) {
@@ -226,17 +250,18 @@ impl Scene {
         mean_speed: f64,
         speed_span: f64,
     ) -> Track {
-        let input = Input::new(&record.road, record.force.as_deref(), ride.step_s);
+        let input = Input::of(record, ride.step_s);
         let mass = 1.0 / fit.plain.per_mass;
-        let z: Vec<f64> = record
-            .displacement
-            .iter()
-            .zip(&fit.residual)
-            .map(|(y, r)| y - r)
-            .collect();
+        let fitted = record.output().iter().zip(&fit.residual);
+        let fitted: Vec<f64> = fitted.map(|(y, r)| y - r).collect();
+        let (z, a) = if record.prescribed {
+            (vec![0.0; fitted.len()], fitted)
+        } else {
+            let a = slopes(&slopes(&fitted, ride.step_s), ride.step_s);
+            (fitted, a)
+        };
         let v = slopes(&z, ride.step_s);
-        let a = slopes(&v, ride.step_s);
-        let d: Vec<f64> = record.road.iter().zip(&z).map(|(u, z)| u - z).collect();
+        let d: Vec<f64> = input.road.iter().zip(&z).map(|(u, z)| u - z).collect();
         let w: Vec<f64> = input
             .road_slope
             .iter()
@@ -281,6 +306,7 @@ impl Scene {
             balanced_pitch_inertia: bike.l_front_m.unwrap_or(0.0)
                 * bike.l_rear_m.unwrap_or(0.0)
                 * total,
+            own: None,
         };
         let road_integral = spline_integral(&input);
         let driven = record.has_road() || record.force.is_some();
@@ -294,22 +320,30 @@ impl Scene {
         let floor = |x: &[f64], declared: Option<f64>| {
             declared.map_or_else(|| most(x), |noise| 2.0 * noise * noise * ride.step_s)
         };
+        let declared = bike.noise_displacement_m.filter(|_| !record.prescribed);
         Track {
             axle,
             road_floor: floor(&record.road, bike.noise_road_m),
             road_most: most(&record.road),
-            force_most: record.force.as_deref().map_or(0.0, most),
-            sensor_floor: floor(&record.displacement, bike.noise_displacement_m),
-            declared_noise: bike.noise_displacement_m,
+            force_most: input.force.as_ref().map_or(0.0, |(force, _)| most(force)),
+            sensor_floor: floor(record.output(), declared),
+            declared_noise: declared,
             input,
             road_integral,
-            measured: record.displacement.clone(),
+            measured: record.output().to_vec(),
             valid,
             scale,
             has_road: record.has_road(),
             at_rest,
-            free_mass: bike.mass(axle).is_none(),
+            free_mass: bike.mass(axle).is_none() && !record.prescribed,
             rest_point: record.force.is_some() || !record.has_road(),
+        }
+    }
+
+    /// Puts the user's own law into the sizes of every axle.
+    pub fn set_law(&mut self, law: &Arc<OwnLaw>) {
+        for track in &mut self.tracks {
+            track.scale.own = Some(Arc::clone(law));
         }
     }
 
@@ -344,6 +378,11 @@ impl Scene {
             Need::StaticLoad => (
                 track.scale.static_load.is_finite(),
                 "no static load or mass in the bike file",
+            ),
+            Need::PrescribedMotion => (track.input.prescribed, "no rig prescribes the motion"),
+            Need::Mass => (
+                !track.input.prescribed,
+                "the motion is prescribed, so that no mass moves",
             ),
         };
         (!there).then_some(why)

@@ -4,5 +4,7 @@ pub mod dither;
 pub mod inputs;
 pub mod planned;
 mod speed;
+mod work;
 
 pub use inputs::{Scene, Track};
+pub use work::Budget;

@@ -18,6 +18,7 @@ impl Effect for AsymmetricDamping {
         amplitudes: &[0],
         starts: |_| vec![[0.2, 0.0, 0.0, 0.0]],
         report: |p, _| vec![reported(&ASYMMETRY, p[0], [-1.0, 1.0])],
+        law: "B (1 + asymmetry sign(w)) w in the place of B w",
         words: "compression and rebound damp differently",
         confused_with: &["progressive_stiffness"],
         source: "Dixon, The Shock Absorber Handbook, 2nd ed. 2007",

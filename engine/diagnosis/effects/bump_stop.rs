@@ -46,12 +46,13 @@ impl Effect for BumpStop {
             vec![
                 reported(&GAP, p[0], [1e-3 * s.d_rms, (GAP.limits)(s)[1]]),
                 reported(&STIFFNESS, p[1], [0.0, (STIFFNESS.limits)(s)[1]]),
-                Reported { name: "side", unit: side, value: p[2], physical: true },
+                Reported { name: "side".into(), unit: side.into(), value: p[2], physical: true },
             ]
         },
         stiffens: |p, _| p[1],
         corners: true,
         peaks: true,
+        law: "stop_stiffness (|d| - gap) sign(d) where |d| > gap, on one side (compression or rebound) or on both",
         words: "the travel ends at a stop (bottoming, rim strike)",
         confused_with: &["cubic_stiffness", "free_play", "progressive_stiffness"],
         source: "Sadauckas et al. 2024, Veh. Syst. Dyn. (rim strike)",

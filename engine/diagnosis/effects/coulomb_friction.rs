@@ -43,6 +43,7 @@ impl Effect for CoulombFriction {
         report: |p, s| vec![reported(&FRICTION, p[0], [0.0, (FRICTION.limits)(s)[1]])],
         damps: sharpness,
         corners: true,
+        law: "friction sign(w)",
         words: "dry friction acts along the suspension (fork, seat post, guide)",
         confused_with: &["quadratic_damping", "hysteresis", "guide_friction"],
         limit_of: &["hysteresis"],
@@ -52,7 +53,7 @@ impl Effect for CoulombFriction {
 
     #[inline(always)]
     fn tyre(p: &LaneValues, m: &Motion, _s: &States, force: Lanes) -> Lanes {
-        force + dry(p[0] * m.per_mass, m.w, p[1], m.step)
+        force + dry(p[0] * m.per_mass, m.w, p[1], m.felt_after)
     }
 
     fn from_reported(reported: &[f64], scale: &Scale) -> Values {

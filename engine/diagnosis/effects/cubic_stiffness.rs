@@ -19,6 +19,7 @@ impl Effect for CubicStiffness {
         starts: |s| vec![[(K3.size)(s), 0.0, 0.0, 0.0]],
         report: |p, s| vec![reported(&K3, p[0], (K3.limits)(s))],
         stiffens: |p, s| 3.0 * p[0].max(0.0) * 4.0 * s.d_rms * s.d_rms,
+        law: "k3 d^3",
         words: "the spring stiffens (or softens) with the cube of its deflection",
         confused_with: &["bump_stop", "free_play", "wheel_lift"],
         source: "Kerschen et al. 2006, Mech. Syst. Signal Process. 20:505-592",

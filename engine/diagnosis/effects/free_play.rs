@@ -20,6 +20,7 @@ impl Effect for FreePlay {
         report: |p, s| vec![reported(&GAP, p[0], [1e-6 * s.d_rms, (GAP.limits)(s)[1]])],
         corners: true,
         peaks: true,
+        law: "k (d -+ gap/2) outside a gap and 0 within, in the place of k d",
         words: "there is backlash: no spring force within a gap",
         confused_with: &["bump_stop", "cubic_stiffness", "hysteresis"],
         source: "Kerschen et al. 2006, Mech. Syst. Signal Process. 20:505-592",

@@ -46,6 +46,7 @@ impl Effect for FrictionCurve {
         },
         damps: sharpness,
         corners: true,
+        law: "friction sign(w) (1 + excess rate^2 / (w^2 + rate^2))",
         words: "dry friction changes with the sliding rate",
         confused_with: &["coulomb_friction", "hysteresis"],
         source: "Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica 30:1083-1138",
@@ -57,6 +58,6 @@ impl Effect for FrictionCurve {
         let slow = p[2] * p[2];
         let size = Lanes::all(1.0) + p[1] * (slow / (m.w * m.w + slow));
         let width = Lanes::all(WIDTH * m.scale.w_rms);
-        force + dry(p[0] * m.per_mass * size, m.w, width, m.step)
+        force + dry(p[0] * m.per_mass * size, m.w, width, m.felt_after)
     }
 }

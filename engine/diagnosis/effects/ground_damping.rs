@@ -19,6 +19,7 @@ impl Effect for GroundDamping {
         amplitudes: &[0],
         starts: |s| vec![[(DAMPING.size)(s), 0.0, 0.0, 0.0]],
         report: |p, s| vec![reported(&DAMPING, p[0], [0.0, (DAMPING.limits)(s)[1]])],
+        law: "-damping z' on the mass",
         words: "a damper acts against the resting frame (a rig's guide, air)",
         confused_with: &["guide_friction", "sensor_gain", "sensor_delay"],
         source: "Gillespie, Fundamentals of Vehicle Dynamics, 1992 (quarter car on a rig)",
@@ -26,7 +27,7 @@ impl Effect for GroundDamping {
     };
 
     #[inline(always)]
-    fn body(p: &LaneValues, m: &Motion, force: Lanes) -> Lanes {
+    fn body(p: &LaneValues, m: &Motion, _s: &States, force: Lanes) -> Lanes {
         force - p[0] * m.per_mass * m.v
     }
 }

@@ -15,6 +15,7 @@ impl Effect for GuideFriction {
         report: |p, s| vec![reported(&FRICTION, p[0], [0.0, (FRICTION.limits)(s)[1]])],
         damps: sharpness,
         corners: true,
+        law: "-friction sign(z') on the mass",
         words: "dry friction holds the mass against the resting frame",
         confused_with: &["coulomb_friction", "ground_damping"],
         source: "Olsson et al. 1998, Eur. J. Control 4:176-195",
@@ -22,8 +23,8 @@ impl Effect for GuideFriction {
     };
 
     #[inline(always)]
-    fn body(p: &LaneValues, m: &Motion, force: Lanes) -> Lanes {
-        force - dry(p[0] * m.per_mass, m.v, p[1], m.step)
+    fn body(p: &LaneValues, m: &Motion, _s: &States, force: Lanes) -> Lanes {
+        force - dry(p[0] * m.per_mass, m.v, p[1], m.felt_after)
     }
 
     fn from_reported(reported: &[f64], scale: &Scale) -> Values {

@@ -17,9 +17,12 @@ impl Effect for HardeningMass {
     const SPEC: Spec = Spec {
         id: "hardening_mass",
         acts: Acts::OneAxle,
+        needs: &[Need::Mass],
         parameters: &[FRACTION, FREQUENCY, DAMPING, HARDENING],
         report: |p, s| vec![reported(&HARDENING, p[3], (HARDENING.limits)(s))],
         states: 2,
+        second_mass: true,
+        law: "a sprung mass whose stiffness is multiplied by 1 + hardening (travel / z_rms)^2",
         words: "the frequency of a second mass depends on how far it moves",
         confused_with: &["sprung_mass"],
         source: "Kerschen et al. 2006, Mech. Syst. Signal Process. 20:505-592",

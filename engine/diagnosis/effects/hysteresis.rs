@@ -43,6 +43,7 @@ impl Effect for Hysteresis {
         },
         stiffens: |p, _| p[0],
         states: 1,
+        law: "f with f' = stiffness (w - |w| f / yield_force) (Bouc-Wen)",
         words: "the tyre or frame loses energy by rate-independent hysteresis",
         confused_with: &["coulomb_friction", "cubic_stiffness", "free_play"],
         source: "Wen 1976, J. Eng. Mech. 102:249-263",

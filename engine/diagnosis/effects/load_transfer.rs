@@ -14,12 +14,13 @@ impl Effect for LoadTransfer {
     const SPEC: Spec = Spec {
         id: "load_transfer",
         acts: Acts::Both,
-        needs: &[Need::VaryingSpeed, Need::Geometry],
+        needs: &[Need::VaryingSpeed, Need::Geometry, Need::Mass],
         parameters: &[HEIGHT],
         amplitudes: &[0],
         starts: |_| vec![[1.0, 0.0, 0.0, 0.0]],
         report: |p, _| vec![reported(&HEIGHT, p[0], [0.05, 3.0])],
         slow: true,
+        law: "+-m V' cog_height / L on the mass, plus on the front axle",
         words: "braking and accelerating shift load between the axles",
         confused_with: &["sensor_drift", "sensor_offset"],
         source: "Wilson & Schmidt, Bicycling Science, 4th ed. 2020",
@@ -27,7 +28,7 @@ impl Effect for LoadTransfer {
     };
 
     #[inline(always)]
-    fn body(p: &LaneValues, m: &Motion, force: Lanes) -> Lanes {
+    fn body(p: &LaneValues, m: &Motion, _s: &States, force: Lanes) -> Lanes {
         force + p[0] * m.per_mass * (m.scale.lift * m.speed_rate)
     }
 }

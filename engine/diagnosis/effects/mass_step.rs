@@ -17,6 +17,7 @@ impl Effect for MassStep {
     const SPEC: Spec = Spec {
         id: "mass_step",
         acts: Acts::OneAxle,
+        needs: &[Need::Mass],
         parameters: &[FRACTION, edge("from"), edge("to")],
         amplitudes: &[0],
         starts: |s| {
@@ -53,6 +54,7 @@ impl Effect for MassStep {
             ]
         },
         local: true,
+        law: "m (1 + fraction) in the place of m, from one time to another",
         words: "the mass on the axle changes for a while (the rider stands up, luggage falls off)",
         confused_with: &["stiffness_drift"],
         source: "effect library: posture or load change",

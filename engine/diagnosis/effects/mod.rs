@@ -4,56 +4,92 @@
 //! force on the mass, its inertia, states of its own, the road under the wheel, or the sensor. To
 //! add one, write its file and add its line to the list below.
 
+use std::borrow::Cow;
+
 use crate::diagnosis::law::{
-    Effect, LaneValues, Lanes, MAX_PARAMETERS, Motion, Pickup, Scale, Spec, Spot, States, Tap,
-    Values,
+    Effect, LaneValues, Lanes, MAX_PARAMETERS, Motion, Need, Pickup, Scale, Spec, Spot, States,
+    Tap, Values,
 };
+
+pub mod catalogue;
+mod own_law;
+
+pub use own_law::Shape;
 
 macro_rules! library {
     ($($file:ident :: $name:ident),* $(,)?) => {
         $(mod $file;)*
 
-        /// Every effect that can be modelled.
+        /// Every effect that can be modelled, the library's and the user's.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        pub enum Kind { $($name),* }
+        pub enum Kind {
+            /// The user's own law, which the sizes of the ride hold.
+            Own(Shape),
+            $($name),*
+        }
 
+        /// The library.
         pub const ALL: &[Kind] = &[$(Kind::$name),*];
 
         impl Kind {
             pub fn spec(self) -> &'static Spec {
-                match self { $(Kind::$name => const { &<$file::$name as Effect>::SPEC }),* }
+                match self {
+                    Kind::Own(shape) => shape.spec(),
+                    $(Kind::$name => const { &<$file::$name as Effect>::SPEC }),*
+                }
             }
 
             #[inline(always)]
             pub fn tyre(self, p: &LaneValues, m: &Motion, s: &States, force: Lanes) -> Lanes {
-                match self { $(Kind::$name => $file::$name::tyre(p, m, s, force)),* }
+                match self {
+                    Kind::Own(_) => own_law::tyre(p, m, s, force),
+                    $(Kind::$name => $file::$name::tyre(p, m, s, force)),*
+                }
             }
 
             #[inline(always)]
-            pub fn body(self, p: &LaneValues, m: &Motion, force: Lanes) -> Lanes {
-                match self { $(Kind::$name => $file::$name::body(p, m, force)),* }
+            pub fn body(self, p: &LaneValues, m: &Motion, s: &States, force: Lanes) -> Lanes {
+                match self {
+                    Kind::Own(_) => own_law::body(p, m, s, force),
+                    $(Kind::$name => $file::$name::body(p, m, s, force)),*
+                }
             }
 
             #[inline(always)]
             pub fn inertia(self, p: &LaneValues, m: &Motion, s: &States, force: Lanes) -> Lanes {
-                match self { $(Kind::$name => $file::$name::inertia(p, m, s, force)),* }
+                match self {
+                    Kind::Own(_) => force,
+                    $(Kind::$name => $file::$name::inertia(p, m, s, force)),*
+                }
             }
 
             #[inline(always)]
             pub fn rates(self, p: &LaneValues, m: &Motion, s: &States) -> States {
-                match self { $(Kind::$name => $file::$name::rates(p, m, s)),* }
+                match self {
+                    Kind::Own(_) => own_law::rates(p, m, s),
+                    $(Kind::$name => $file::$name::rates(p, m, s)),*
+                }
             }
 
             pub fn road(self, p: &Values, spot: &Spot, scale: &Scale, tap: &mut Tap) {
-                match self { $(Kind::$name => $file::$name::road(p, spot, scale, tap)),* }
+                match self {
+                    Kind::Own(_) => {}
+                    $(Kind::$name => $file::$name::road(p, spot, scale, tap)),*
+                }
             }
 
             pub fn sensor(self, p: &Values, t: f64, pickup: &mut Pickup) {
-                match self { $(Kind::$name => $file::$name::sensor(p, t, pickup)),* }
+                match self {
+                    Kind::Own(_) => {}
+                    $(Kind::$name => $file::$name::sensor(p, t, pickup)),*
+                }
             }
 
             pub fn from_reported(self, reported: &[f64], scale: &Scale) -> Values {
-                match self { $(Kind::$name => $file::$name::from_reported(reported, scale)),* }
+                match self {
+                    Kind::Own(_) => own_law::from_reported(reported),
+                    $(Kind::$name => $file::$name::from_reported(reported, scale)),*
+                }
             }
         }
     };
@@ -92,6 +128,7 @@ library! {
     sensor_gain::SensorGain,
     sensor_offset::SensorOffset,
     sensor_drift::SensorDrift,
+    force_lag::ForceLag,
     power_damping::PowerDamping,
     position_damping::PositionDamping,
     friction_curve::FrictionCurve,
@@ -120,8 +157,32 @@ impl Kind {
         ALL.iter().copied().filter(|kind| !FOILS.contains(kind))
     }
 
+    /// What a ride must have for the effect to be spoken about.
+    pub fn needs(self, scale: &Scale) -> Vec<Need> {
+        match (self, &scale.own) {
+            (Self::Own(_), Some(law)) => law.needs(),
+            _ => self.spec().needs.to_vec(),
+        }
+    }
+
+    /// The id in reports.
+    pub fn id_on(self, scale: &Scale) -> &str {
+        match (self, &scale.own) {
+            (Self::Own(_), Some(law)) => &law.id,
+            _ => self.id(),
+        }
+    }
+
+    /// The effect in plain words.
+    pub fn words_on(self, scale: &Scale) -> &str {
+        match (self, &scale.own) {
+            (Self::Own(_), Some(law)) => &law.words,
+            _ => self.spec().words,
+        }
+    }
+
     /// Names of the parameters as reports give them.
-    pub fn reported(self) -> Vec<&'static str> {
+    pub fn reported(self) -> Vec<Cow<'static, str>> {
         let told = (self.spec().report)(&[1.0; MAX_PARAMETERS], &Scale::TYPICAL);
         told.into_iter().map(|parameter| parameter.name).collect()
     }

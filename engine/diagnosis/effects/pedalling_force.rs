@@ -16,7 +16,7 @@ impl Effect for PedallingForce {
     const SPEC: Spec = Spec {
         id: "pedalling_force",
         acts: Acts::OneAxle,
-        needs: &[Need::Cadence],
+        needs: &[Need::Cadence, Need::Mass],
         parameters: &[part("sine"), part("cosine")],
         amplitudes: &[0, 1],
         starts: |s| {
@@ -26,10 +26,11 @@ impl Effect for PedallingForce {
         report: |p, s| {
             let limit = 20.0 * s.force_rms();
             vec![
-                Reported { name: "amplitude", unit: "N", value: p[0].hypot(p[1]), physical: p[0].hypot(p[1]) < limit },
-                Reported { name: "phase", unit: "rad", value: p[1].atan2(p[0]), physical: true },
+                Reported { name: "amplitude".into(), unit: "N".into(), value: p[0].hypot(p[1]), physical: p[0].hypot(p[1]) < limit },
+                Reported { name: "phase".into(), unit: "rad".into(), value: p[1].atan2(p[0]), physical: true },
             ]
         },
+        law: "amplitude sin(2 crank + phase) on the mass",
         words: "pedalling pushes the axle at twice the cadence",
         confused_with: &["wheel_out_of_round"],
         source: "Turner et al. 2019, arXiv 1905.00019 (cycling vibration)",
@@ -37,7 +38,7 @@ impl Effect for PedallingForce {
     };
 
     #[inline(always)]
-    fn body(p: &LaneValues, m: &Motion, force: Lanes) -> Lanes {
+    fn body(p: &LaneValues, m: &Motion, _s: &States, force: Lanes) -> Lanes {
         force + (p[0] * m.crank[0] + p[1] * m.crank[1]) * m.per_mass
     }
 

@@ -15,18 +15,19 @@ impl Effect for PitchCoupling {
     const SPEC: Spec = Spec {
         id: "pitch_coupling",
         acts: Acts::Both,
-        needs: &[Need::Geometry],
+        needs: &[Need::Geometry, Need::Mass],
         parameters: &[EXCESS],
         amplitudes: &[0],
         starts: |_| vec![[0.2, 0.0, 0.0, 0.0]],
         report: |p, s| {
             vec![Reported {
-                name: "pitch_inertia",
-                unit: "kg m^2",
+                name: "pitch_inertia".into(),
+                unit: "kg m^2".into(),
                 value: s.balanced_pitch_inertia / (1.0 + p[0]),
                 physical: p[0] > -0.9 && p[0] < 5.0,
             }]
         },
+        law: "the axles push each other as pitch_inertia differs from m l_F l_R",
         words: "pitching couples the two axles",
         confused_with: &["sprung_mass"],
         source: "Gillespie, Fundamentals of Vehicle Dynamics, 1992 (dynamic index)",

@@ -33,6 +33,7 @@ impl Effect for PowerDamping {
                 .to_vec()
         },
         report: |p, s| vec![reported(&FORCE, p[0], (FORCE.limits)(s)), reported(&POWER, p[1], [0.15, 5.0])],
+        law: "force |w / w_rms|^power sign(w)",
         words: "the damper follows some power of the rate",
         confused_with: &["coulomb_friction", "quadratic_damping"],
         source: "Worden & Tomlinson 2001, Nonlinearity in Structural Dynamics",

@@ -20,6 +20,7 @@ impl Effect for ProgressiveStiffness {
         starts: |s| vec![[(K2.size)(s), 0.0, 0.0, 0.0]],
         report: |p, s| vec![reported(&K2, p[0], (K2.limits)(s))],
         stiffens: |p, s| 2.0 * p[0].abs() * 2.0 * s.d_rms,
+        law: "k2 d^2, constant beyond the turning point d = -k / (2 k2)",
         words: "the spring stiffens in compression and softens in rebound",
         confused_with: &["asymmetric_damping", "wheel_lift", "bump_stop"],
         source: "Renart & Roura-Grabulosa, Am. J. Phys. 87:102 (F ~ d^1.5 of a light tyre)",

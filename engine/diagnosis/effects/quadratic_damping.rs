@@ -18,6 +18,7 @@ impl Effect for QuadraticDamping {
         amplitudes: &[0],
         starts: |s| vec![[(C2.size)(s), 0.0, 0.0, 0.0]],
         report: |p, s| vec![reported(&C2, p[0], [0.0, (C2.limits)(s)[1]])],
+        law: "c2 |w| w",
         words: "damping grows with the speed of deflection",
         confused_with: &["coulomb_friction", "hysteresis"],
         source: "Nayek et al. 2021, arXiv 2012.01937",

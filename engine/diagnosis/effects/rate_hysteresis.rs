@@ -23,6 +23,7 @@ impl Effect for RateHysteresis {
         report: |p, s| vec![reported(&POWER, p[2], (POWER.limits)(s))],
         stiffens: |p, _| p[0],
         states: 1,
+        law: "hysteresis whose yield force goes with a power of |w|",
         words: "the loss depends on the rate",
         confused_with: &["hysteresis"],
         source: "Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica 30:1083-1138",

@@ -19,6 +19,7 @@ impl Effect for SpeedDependentDamping {
         amplitudes: &[0],
         starts: |_| vec![[0.3, 0.0, 0.0, 0.0]],
         report: |p, _| vec![reported(&SHARE, p[0], [0.0, 1.0])],
+        law: "B (1 + share (5 m/s / V - 1)) w in the place of B w, V no less than 0.5 m/s",
         words: "the tyre's damping falls with rolling speed",
         confused_with: &["speed_dependent_stiffness", "tyre_enveloping"],
         source: "Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, ch. 9",

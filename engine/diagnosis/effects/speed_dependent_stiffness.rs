@@ -19,6 +19,7 @@ impl Effect for SpeedDependentStiffness {
         amplitudes: &[0],
         starts: |s| vec![[(SLOPE.size)(s), 0.0, 0.0, 0.0]],
         report: |p, s| vec![reported(&SLOPE, p[0], (SLOPE.limits)(s))],
+        law: "k (1 + slope (V - mean V)) d in the place of k d",
         words: "the tyre's stiffness changes with speed",
         confused_with: &["stiffness_drift", "tyre_enveloping"],
         source: "Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, ch. 9",

@@ -23,6 +23,10 @@ pub(super) const DAMPING: Parameter = Parameter {
     limits: |_| [0.0, 3.0],
 };
 
+/// Least share of the mass that is one of its own. A lighter one is no rider or luggage: on a free decay (a bicycle's fork as a
+/// pendulum, ../shared/real) a mass of 6e-5 with the axle's own frequency and a start of its own bends the envelope as friction does.
+const LIGHTEST: f64 = 5e-3;
+
 impl SprungMass {
     /// Acceleration that spring and damper give the sprung mass.
     #[inline(always)]
@@ -36,6 +40,7 @@ impl Effect for SprungMass {
     const SPEC: Spec = Spec {
         id: "sprung_mass",
         acts: Acts::OneAxle,
+        needs: &[Need::Mass],
         parameters: &[FRACTION, FREQUENCY, DAMPING],
         amplitudes: &[0],
         starts: |s| {
@@ -62,12 +67,14 @@ impl Effect for SprungMass {
         },
         report: |p, s| {
             vec![
-                reported(&FRACTION, p[0], [0.0, 0.95]),
+                reported(&FRACTION, p[0], [LIGHTEST, 0.95]),
                 reported(&FREQUENCY, p[1], [0.5 / s.train_s, 0.4 / s.step]),
                 reported(&DAMPING, p[2], [0.0, 0.9]),
             ]
         },
         states: 2,
+        second_mass: true,
+        law: "a share (mass_fraction) of the mass rides on a spring and damper of its own (natural_frequency, damping_ratio) above z",
         words: "a part of the mass rides on its own spring (rider on the saddle, luggage)",
         confused_with: &["viscoelastic_tyre", "sensor_delay", "pitch_coupling"],
         source: "Fairley & Griffin 1989, J. Biomech. 22:81-94 (seated body)",

@@ -18,6 +18,7 @@ impl Effect for StiffnessDrift {
         amplitudes: &[0],
         starts: |s| vec![[(RATE.size)(s), 0.0, 0.0, 0.0]],
         report: |p, s| vec![reported(&RATE, p[0], (RATE.limits)(s))],
+        law: "k (1 + rate t) d in the place of k d",
         words: "the stiffness drifts along the ride (pressure loss, warming)",
         confused_with: &["mass_step", "speed_dependent_stiffness"],
         source: "effect library, S16: dk/dp of a tyre 24 N/mm per bar (Dressel & Sadauckas 2020)",

@@ -20,6 +20,7 @@ impl Effect for TyreEnveloping {
         starts: |_| [0.08, 0.16, 0.3].map(|l| [l, 0.0, 0.0, 0.0]).to_vec(),
         report: |p, _| vec![reported(&LENGTH, p[0], [0.005, 0.6])],
         on_road: true,
+        law: "u is the mean of the road over a patch_length around the contact point",
         words: "the tyre's contact patch averages the road",
         confused_with: &["sensor_delay", "sensor_gain"],
         source: "Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, ch. 10; Schmeitz 2004",

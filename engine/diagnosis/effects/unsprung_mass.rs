@@ -24,6 +24,9 @@ const DAMPING: Parameter = Parameter {
     limits: |_| [0.0, 3.0],
 };
 
+/// Least share of the mass that a wheel with its tyre has: a light one of 1.2 kg under a wheel that carries 48 kg.
+const LIGHTEST: f64 = 0.025;
+
 impl UnsprungMass {
     /// Force of the suspension on the upper mass, over the whole axle mass.
     #[inline(always)]
@@ -37,6 +40,7 @@ impl Effect for UnsprungMass {
     const SPEC: Spec = Spec {
         id: "unsprung_mass",
         acts: Acts::OneAxle,
+        needs: &[Need::Mass],
         parameters: &[FRACTION, FREQUENCY, DAMPING],
         amplitudes: &[],
         told: 1,
@@ -55,7 +59,7 @@ impl Effect for UnsprungMass {
         },
         report: |p, s| {
             vec![
-                reported(&FRACTION, p[0], [0.01, 0.8]),
+                reported(&FRACTION, p[0], [LIGHTEST, 0.8]),
                 reported(&FREQUENCY, p[1], [0.2 / s.period(), 1.0 / s.step]),
                 reported(&DAMPING, p[2], [0.0, 1.5]),
             ]
@@ -71,8 +75,18 @@ impl Effect for UnsprungMass {
                 tyre_damping * share * share + damping * (1.0 - share) * (1.0 - share),
             ]
         },
+        // Of two springs in series below the mass that is measured either may be the tyre: from u to z
+        // k1 k2 / ((m1 s^2 + k1 + k2) (m2 s^2 + k2) - k2^2) is the same with k1' = k2 M/m2, k2' = k1 m2/M; dampers likewise.
+        twin: Some(|[tyre, tyre_damping], p| {
+            let w = p[1] * std::f64::consts::TAU;
+            let turn = tyre.max(0.0).sqrt();
+            let ratio = tyre_damping / (2.0 * turn).max(f64::MIN_POSITIVE);
+            ([w * w, 2.0 * p[2] * w], [p[0], turn / std::f64::consts::TAU, ratio, 0.0])
+        }),
         states: 2,
+        second_mass: true,
         expected: &[(0, 0.15, 0.1)],
+        law: "a share (mass_fraction) of the mass stands on the tyre and carries the rest, z, on a spring and damper (natural_frequency, damping_ratio)",
         words: "the wheel is a mass of its own on the tyre, below a fork or suspension stage",
         confused_with: &["viscoelastic_tyre", "sensor_delay", "tyre_enveloping"],
         source: "Schoeneck & Nagurka, BMD 2023 (quarter car of a bicycle)",

@@ -36,6 +36,7 @@ impl Effect for ViscoelasticTyre {
         },
         stiffens: |p, _| p[0],
         states: 1,
+        law: "f with f' = branch_stiffness w - f / relaxation_time (Maxwell branch)",
         words: "the tyre relaxes: part of its stiffness acts only while the deflection changes",
         confused_with: &["sprung_mass", "sensor_delay"],
         source: "Dressel & Sadauckas 2020, Appl. Sci. 10:3156 (dynamic over static stiffness)",

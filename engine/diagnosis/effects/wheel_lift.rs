@@ -14,7 +14,7 @@ impl Effect for WheelLift {
     const SPEC: Spec = Spec {
         id: "wheel_lift",
         acts: Acts::OneAxle,
-        needs: &[Need::StaticLoad],
+        needs: &[Need::StaticLoad, Need::Mass],
         parameters: &[LOAD],
         amplitudes: &[],
         stronger: Stronger::Smaller,
@@ -22,6 +22,7 @@ impl Effect for WheelLift {
         report: |p, s| vec![reported(&LOAD, p[0], [0.5 * s.static_load, 2.0 * s.static_load])],
         corners: true,
         peaks: true,
+        law: "the tyre's force is never below -static_load",
         words: "the wheel leaves the ground: the tyre cannot pull",
         confused_with: &["progressive_stiffness", "cubic_stiffness", "bump_stop"],
         source: "paper, eq. (2): the load F_nF has no lower bound there",

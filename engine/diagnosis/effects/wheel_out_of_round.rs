@@ -34,17 +34,18 @@ impl Effect for WheelOutOfRound {
         },
         report: |p, s| {
             vec![
-                Reported { name: "amplitude", unit: "m", value: p[0].hypot(p[1]), physical: p[0].hypot(p[1]) < 0.02 },
-                Reported { name: "phase", unit: "rad", value: p[1].atan2(p[0]), physical: true },
+                Reported { name: "amplitude".into(), unit: "m".into(), value: p[0].hypot(p[1]), physical: p[0].hypot(p[1]) < 0.02 },
+                Reported { name: "phase".into(), unit: "rad".into(), value: p[1].atan2(p[0]), physical: true },
                 Reported {
-                    name: "rolling_radius",
-                    unit: "m",
+                    name: "rolling_radius".into(),
+                    unit: "m".into(),
                     value: p[2] * s.wheel_radius,
                     physical: (0.97..=1.03).contains(&p[2]),
                 },
             ]
         },
         on_road: true,
+        law: "u + amplitude sin(x / rolling_radius + phase), x the distance ridden",
         words: "the wheel is out of round",
         confused_with: &["pedalling_force"],
         source: "Wilson & Schmidt, Bicycling Science, 4th ed. 2020",

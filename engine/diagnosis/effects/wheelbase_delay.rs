@@ -20,6 +20,7 @@ impl Effect for WheelbaseDelay {
         starts: |_| vec![[0.01, 0.0, 0.0, 0.0]],
         report: |p, _| vec![reported(&ERROR, p[0], [-0.2, 0.2])],
         on_road: true,
+        law: "u_r(t - wheelbase_error / V)",
         words: "the rear road input is shifted by a wrong wheelbase",
         confused_with: &["sensor_delay"],
         source: "effect library: rear input u_R(t) = u_F(t - L/V)",

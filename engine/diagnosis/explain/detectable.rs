@@ -60,14 +60,14 @@ fn weakest(
     let told = starts.first().map(|s| (spec.report)(&s.unit, scale));
     let told = told.and_then(|r| r.into_iter().nth(spec.told));
     Detectable {
-        id: spec.id.to_owned(),
+        id: term.kind.id_on(scale).to_owned(),
         axle: term.place,
-        parameter: told.as_ref().map_or("", |r| r.name).to_owned(),
+        parameter: told.as_ref().map_or("", |r| &r.name).to_owned(),
         smallest_detectable: size,
         stronger: spec.stronger,
         reason: (size.is_none())
             .then(|| "not on this ride: no size that is looked for would show".to_owned()),
-        unit: told.as_ref().map_or("", |r| r.unit).to_owned(),
+        unit: told.as_ref().map_or("", |r| &r.unit).to_owned(),
     }
 }
 

@@ -96,6 +96,9 @@ impl Surface {
             .map(|i| {
                 let slope = (r[i + 1] - r[i - 1]) / (2.0 * step);
                 let bend = (r[i + 1] - 2.0 * r[i] + r[i - 1]) / (step * step);
+                if track.input.prescribed {
+                    return [motion.d[i], motion.w[i], r[i]];
+                }
                 let lacking = m * bend + b * slope + k * r[i];
                 [motion.d[i] - r[i], motion.w[i] - slope, lacking]
             })

@@ -84,7 +84,10 @@ const PARTED: f64 = 20.0;
 const HOPELESS: f64 = 3.0;
 
 /// Names the first ride of the catalogue that parts the model from every rival, or else the best one that may.
-pub fn propose(search: &Search, model: &Model, rivals: &[&Model]) -> Option<NextRide> {
+pub fn propose(search: &Search, model: &Model, rivals: &[Model]) -> Option<NextRide> {
+    if rivals.is_empty() {
+        return None;
+    }
     let mut best: Option<(f64, &Plan)> = None;
     for plan in catalogue(search.fitter.scene) {
         let scene = planned(search.fitter.scene, &plan.change);

@@ -1,6 +1,8 @@
 //! From the fitted models to the report: effects with their uncertainty, held-out errors, what the
 //! omission means.
 
+use std::borrow::Cow;
+
 use crate::diagnosis::dataset::Scene;
 use crate::diagnosis::fit::estimate::estimate;
 use crate::diagnosis::fit::{Fitted, Model, Motion, Slot, Term};
@@ -11,9 +13,9 @@ use crate::report::Estimate;
 use crate::report::diagnosis::{Consequences, EffectName, EffectReport, ParameterReport, Place};
 use crate::report::identifiable::identified;
 
-pub fn name(term: &Term) -> EffectName {
+pub fn name(scene: &Scene, term: &Term) -> EffectName {
     EffectName {
-        id: term.kind.id().to_owned(),
+        id: term.id(scene).to_owned(),
         axle: term.place,
     }
 }
@@ -47,20 +49,25 @@ fn told(
         .filter(|(of, ..)| *of == term)
         .map(|(_, name, ..)| name)
         .collect();
+    let twin = twin(fit).map(|(_, _, values)| (spec.report)(&values, scale));
     let told = |(i, (r, error)): (usize, (&Reported, Option<f64>))| {
         let error = error.map(|error| least.get(i).map_or(error, |least| error.max(*least)));
-        if untold.contains(&r.name) {
+        if untold.contains(&&*r.name) {
             return Err(BEYOND_PRIOR.to_owned());
         }
         if !untold.is_empty() {
             return Err(RESTS_ON_PRIOR.to_owned());
         }
-        identified(r.value, error, as_good_as_zero(r.unit), r.unit)
+        let differs = |twin: &Vec<Reported>| (twin[i].value - r.value).abs() > 1e-9 * r.value.abs();
+        if twin.as_ref().is_some_and(differs) {
+            return Err(HAS_TWIN.to_owned());
+        }
+        identified(r.value, error, as_good_as_zero(&r.unit), &r.unit)
     };
     let errors = standard_errors(scene, fit, at, &values, scale);
     let errors: Vec<Result<f64, String>> =
         reported.iter().zip(errors).enumerate().map(told).collect();
-    let parameters: Vec<(&str, ParameterReport)> = reported
+    let parameters: Vec<(Cow<str>, ParameterReport)> = reported
         .into_iter()
         .zip(errors)
         .map(|(r, error)| {
@@ -70,7 +77,7 @@ fn told(
                     value: r.value,
                     std_error: error.as_ref().ok().copied(),
                     not_identifiable: error.err(),
-                    unit: r.unit.to_owned(),
+                    unit: r.unit.into_owned(),
                 },
             )
         })
@@ -79,7 +86,7 @@ fn told(
         .iter()
         .map(|(name, p)| {
             let plain = name.replace('_', " ");
-            if untold.contains(name) {
+            if untold.contains(&&**name) {
                 return format!("{plain} as expected");
             }
             format!("{plain} {}", p.quantity(name))
@@ -92,11 +99,11 @@ fn told(
         Place::Both => "on both axles",
     };
     Some(EffectReport {
-        id: spec.id.to_owned(),
+        id: term.kind.id_on(scale).to_owned(),
         axle: term.place,
         parameters: parameters
             .into_iter()
-            .map(|(name, p)| (name.to_owned(), p))
+            .map(|(name, p)| (name.into_owned(), p))
             .collect(),
         p_value,
         separation: separation.and_then(finite).map(|s| s.max(0.0)),
@@ -104,13 +111,18 @@ fn told(
         support: None,
         adequate: true,
         material: true,
-        sentence: format!("{place}, {}: {told}", spec.words),
+        sentence: format!("{place}, {}: {told}", term.kind.words_on(scale)),
     })
 }
 
 /// An effect that acts although something else is left: its intervals are those of the jackknife, where these are wider.
-pub fn supported(scene: &Scene, model: &Model, claim: &Claim) -> Option<EffectReport> {
-    let mut effect = told(scene, model, &claim.term, (None, None), &claim.errors)?;
+pub fn supported(
+    scene: &Scene,
+    model: &Model,
+    claim: &Claim,
+    errors: &[f64],
+) -> Option<EffectReport> {
+    let mut effect = told(scene, model, &claim.term, (None, None), errors)?;
     effect.affirmed = claim.holds;
     effect.support = Some(claim.support.clone());
     Some(effect)
@@ -125,6 +137,8 @@ fn as_good_as_zero(unit: &str) -> f64 {
 }
 
 const BEYOND_PRIOR: &str = "not identifiable beyond what is expected of any bicycle";
+const HAS_TWIN: &str =
+    "another value, beside other ones of the rest, explains the record in exactly the same way";
 const RESTS_ON_PRIOR: &str =
     "rests on what is expected of another parameter, which this ride does not tell";
 
@@ -204,6 +218,19 @@ fn standard_errors(
         .collect()
 }
 
+/// What moves the axle of a fit in the same way: the effect that has such a twin, k/m and B/m, and its values.
+pub fn twin(fit: &Fitted) -> Option<(&Term, [f64; 2], Values)> {
+    let ([term], [values], [base]) = (
+        &fit.unit.terms[..],
+        &fit.point.values[..],
+        &fit.point.base[..],
+    ) else {
+        return None;
+    };
+    let (other, values) = (term.kind.spec().twin?)([base[0], base[1]], values);
+    Some((term, other, values))
+}
+
 /// The same without intervals where they rest on what was only expected: along a flat and curved ridge they are far
 /// too narrow.
 pub fn told_estimate(scene: &Scene, model: &Model, track: usize) -> Estimate {
@@ -214,6 +241,11 @@ pub fn told_estimate(scene: &Scene, model: &Model, track: usize) -> Estimate {
         (told.k_std_n_m, told.b_std_n_s_m) = (None, None);
         told.k_not_identifiable = Some(RESTS_ON_PRIOR.to_owned());
         told.b_not_identifiable = Some(RESTS_ON_PRIOR.to_owned());
+    }
+    if twin(fit).is_some() {
+        (told.k_std_n_m, told.b_std_n_s_m) = (None, None);
+        told.k_not_identifiable = Some(HAS_TWIN.to_owned());
+        told.b_not_identifiable = Some(HAS_TWIN.to_owned());
     }
     told
 }
@@ -257,13 +289,15 @@ pub fn consequences(
         .count() as f64
         / after.len().max(1) as f64;
     let percent = |a: f64, b: f64| finite(100.0 * (a / b - 1.0));
+    // What a rig presses carries no bicycle.
+    let moves = !scene.tracks[track].input.prescribed;
     let resonance =
         |e: &Estimate| finite((e.k_n_m.max(0.0) / e.mass_kg).sqrt() / std::f64::consts::TAU);
     Consequences {
         k_change_percent: percent(extended.0.k_n_m, plain.0.k_n_m),
         b_change_percent: percent(extended.0.b_n_s_m, plain.0.b_n_s_m),
-        peak_load_plain_n: peak(&before),
-        peak_load_extended_n: peak(&after),
+        peak_load_plain_n: peak(&before).filter(|_| moves),
+        peak_load_extended_n: peak(&after).filter(|_| moves),
         airborne_share: scene.tracks[track].has_road.then_some(airborne),
         resonance_plain_hz: resonance(plain.0),
         resonance_extended_hz: resonance(extended.0),

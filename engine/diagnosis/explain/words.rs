@@ -19,8 +19,8 @@ fn set<'a>(effects: impl Iterator<Item = (&'a String, Place)>) -> String {
         .join(" with ")
 }
 
-fn length(rms_m: f64) -> Quantity {
-    Quantity::rough(rms_m, 3, "m")
+fn size(rms: f64, unit: &str) -> Quantity {
+    Quantity::rough(rms, 3, unit)
 }
 
 /// Times the sensor's noise that what is left may be and still pass for it: noise floors are measured to within a third.
@@ -28,20 +28,17 @@ const NOISE: f64 = 1.3;
 
 /// That nothing was found, and what that is worth.
 fn nothing_missing(held_out: &PerAxle<HeldOut>) -> String {
-    let left = |a: Axle| Some((a, held_out.get(a)?.plain_rms_m?));
-    let lefts = || [Axle::Front, Axle::Rear].into_iter().filter_map(left);
-    let louder = |(a, rms): &(Axle, f64)| {
-        let floor = held_out.get(*a).and_then(|h| h.noise_floor_m);
-        floor
-            .filter(|floor| *rms > NOISE * floor)
-            .map(|floor| (*a, *rms, floor))
+    let louder = |(axle, held): (Axle, &HeldOut)| {
+        let ([plain, _, floor], unit) = held.errors();
+        let (rms, floor) = (plain?, floor?);
+        (rms > NOISE * floor).then_some((axle, rms, floor, unit))
     };
-    match lefts().find_map(|left| louder(&left)) {
-        Some((axle, rms, floor)) => format!(
+    match held_out.iter().find_map(louder) {
+        Some((axle, rms, floor, unit)) => format!(
             "Nothing that this ride could show is missing beside the plain spring and damper, but on the {axle} axle they leave {}, \
              and the sensor's noise is {}.",
-            length(rms),
-            length(floor)
+            size(rms, unit),
+            size(floor, unit)
         ),
         None => "The plain spring and damper explain this ride to within its noise; nothing that this ride could show is missing."
             .to_owned(),
@@ -154,15 +151,16 @@ fn gains(d: &Diagnosis) -> String {
         .into_iter()
         .filter_map(|a| {
             let h = d.held_out.get(a)?;
-            let (plain, extended) = (h.plain_rms_m?, h.extended_rms_m?);
-            let noise = (h.noise_floor_m).map_or(String::new(), |floor| {
-                format!(" (the sensor's noise is {})", length(floor))
+            let ([plain, extended, floor], unit) = h.errors();
+            let (plain, extended) = (plain?, extended?);
+            let noise = floor.map_or(String::new(), |floor| {
+                format!(" (the sensor's noise is {})", size(floor, unit))
             });
             (extended < 0.999 * plain).then(|| {
                 format!(
                     "On the held-out part the {a} error falls from {} to {}{noise}.",
-                    length(plain),
-                    length(extended)
+                    size(plain, unit),
+                    size(extended, unit)
                 )
             })
         })

@@ -12,6 +12,7 @@ pub fn estimate(scene: &Scene, model: &Model, track: usize) -> Estimate {
     let slots = fit.unit.slots(scene);
     let [kappa, beta, per_mass, ..] = fit.point.base[a];
     let m = 1.0 / per_mass;
+    let moves = !scene.tracks[track].input.prescribed;
     let index = |q: usize| slots.iter().position(|s| *s == Slot::Base(a, q));
     let error = |by: [(usize, f64); 2]| {
         let mut variance = 0.0;
@@ -29,7 +30,7 @@ pub fn estimate(scene: &Scene, model: &Model, track: usize) -> Estimate {
         b_n_s_m: beta * m,
         k_std_n_m: error([(0, m), (2, -kappa * m * m)]),
         b_std_n_s_m: error([(1, m), (2, -beta * m * m)]),
-        mass_kg: m,
+        mass_kg: if moves { m } else { 0.0 },
         mass_std_kg: index(2).and_then(|_| error([(2, m * m), (3, 0.0)])),
         ..Estimate::default()
     }

@@ -258,7 +258,9 @@ impl Fitter<'_> {
         let effects = expected(unit).map(|(slot, value, deviation)| {
             (slot, (point.get(slot) - value) / deviation, 1.0 / deviation)
         });
-        let starts = unit.tracks.iter().enumerate().flat_map(move |(a, t)| {
+        let moving = unit.tracks.iter().enumerate();
+        let moving = moving.filter(|(_, t)| !self.scene.tracks[**t].input.prescribed);
+        let starts = moving.flat_map(move |(a, t)| {
             let track = &self.scene.tracks[*t];
             let expected = [track.measured[0], 0.0];
             let wide = [0.3 / track.scale.z_rms, 0.3 / track.scale.v_rms];
@@ -287,8 +289,16 @@ impl Fitter<'_> {
         };
         let coupled =
             (0..unit.tracks.len()).all(|a| slots.iter().all(|s| unit.touches(self.scene, *s, a)));
-        if coupled {
-            let all: Vec<usize> = (0..slots.len()).collect();
+        let groups: Vec<(Option<usize>, Vec<usize>)> = match coupled {
+            true => vec![(None, (0..slots.len()).collect())],
+            false => (0..unit.tracks.len())
+                .map(|a| {
+                    let touches = |s: &usize| unit.touches(self.scene, slots[*s], a);
+                    (Some(a), (0..slots.len()).filter(touches).collect())
+                })
+                .collect(),
+        };
+        for (wanted, touching) in groups {
             self.add(
                 unit,
                 slots,
@@ -296,27 +306,10 @@ impl Fitter<'_> {
                 point,
                 colours,
                 substeps,
-                None,
-                &all,
+                wanted,
+                &touching,
                 &mut normal,
             );
-        } else {
-            for a in 0..unit.tracks.len() {
-                let touching: Vec<usize> = (0..slots.len())
-                    .filter(|s| unit.touches(self.scene, slots[*s], a))
-                    .collect();
-                self.add(
-                    unit,
-                    slots,
-                    ranges,
-                    point,
-                    colours,
-                    substeps,
-                    Some(a),
-                    &touching,
-                    &mut normal,
-                );
-            }
         }
         for (slot, x, per) in self.prior(unit, point) {
             normal.cost += x * x;

@@ -3,7 +3,9 @@
 
 use crate::diagnosis::dataset::{Scene, Track};
 use crate::diagnosis::effects::Kind;
-use crate::diagnosis::law::{LaneValues, MAX_STATES, Motion, Pickup, Spot, States, Tap, Values};
+use crate::diagnosis::law::{
+    LaneValues, MAX_STATES, Motion, Pickup, Spec, Spot, States, Tap, Values,
+};
 use crate::numerics::lanes::{LANES, Lanes, widest};
 use crate::numerics::spline::cubic;
 
@@ -58,6 +60,9 @@ struct Runner<'a> {
     /// The states of a wheel between tyre and mass.
     wheel: Option<usize>,
     pedalled: bool,
+    own_law: bool,
+    /// Deflection (m) at which the plain axle rests under its constant force, with the sign turned.
+    rest: Lanes,
 }
 
 /// Inputs on the interval after one sample, as cubics in s from 0 to 1.
@@ -69,6 +74,9 @@ struct Piece {
     /// Sine and cosine of twice the crank angle at the sample, and how far that turns up to the next.
     crank: [f64; 2],
     turn: f64,
+    /// Crank angle (rad) and distance ridden (m), where a law may ask for them.
+    crank_angle: [f64; 2],
+    distance: [f64; 2],
 }
 
 /// Simulates `samples` samples of the axles; with two axles in `coupled` = (c_own, c_other) form
@@ -81,6 +89,8 @@ pub fn run(
     substeps: usize,
     full: bool,
 ) -> Vec<Motions> {
+    let cost: usize = axles.iter().map(|(track, lanes)| cost(track, lanes)).sum();
+    scene.work.add((samples * substeps * cost) as u64);
     let runners: Vec<Runner> = axles
         .iter()
         .map(|(t, l)| Runner::new(scene, t, l, samples))
@@ -109,6 +119,36 @@ pub fn run(
         || sized(&job, &mut out),
     );
     out
+}
+
+/// How far (m) deflections lie from those that laws count from: laws are even or odd about where the axle rests, and on benches
+/// and free decays nobody knows what a sensor reads there. No further than the axle moves, so that an axle without a spring, which
+/// rests nowhere, or one that is as good as none, is left as it is.
+fn rest(track: &Track, lanes: &AxleLanes) -> Lanes {
+    if !track.rest_point || track.input.prescribed {
+        return Lanes::ZERO;
+    }
+    let [kappa, _, _, constant, _, _] = lanes.base;
+    let reach = track.scale.d_peak;
+    let least = track.scale.as_good_as_none()[0] / track.scale.mass;
+    Lanes(std::array::from_fn(|lane| {
+        let rest = constant.0[lane] / kappa.0[lane];
+        if kappa.0[lane] > least && rest.abs() < reach {
+            rest
+        } else {
+            0.0
+        }
+    }))
+}
+
+/// Operations of a law of the user's own that take as long as a step without one.
+const OPERATIONS: usize = 10;
+
+/// What a step on one axle costs, counted in steps of an axle with effects of the library.
+fn cost(track: &Track, lanes: &AxleLanes) -> usize {
+    let has_own = lanes.effects.iter().any(|e| matches!(e.kind, Kind::Own(_)));
+    let own = track.scale.own.as_ref().filter(|_| has_own);
+    1 + own.map_or(0, |law| law.operations().div_ceil(OPERATIONS))
 }
 
 /// What one integration works on.
@@ -175,8 +215,11 @@ fn integrate<const A: usize, const S: usize>(job: &Job, out: &mut [Motions]) {
                     2 => (s0 + 0.5 * ds, h / 3.0, h),
                     _ => (s0 + ds, h / 6.0, 0.0),
                 };
-                let rates = rates(job, &pieces, i, s, h, &at);
+                let mut rates = rates(job, &pieces, i, s, h, &at);
                 for a in 0..A {
+                    if runners[a].track.input.prescribed {
+                        (rates[a][0], rates[a][1]) = (Lanes::ZERO, Lanes::ZERO);
+                    }
                     for q in 0..S {
                         sum[a][q] += rates[a][q] * weight;
                         at[a][q] = x[a][q] + rates[a][q] * next;
@@ -243,17 +286,28 @@ impl<'a> Runner<'a> {
             states,
             wheel,
             pedalled: lanes.effects.iter().any(|e| e.kind == Kind::PedallingForce),
+            rest: match wheel {
+                None => rest(track, lanes),
+                Some(_) => Lanes::ZERO,
+            },
+            own_law: lanes.effects.iter().any(|e| matches!(e.kind, Kind::Own(_))),
         }
     }
 
     fn start<const S: usize>(&self, x: &mut [Lanes; S]) {
-        x[0] = self.lanes.base[4];
-        x[1] = self.lanes.base[5];
+        if !self.track.input.prescribed {
+            x[0] = self.lanes.base[4];
+            x[1] = self.lanes.base[5];
+        }
         for (e, offset) in self.lanes.effects.iter().zip(self.offsets) {
-            let states = e.kind.spec().states;
+            let Spec {
+                states,
+                second_mass,
+                ..
+            } = *e.kind.spec();
             for q in 0..states {
-                // A second mass has a height and a velocity, given from those of the first.
-                let from = if states == 2 { x[q] } else { Lanes::ZERO };
+                // Those of a second mass are given from those of the first.
+                let from = if second_mass { x[q] } else { Lanes::ZERO };
                 x[offset + q] = from + e.initial[q];
             }
         }
@@ -285,9 +339,15 @@ impl<'a> Runner<'a> {
             None => [0.0; 4],
             Some((f, m)) => cubic(f[i], f[i + 1], m[i], m[i + 1], h),
         };
+        let line = |x: &[f64]| match self.own_law {
+            true => [x[i], x[i + 1] - x[i]],
+            false => [0.0; 2],
+        };
         Piece {
             road,
             force,
+            crank_angle: line(&scene.crank),
+            distance: line(&scene.distance),
             speed: [scene.speed[i], scene.speed[i + 1] - scene.speed[i]],
             speed_rate: [
                 scene.speed_rate[i],
@@ -326,7 +386,7 @@ impl<'a> Runner<'a> {
             piece.crank
         };
         let m = Motion {
-            d: road - low_z,
+            d: road - low_z + self.rest,
             w: slope - low_v,
             z: x[0],
             v: x[1],
@@ -337,7 +397,10 @@ impl<'a> Runner<'a> {
             speed: piece.speed[0] + piece.speed[1] * s,
             speed_rate: piece.speed_rate[0] + piece.speed_rate[1] * s,
             crank,
+            crank_angle: piece.crank_angle[0] + piece.crank_angle[1] * s,
+            distance: piece.distance[0] + piece.distance[1] * s,
             step: h,
+            felt_after: self.track.input.felt_after(h),
             scale: &self.track.scale,
         };
         let effects = self.lanes.effects.iter().zip(self.offsets);
@@ -347,9 +410,9 @@ impl<'a> Runner<'a> {
         }
         let f = &piece.force;
         let push = f[0] + (f[1] + (f[2] + f[3] * s) * s) * s;
-        let mut body = per_mass * push + constant;
-        for e in &self.lanes.effects {
-            body = e.kind.body(&e.values, &m, body);
+        let mut body = per_mass * push + constant - kappa * self.rest;
+        for (e, at) in effects.clone() {
+            body = e.kind.body(&e.values, &m, &own(x, at), body);
         }
         let mut acceleration = if self.wheel.is_some() {
             body
@@ -437,22 +500,24 @@ fn lane_road(scene: &Scene, track: &Track, lanes: &AxleLanes, samples: usize) ->
     road
 }
 
-/// What the displacement sensor reads of simulated motion (m), at every sample.
-pub fn sensed(scene: &Scene, lanes: &AxleLanes, motions: Motions) -> Vec<Lanes> {
+/// What the displacement sensor reads of simulated motion (m), at every sample; where the motion is prescribed the force's (N),
+/// that on a mass of 1 kg.
+pub fn sensed(scene: &Scene, prescribed: bool, lanes: &AxleLanes, motions: Motions) -> Vec<Lanes> {
     let effects: Vec<&EffectLanes> = lanes
         .effects
         .iter()
         .filter(|e| e.kind.spec().on_sensor)
         .collect();
     if effects.is_empty() {
-        return motions.z;
+        return if prescribed { motions.a } else { motions.z };
     }
-    let mut out = motions.z.clone();
+    let sharp = if prescribed { &motions.a } else { &motions.z };
+    let mut out = sharp.clone();
     widest(
         #[inline(always)]
         || {
             for lane in 0..LANES {
-                read_lane(scene, &effects, &motions, lane, &mut out);
+                read_lane(scene, &effects, &motions, sharp, lane, &mut out);
             }
         },
     );
@@ -464,21 +529,25 @@ fn read_lane(
     scene: &Scene,
     effects: &[&EffectLanes],
     motions: &Motions,
+    sharp: &[Lanes],
     lane: usize,
     out: &mut [Lanes],
 ) {
     let values: Vec<Values> = effects.iter().map(|e| e.of_lane(lane)).collect();
+    // What a sensor without a lag would have read before, and what this one read.
+    let mut before: Option<(f64, f64)> = None;
     for (i, read) in out.iter_mut().enumerate() {
         let mut pickup = Pickup {
             delay: 0.0,
             gain: 1.0,
             offset: 0.0,
+            lag: 0.0,
         };
         for (e, v) in effects.iter().zip(&values) {
             e.kind.sensor(v, i as f64 * scene.step, &mut pickup);
         }
         let z = if pickup.delay == 0.0 {
-            motions.z[i].0[lane]
+            sharp[i].0[lane]
         } else {
             earlier(
                 motions,
@@ -487,8 +556,23 @@ fn read_lane(
                 scene.step,
             )
         };
-        read.0[lane] = pickup.gain * z + pickup.offset;
+        let prompt = pickup.gain * z + pickup.offset;
+        let late = before.map_or(prompt, |before| {
+            followed(before, prompt, pickup.lag, scene.step)
+        });
+        read.0[lane] = late;
+        before = Some((prompt, late));
     }
+}
+
+/// What follows a line from one reading to the next with a lag (s), exactly: tau y' = x - y.
+#[inline(always)]
+fn followed((from, late): (f64, f64), to: f64, lag: f64, step: f64) -> f64 {
+    if lag <= 0.0 {
+        return to;
+    }
+    let (kept, behind) = ((-step / lag).exp(), (to - from) * lag / step);
+    to - behind + (late - from + behind) * kept
 }
 
 /// Quintic interpolation of z between samples from z, z' and z''; quadratic beyond the ends.
@@ -518,4 +602,29 @@ fn earlier(m: &Motions, lane: usize, position: f64, h: f64) -> f64 {
     let c4 = -15.0 * d + 7.0 * e - f;
     let c5 = 6.0 * d - 3.0 * e + 0.5 * f;
     z0 + s * (v0 + s * (0.5 * a0 + s * (c3 + s * (c4 + s * c5))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::followed;
+
+    /// A ramp x = t is followed by t - tau + tau e^(-t/tau), in steps of any length.
+    #[test]
+    fn a_lag_follows_a_ramp_as_its_equation_says() {
+        let lag = 0.03;
+        for step in [1e-3, 0.02, 0.2] {
+            let mut before = (0.0, 0.0);
+            for i in 1..=20 {
+                let t = f64::from(i) * step;
+                let late = followed(before, t, lag, step);
+                let truth = t - lag + lag * (-t / lag).exp();
+                assert!(
+                    (late - truth).abs() < 1e-12,
+                    "{step} s: {late} instead of {truth}"
+                );
+                before = (t, late);
+            }
+        }
+        assert_eq!(followed((1.0, 0.5), 2.0, 0.0, 0.1), 2.0);
+    }
 }

@@ -23,7 +23,7 @@ impl Motion {
     /// The plain model's motion as output error has fitted it.
     pub fn of_fit(track: &Track, fit: &AxleFit) -> Self {
         let fitted = track.measured.iter().zip(&fit.residual);
-        let z: Vec<f64> = fitted.map(|(y, r)| y - r).collect();
+        let z = track.height(fitted.map(|(y, r)| y - r).collect());
         let v = slopes(&z, track.input.step);
         let p = &fit.plain;
         Self::plain(

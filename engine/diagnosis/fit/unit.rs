@@ -18,11 +18,13 @@ pub struct Term {
 
 impl Term {
     pub fn acts_on(&self, axle: Axle) -> bool {
-        match self.place {
-            Place::Front => axle == Axle::Front,
-            Place::Rear => axle == Axle::Rear,
-            Place::Both => true,
-        }
+        self.place.acts_on(axle)
+    }
+
+    /// The id in reports.
+    pub fn id<'s>(&self, scene: &'s Scene) -> &'s str {
+        let acted = scene.tracks.iter().find(|track| self.acts_on(track.axle));
+        acted.map_or(self.kind.id(), |track| self.kind.id_on(&track.scale))
     }
 }
 
@@ -75,6 +77,7 @@ impl Unit {
                 let free = match q {
                     2 => track.free_mass,
                     3 => track.rest_point,
+                    4 | 5 => !track.input.prescribed,
                     _ => true,
                 };
                 if free {
@@ -88,7 +91,7 @@ impl Unit {
             // Where nothing drives the axle, where a second mass starts is half of what it does.
             let track = &scene.tracks[self.tracks[0]];
             let driven = track.has_road || track.input.force.is_some();
-            if spec.states == 2 && !driven {
+            if spec.second_mass && !driven {
                 slots.extend([Slot::Initial(i, 0), Slot::Initial(i, 1)]);
             }
         }
@@ -110,10 +113,13 @@ impl Unit {
         let free = [f64::NEG_INFINITY, f64::INFINITY];
         match slot {
             Slot::Base(a, q) => {
-                let s = &scene.tracks[self.tracks[a]].scale;
+                let track = &scene.tracks[self.tracks[a]];
+                let s = &track.scale;
                 let slack = 25.0 / (s.train_s * s.train_s);
                 let [most_kappa, most_beta] = output_error::most(scene.step);
                 match q {
+                    0 if track.input.prescribed => (0.1 * s.k_size() / s.mass, free),
+                    1 if track.input.prescribed => (0.1 * s.b_size() / s.mass, free),
                     0 => (0.1 * s.k_size() / s.mass, [-slack, most_kappa]),
                     1 => (0.1 * s.b_size() / s.mass, [-most_beta, most_beta]),
                     2 => (0.1 / s.mass, [1e-9, f64::INFINITY]),
@@ -147,10 +153,12 @@ impl Unit {
     pub fn fastest(&self, scene: &Scene, point: &Point) -> f64 {
         let mut fastest: f64 = 0.0;
         for t in &self.tracks {
-            let s = &scene.tracks[*t].scale;
-            let added = self.added(&scene.tracks[*t], point, |spec, values, s| {
-                (spec.stiffens)(values, s)
-            });
+            let track = &scene.tracks[*t];
+            if track.input.prescribed {
+                continue;
+            }
+            let s = &track.scale;
+            let added = self.added(track, point, |spec, values, s| (spec.stiffens)(values, s));
             fastest = fastest.max((s.k_size().min(4.0 * s.k.abs()) + added) / s.mass);
         }
         fastest.sqrt()
@@ -160,6 +168,9 @@ impl Unit {
     pub fn decay(&self, scene: &Scene, point: &Point) -> f64 {
         let decays = self.tracks.iter().zip(&point.base).map(|(t, base)| {
             let track = &scene.tracks[*t];
+            if track.input.prescribed {
+                return 0.0;
+            }
             base[1].abs()
                 + self.added(track, point, |spec, values, s| (spec.damps)(values, s))
                     / track.scale.mass
@@ -181,8 +192,8 @@ impl Unit {
             .sum()
     }
 
-    /// Readings of the displacement sensors for eight points, by axle of the unit; only those of
-    /// `wanted` when one axle is enough.
+    /// Readings of the displacement sensors, or of the force where the motion is prescribed, for eight points, by axle of the
+    /// unit; only those of `wanted` when one axle is enough.
     pub fn simulate(
         &self,
         scene: &Scene,
@@ -205,12 +216,13 @@ impl Unit {
             .map(|(a, l)| (&scene.tracks[self.tracks[*a]], l))
             .collect();
         let coupling = self.coupling(points);
-        let full = self.terms.iter().any(|t| t.kind.spec().on_sensor);
+        let answers = axles.iter().any(|(track, _)| track.input.prescribed);
+        let full = answers || self.terms.iter().any(|t| t.kind.spec().on_sensor);
         let motions = run(scene, &axles, coupling.as_ref(), samples, substeps, full);
         motions
             .into_iter()
-            .zip(&lanes)
-            .map(|(m, l)| sensed(scene, l, m))
+            .zip(&axles)
+            .map(|(m, (track, lanes))| sensed(scene, track.input.prescribed, lanes, m))
             .collect()
     }
 

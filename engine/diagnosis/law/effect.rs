@@ -1,17 +1,12 @@
 //! Where an effect acts on the motion of an axle, and what it may ask there.
 
+use super::limits::{LaneValues, MAX_STATES, States, Values};
 use super::scale::Scale;
-use super::spec::{MAX_PARAMETERS, Spec, Values};
+use super::spec::Spec;
 use crate::numerics::lanes::Lanes;
 
-/// States that an effect may have at most.
-pub const MAX_STATES: usize = 2;
 /// Decay of a state in one step that it bears: it would blow up at 2.78.
 pub const STABLE: f64 = 1.5;
-
-/// One effect's parameters and its states, for eight parameter sets.
-pub type LaneValues = [Lanes; MAX_PARAMETERS];
-pub type States = [Lanes; MAX_STATES];
 
 /// One axle at one instant, for eight parameter sets.
 pub struct Motion<'a> {
@@ -30,10 +25,15 @@ pub struct Motion<'a> {
     /// Speed (m/s) and its smoothed rate (m/s^2).
     pub speed: f64,
     pub speed_rate: f64,
-    /// Sine and cosine of twice the crank angle.
+    /// Sine and cosine of twice the crank angle, and the angle itself (rad).
     pub crank: [f64; 2],
+    pub crank_angle: f64,
+    /// Distance ridden (m).
+    pub distance: f64,
     /// Step of the integrator (s).
     pub step: f64,
+    /// Time (s) after which a force is felt in the rate: a step, or never (0) where the motion is prescribed.
+    pub felt_after: f64,
     pub scale: &'a Scale,
 }
 
@@ -61,6 +61,8 @@ pub struct Pickup {
     pub delay: f64,
     pub gain: f64,
     pub offset: f64,
+    /// Time constant (s) with which the reading follows.
+    pub lag: f64,
 }
 
 /// The hooks of an effect. Forces are divided by the axle mass (m/s^2).
@@ -75,7 +77,7 @@ pub trait Effect {
 
     /// The other forces on the axle mass.
     #[inline(always)]
-    fn body(_p: &LaneValues, _m: &Motion, force: Lanes) -> Lanes {
+    fn body(_p: &LaneValues, _m: &Motion, _s: &States, force: Lanes) -> Lanes {
         force
     }
 

@@ -1,12 +1,18 @@
 //! What an effect may ask of a ride, and what it says of itself.
 
 mod effect;
+mod limits;
+mod need;
+pub mod own;
 mod scale;
 mod spec;
 
-pub use effect::{Effect, LaneValues, MAX_STATES, Motion, Pickup, STABLE, Spot, States, Tap};
+pub use effect::{Effect, Motion, Pickup, STABLE, Spot, Tap};
+pub use limits::{LaneValues, MAX_PARAMETERS, MAX_STATES, States, Values};
+pub use need::Need;
+pub use own::OwnLaw;
 pub use scale::Scale;
-pub use spec::{Acts, MAX_PARAMETERS, Need, Parameter, Reported, Spec, Values, reported};
+pub use spec::{Acts, Parameter, Reported, Spec, reported};
 
 pub use crate::numerics::lanes::Lanes;
 pub use crate::report::diagnosis::Stronger;

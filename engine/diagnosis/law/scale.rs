@@ -1,5 +1,9 @@
 //! The sizes of a ride from which effects take their starts and limits.
 
+use std::sync::Arc;
+
+use super::own::OwnLaw;
+
 /// Typical sizes on one axle, by the plain fit.
 #[derive(Clone, Debug)]
 pub struct Scale {
@@ -33,6 +37,8 @@ pub struct Scale {
     pub lift: f64,
     /// m l_F l_R (kg m^2).
     pub balanced_pitch_inertia: f64,
+    /// The user's own law.
+    pub own: Option<Arc<OwnLaw>>,
 }
 
 impl Scale {
@@ -59,11 +65,17 @@ impl Scale {
         train_distance: 300.0,
         lift: 30.0,
         balanced_pitch_inertia: 10.0,
+        own: None,
     };
 
     /// RMS of the net force on the axle mass (N), from which forces take their sizes.
     pub fn force_rms(&self) -> f64 {
         self.mass * self.a_rms
+    }
+
+    /// Stiffness (N/m) and damping (N s/m) whose forces are a tenth of what is felt: as good as none.
+    pub fn as_good_as_none(&self) -> [f64; 2] {
+        [self.d_rms, self.w_rms].map(|rms| 0.1 * self.force_rms() / rms)
     }
 
     /// A positive stiffness to measure others by, also where the plain one is near zero.

@@ -1,37 +1,23 @@
 //! What an effect says of itself.
 
+use std::borrow::Cow;
+
+use super::limits::Values;
+use super::need::Need;
 use super::scale::Scale;
 use crate::report::diagnosis::Stronger;
-
-/// Parameters that an effect may have at most.
-pub const MAX_PARAMETERS: usize = 4;
-
-/// One effect's parameters, for one parameter set.
-pub type Values = [f64; MAX_PARAMETERS];
 
 /// Where an effect can act.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Acts {
     /// On the front or the rear axle separately.
     OneAxle,
+    /// On the front axle only.
+    Front,
     /// On the rear axle only.
     Rear,
     /// On both axles with one set of parameters.
     Both,
-}
-
-/// What a ride must have for an effect to be spoken about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Need {
-    /// A road that moves.
-    Road,
-    Speed,
-    VaryingSpeed,
-    Cadence,
-    /// The masses of both axles and their distances from the centre of gravity.
-    Geometry,
-    WheelRadius,
-    StaticLoad,
 }
 
 /// A fitted parameter.
@@ -46,12 +32,15 @@ pub struct Parameter {
 
 /// A parameter as it is reported.
 pub struct Reported {
-    pub name: &'static str,
-    pub unit: &'static str,
+    pub name: Cow<'static, str>,
+    pub unit: Cow<'static, str>,
     pub value: f64,
     /// Whether a real bicycle can have this value.
     pub physical: bool,
 }
+
+/// From k/m, B/m and an effect's values to others.
+pub type Twin = fn([f64; 2], &Values) -> ([f64; 2], Values);
 
 pub struct Spec {
     pub id: &'static str,
@@ -77,7 +66,11 @@ pub struct Spec {
     pub damps: fn(&Values, &Scale) -> f64,
     /// k/m and B/m of an axle that moves slowly as it does with the effect, for a fit without it to start from.
     pub alone: fn([f64; 2], &Values) -> [f64; 2],
+    /// Other numbers that move what is measured in exactly the same way, beside nothing but this effect.
+    pub twin: Option<Twin>,
     pub states: usize,
+    /// Whether two states are the height and the velocity of a second mass.
+    pub second_mass: bool,
     pub on_road: bool,
     pub on_sensor: bool,
     /// Whether the effect belongs to a moment of this ride, so that the held-out part need not show it.
@@ -91,6 +84,8 @@ pub struct Spec {
     pub peaks: bool,
     /// Parameters for which a value and a deviation are expected where the ride says nothing.
     pub expected: &'static [(usize, f64, f64)],
+    /// The force that comes to the tyre's, k d + B w, or what takes its place; by the names that are reported.
+    pub law: &'static str,
     /// The effect in plain words.
     pub words: &'static str,
     pub confused_with: &'static [&'static str],
@@ -115,7 +110,9 @@ impl Spec {
         stiffens: |_, _| 0.0,
         damps: |_, _| 0.0,
         alone: |base, _| base,
+        twin: None,
         states: 0,
+        second_mass: false,
         on_road: false,
         on_sensor: false,
         local: false,
@@ -123,6 +120,7 @@ impl Spec {
         corners: false,
         peaks: false,
         expected: &[],
+        law: "",
         words: "",
         confused_with: &[],
         limit_of: &[],
@@ -133,8 +131,8 @@ impl Spec {
 /// A parameter that is reported as it is fitted, physical within `range`.
 pub fn reported(parameter: &Parameter, value: f64, range: [f64; 2]) -> Reported {
     Reported {
-        name: parameter.name,
-        unit: parameter.unit,
+        name: parameter.name.into(),
+        unit: parameter.unit.into(),
         value,
         physical: (range[0]..=range[1]).contains(&value),
     }

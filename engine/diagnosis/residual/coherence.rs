@@ -6,6 +6,7 @@ use realfft::num_complex::Complex;
 
 use crate::diagnosis::dataset::Track;
 use crate::numerics::autoregressive::Colour;
+use crate::numerics::spectrum::hann;
 
 /// Deviations of the residual's coherence with what drives the axle from which it is no noise.
 pub const DRIVEN: f64 = 9.0;
@@ -85,14 +86,7 @@ fn bins(
         return None;
     }
     let fourier = RealFftPlanner::<f64>::new().plan_fft_forward(length);
-    let window: Vec<f64> = (0..length)
-        .map(|i| {
-            (std::f64::consts::PI * i as f64 / length as f64)
-                .sin()
-                .powi(2)
-        })
-        .collect();
-    let power: f64 = window.iter().map(|w| w * w).sum();
+    let (window, power) = hann(length);
     let transform = |x: &[f64]| -> Option<Vec<Complex<f64>>> {
         let mean = x.iter().sum::<f64>() / length as f64;
         let mut part: Vec<f64> = x.iter().zip(&window).map(|(x, w)| (x - mean) * w).collect();

@@ -83,7 +83,7 @@ pub fn leftover(
     let features = features(scene, motions, track);
     let mut responses = Vec::new();
     for f in &features {
-        let response = if f.acts {
+        let response = if f.acts && !t.input.prescribed {
             let input = Input::new(&vec![0.0; scene.samples], Some(&f.signal), scene.step);
             simulate(
                 &input,

@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use crate::numerics::spectrum::{STRETCH_S, Spectrum};
+use crate::numerics::spectrum::Spectrum;
 use crate::simulate::linear::{force_answer, road_answer};
 
 /// Evidence that a force is left in a residual.
@@ -50,7 +50,8 @@ impl Noisy {
         if !spectrum.density[range.clone()].iter().all(|d| *d > 0.0) {
             return None;
         }
-        let kappa = kappa.max((std::f64::consts::TAU / STRETCH_S).powi(2));
+        // Slower than the spectrum resolves is as good as still.
+        let kappa = kappa.max((std::f64::consts::TAU * spectrum.hz[1]).powi(2));
         let beta = beta.max(0.02 * kappa.sqrt());
         let part = |shape: &dyn Fn(f64) -> f64, most: f64| {
             Part::new(hz.iter().map(|f| shape(*f)).collect(), most)

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use crate::EngineError;
 use crate::bicycle::Axle;
+use crate::diagnosis::dataset::Budget;
 use crate::diagnosis::fit::physical::is_physical;
 use crate::diagnosis::fit::polish::reduce;
 use crate::diagnosis::fit::{COARSE, Effort, FINE, Fitted, Fitter, Model, Term};
@@ -29,6 +30,10 @@ pub struct Search<'a> {
     pub candidates: Vec<Term>,
     pub alpha: f64,
     pub seed: u64,
+    /// Counted work at which the search ends with what it has.
+    pub until: u64,
+    /// Of the whole diagnosis.
+    pub budget: Budget,
     pub progress: &'a dyn Progress,
 }
 
@@ -144,6 +149,11 @@ impl Search<'_> {
         } else {
             Ok(())
         }
+    }
+
+    /// Whether the budget is spent. To be asked while nothing else computes: then the answer is the same on every machine.
+    pub fn is_spent(&self) -> bool {
+        self.fitter.scene.work.done() > self.until
     }
 
     pub fn without_each(&self, model: &Model) -> Vec<Model> {

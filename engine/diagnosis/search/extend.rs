@@ -2,8 +2,9 @@
 
 use super::score_test::{Promise, Signatures};
 use super::weak_form;
+use crate::bicycle::Axle;
 use crate::diagnosis::dataset::Scene;
-use crate::diagnosis::effects::{ALL, FOILS, Kind};
+use crate::diagnosis::effects::{ALL, FOILS, Kind, Shape};
 use crate::diagnosis::fit::Model;
 use crate::diagnosis::fit::{Effort, Fitter, Point, Term, Unit};
 use crate::diagnosis::law::{Acts, Values};
@@ -14,52 +15,56 @@ use crate::report::diagnosis::{Place, SwitchedOff};
 pub fn candidates(scene: &Scene) -> (Vec<Term>, Vec<SwitchedOff>) {
     let mut terms = Vec::new();
     let mut off: Vec<SwitchedOff> = Vec::new();
-    for kind in ALL.iter().filter(|k| !FOILS.contains(k)) {
-        let spec = kind.spec();
+    let library = ALL.iter().copied().filter(|kind| !FOILS.contains(kind));
+    for kind in library.chain(own_law(scene)) {
         let mut why = None;
         let mut allowed = Vec::new();
         for track in &scene.tracks {
-            match spec.needs.iter().find_map(|n| scene.lacks(track, *n)) {
-                Some(w) => why = Some(w),
+            let needs = kind.needs(&track.scale);
+            match needs.iter().find_map(|need| scene.lacks(track, *need)) {
+                Some(lacking) => why = Some(lacking),
                 None => allowed.push(track.axle),
             }
         }
-        let place = |axle| {
-            if axle == crate::bicycle::Axle::Front {
-                Place::Front
-            } else {
-                Place::Rear
-            }
-        };
-        match spec.acts {
-            Acts::OneAxle => terms.extend(allowed.iter().map(|a| Term {
-                kind: *kind,
-                place: place(*a),
-            })),
-            Acts::Rear => terms.extend(
-                allowed
-                    .iter()
-                    .map(|a| place(*a))
-                    .filter(|p| *p == Place::Rear)
-                    .map(|p| Term {
-                        kind: *kind,
-                        place: p,
-                    }),
-            ),
-            Acts::Both if allowed.len() == 2 => terms.push(Term {
-                kind: *kind,
-                place: Place::Both,
-            }),
-            Acts::Both => why = why.or(Some("both axles are needed")),
+        let places = places(kind.spec().acts, &allowed);
+        if places.is_empty() && why.is_none() {
+            why = match kind.spec().acts {
+                Acts::Both => Some("both axles are needed"),
+                Acts::Front => Some("the front axle was not recorded"),
+                Acts::Rear => Some("the rear axle was not recorded"),
+                Acts::OneAxle => None,
+            };
         }
-        if let Some(why) = why {
+        terms.extend(places.into_iter().map(|place| Term { kind, place }));
+        if let (Some(why), Some(track)) = (why, scene.tracks.first()) {
             off.push(SwitchedOff {
-                id: spec.id.to_owned(),
+                id: kind.id_on(&track.scale).to_owned(),
                 why: why.to_owned(),
             });
         }
     }
     (terms, off)
+}
+
+/// The user's own law, where there is one.
+fn own_law(scene: &Scene) -> Option<Kind> {
+    let law = scene.tracks.first()?.scale.own.as_ref()?;
+    Some(Kind::Own(Shape::of(law)))
+}
+
+/// Where an effect may act, given on which axles the ride has what it needs.
+fn places(acts: Acts, allowed: &[Axle]) -> Vec<Place> {
+    let each = allowed.iter().map(|axle| match axle {
+        Axle::Front => Place::Front,
+        Axle::Rear => Place::Rear,
+    });
+    match acts {
+        Acts::OneAxle => each.collect(),
+        Acts::Front => each.filter(|place| *place == Place::Front).collect(),
+        Acts::Rear => each.filter(|place| *place == Place::Rear).collect(),
+        Acts::Both if allowed.len() == 2 => vec![Place::Both],
+        Acts::Both => Vec::new(),
+    }
 }
 
 /// Whether the model is so far from the ride on the axles of `unit` that its own stiffness and

@@ -3,7 +3,7 @@
 pub mod criteria;
 pub mod extend;
 pub mod null;
-mod refit;
+pub mod refit;
 pub mod rounds;
 pub mod score_test;
 pub mod weak_form;

@@ -16,6 +16,8 @@ use crate::report::diagnosis::Place;
 
 /// Share of a significant gain below which a linear promise is not followed up.
 const HOPE: f64 = 0.4;
+/// Refits between which the budget is looked at.
+const GROUP: usize = 8;
 /// Candidates that are fitted to the end in every round.
 pub const LEADERS: usize = 6;
 
@@ -86,11 +88,7 @@ impl Search<'_> {
             }
             extend(&self.fitter, model, s, self.quick(model), reach)
         };
-        let mut found: Vec<Model> = offers
-            .par_iter()
-            .filter(|s| near(s))
-            .filter_map(|s| fitted(s, Reach::Near))
-            .collect();
+        let mut found = self.in_groups(offers, near, |s| fitted(s, Reach::Near));
         // Where no start close to the model comes near to the ride, all are tried from afar.
         let best = found
             .iter()
@@ -102,20 +100,10 @@ impl Search<'_> {
             })
             || best.is_some_and(|m| self.explains(model, m));
         if !arrived {
-            let further: Vec<Model> = offers
-                .par_iter()
-                .filter(|s| far(s))
-                .filter_map(|s| fitted(s, Reach::Far))
-                .collect();
-            found.extend(further);
+            found.extend(self.in_groups(offers, far, |s| fitted(s, Reach::Far)));
         }
         found.sort_by(|a, b| b.likelihood.total_cmp(&a.likelihood));
-        let mut seen: Vec<Vec<Term>> = Vec::new();
-        found.retain(|m| {
-            let new = !seen.contains(&m.terms);
-            seen.push(m.terms.clone());
-            new
-        });
+        first_of_each(&mut found, |m| &m.terms);
         // The leaders once more, to the end and each under its own noise.
         let rest = found.split_off(found.len().min(LEADERS));
         let mut found: Vec<Model> = found
@@ -125,6 +113,27 @@ impl Search<'_> {
         found.extend(rest);
         self.unstop(&mut found);
         found.sort_by(|a, b| b.likelihood.total_cmp(&a.likelihood));
+        found
+    }
+
+    /// Refits the offers that are wanted, the most promising ones first, until the budget is spent; some of them in any case.
+    fn in_groups(
+        &self,
+        offers: &[Signatures],
+        wanted: impl Fn(&Signatures) -> bool,
+        refit: impl Fn(&Signatures) -> Option<Model> + Sync,
+    ) -> Vec<Model> {
+        let mut order: Vec<&Signatures> = offers.iter().filter(|s| wanted(s)).collect();
+        order.sort_by(|a, b| b.promise().total_cmp(&a.promise()));
+        let mut found: Vec<Model> = Vec::new();
+        for group in order.chunks(GROUP) {
+            if self.is_spent() && !found.is_empty() {
+                break;
+            }
+            found.par_extend(group.par_iter().filter_map(|s| refit(s)));
+            let done = self.fitter.scene.work.done();
+            self.progress.searched(done, self.budget.steps);
+        }
         found
     }
 
@@ -195,6 +204,16 @@ impl Search<'_> {
             .filter(|far| self.merit(far) > self.merit(&near))
             .unwrap_or(near)
     }
+}
+
+/// Keeps the first of all that have the same terms.
+pub fn first_of_each<T>(found: &mut Vec<T>, terms: impl Fn(&T) -> &Vec<Term>) {
+    let mut seen: Vec<Vec<Term>> = Vec::new();
+    found.retain(|one| {
+        let new = !seen.contains(terms(one));
+        seen.push(terms(one).clone());
+        new
+    });
 }
 
 /// The units of `larger` that are not the model's.

@@ -51,7 +51,7 @@ impl Search<'_> {
         let mut proven = self.plain.clone();
         // The model with the noise under which promises are looked for, where that is not its own.
         let mut pale: Option<Model> = None;
-        while model.terms.len() < MOST_TERMS {
+        while model.terms.len() < MOST_TERMS && !self.is_spent() {
             self.check()?;
             let goes_on = 'round: {
                 let offers = self.offers(pale.as_ref().unwrap_or(&model), &model.terms);
@@ -230,6 +230,9 @@ impl Search<'_> {
         }
         for less in self.without_each(model) {
             self.check()?;
+            if self.is_spent() {
+                break;
+            }
             let dropped = *model
                 .terms
                 .iter()

@@ -9,6 +9,8 @@ use crate::diagnosis::effects::Kind;
 use crate::diagnosis::fit::{Fitter, Point, Unit};
 use crate::diagnosis::law::{MAX_STATES, Motion, Values};
 use crate::numerics::lanes::Lanes;
+use crate::numerics::modulating::window;
+use crate::simulate::linear::Input;
 
 /// Half widths of the windows (s) that are tried, as parts of the plain axle's period.
 const WIDTHS: [f64; 2] = [0.12, 0.4];
@@ -44,29 +46,57 @@ pub fn starts(fitter: &Fitter, unit: &Unit, at: usize, base: &Point) -> Vec<Poin
     found
 }
 
-/// The measured motion and the windows that it is seen through.
+/// The measured motion as the windows see it.
 struct Rows<'a> {
-    input: &'a crate::simulate::linear::Input,
-    z: &'a [f64],
+    input: &'a Input,
+    z: Vec<f64>,
     /// Velocity, smoothed over a part of a window.
     v: Vec<f64>,
-    /// First samples of the windows, all valid.
+    /// First samples of the windows, all valid, and their weights.
     windows: Vec<usize>,
-    half: usize,
+    weights: Vec<f64>,
+    /// What each window sees of acceleration, deflection, its rate, the force and a constant.
+    sums: Vec<[f64; 5]>,
 }
 
 impl<'a> Rows<'a> {
     fn new(track: &'a Track, samples: usize, half: usize) -> Self {
-        let z = &track.measured[..samples];
+        let input = &track.input;
+        // On a rig nothing moves but what the motor moves, and the force stands in the place of the acceleration.
+        let z = track.height(track.measured[..samples].to_vec());
         let width = 2 * half + 1;
         let windows = (0..samples.saturating_sub(width)).step_by((half / OVERLAP).max(1));
         let valid = |first: &usize| track.valid[*first..*first + width].iter().all(|v| *v);
+        let windows: Vec<usize> = windows.filter(valid).collect();
+        let reach = half as f64;
+        let shapes: Vec<[f64; 3]> = (0..width).map(|j| window(j as f64 / reach - 1.0)).collect();
+        let pushes = input.force.as_ref().map(|(f, _)| &f[..]);
+        let seen = |first: &usize| {
+            let mut sums = [0.0; 5];
+            for (i, [phi, slope, curve]) in (*first..).zip(&shapes) {
+                let d = input.road[i] - z[i];
+                let answer = match input.prescribed {
+                    true => phi * track.measured[i],
+                    false => curve / (reach * input.step).powi(2) * z[i],
+                };
+                let parts = [
+                    answer,
+                    phi * d,
+                    -slope / (reach * input.step) * d,
+                    phi * pushes.map_or(0.0, |f| f[i]),
+                    *phi,
+                ];
+                sums.iter_mut().zip(parts).for_each(|(s, p)| *s += p);
+            }
+            sums
+        };
         Self {
-            input: &track.input,
+            input,
+            v: smoothed_slope(&z, (half / 4).max(1), input.step),
+            sums: windows.iter().map(seen).collect(),
+            weights: shapes.iter().map(|[phi, ..]| *phi).collect(),
+            windows,
             z,
-            v: smoothed_slope(z, (half / 4).max(1), track.input.step),
-            windows: windows.filter(valid).collect(),
-            half,
         }
     }
 
@@ -92,11 +122,14 @@ impl<'a> Rows<'a> {
                     speed: scene.speed[i],
                     speed_rate: scene.speed_rate[i],
                     crank: [(2.0 * scene.crank[i]).sin(), (2.0 * scene.crank[i]).cos()],
+                    crank_angle: scene.crank[i],
+                    distance: scene.distance[i],
                     step: scene.step,
+                    felt_after: self.input.felt_after(scene.step),
                     scale: &track.scale,
                 };
                 let tyre = kind.tyre(&p, &motion, &states, Lanes::ZERO);
-                kind.body(&p, &motion, tyre).0[0]
+                kind.body(&p, &motion, &states, tyre).0[0]
             })
             .collect()
     }
@@ -109,35 +142,21 @@ impl<'a> Rows<'a> {
         force: &[f64],
         (mut values, slot, at): (Values, usize, usize),
     ) -> Option<Point> {
-        let step = self.input.step;
-        let half = self.half as f64;
-        let pushes = self.input.force.as_ref().map(|(f, _)| &f[..]);
         let known = track.scale.mass.recip();
         let mut point = base.clone();
-        let row = |first: &usize| {
-            let mut sums = [0.0; 6];
-            for j in 0..=2 * self.half {
-                let i = first + j;
-                let (phi, slope, curve) = window(j as f64 / half - 1.0);
-                let d = self.input.road[i] - self.z[i];
-                let push = pushes.map_or(0.0, |f| f[i]);
-                let parts = [
-                    curve / (half * step).powi(2) * self.z[i],
-                    phi * d,
-                    -slope / (half * step) * d,
-                    phi * push,
-                    phi,
-                    phi * force[i],
-                ];
-                sums.iter_mut().zip(parts).for_each(|(s, p)| *s += p);
+        let row = |(first, sums): (&usize, &[f64; 5])| {
+            let mut felt = 0.0;
+            for (i, phi) in (*first..).zip(&self.weights) {
+                felt += phi * force[i];
             }
-            sums
+            let [a, d, w, push, one] = *sums;
+            [a, d, w, push, one, felt]
         };
-        let rows: Vec<[f64; 6]> = self.windows.iter().map(row).collect();
+        let rows: Vec<[f64; 6]> = self.windows.iter().zip(&self.sums).map(row).collect();
         // Which of the columns are unknown; a known mass's force moves to the other side.
         let unknown: Vec<usize> = (1..6)
             .filter(|q| match q {
-                3 => track.free_mass && pushes.is_some(),
+                3 => track.free_mass && self.input.force.is_some(),
                 4 => track.rest_point,
                 _ => true,
             })
@@ -180,16 +199,6 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// (1 - s^2)^4 and its first two derivatives.
-fn window(s: f64) -> (f64, f64, f64) {
-    let q = 1.0 - s * s;
-    (
-        q.powi(4),
-        -8.0 * s * q.powi(3),
-        -8.0 * q.powi(3) + 48.0 * s * s * q * q,
-    )
-}
-
 /// Slope of the line through `reach` samples to both sides.
 fn smoothed_slope(x: &[f64], reach: usize, step: f64) -> Vec<f64> {
     (0..x.len())
@@ -212,18 +221,6 @@ fn smoothed_slope(x: &[f64], reach: usize, step: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_windows_derivatives_are_its_own() {
-        let h = 1e-5;
-        for s in [-0.8, -0.3, 0.0, 0.45, 0.9] {
-            let ((_, slope, curve), (a, da, _), (b, db, _)) =
-                (window(s), window(s - h), window(s + h));
-            assert!((slope - (b - a) / (2.0 * h)).abs() < 1e-8);
-            assert!((curve - (db - da) / (2.0 * h)).abs() < 1e-7);
-        }
-        assert_eq!(window(1.0), (0.0, 0.0, 0.0));
-    }
 
     #[test]
     fn a_lines_slope_is_found_up_to_its_ends() {

@@ -9,7 +9,7 @@ use crate::report::diagnosis::{Diagnosis, EffectReport, Verdict};
 pub const FOLLOWS: f64 = 0.9;
 
 /// Why the record carries no verdict, and what to record instead; nothing where it does. `moves`: RMS of what each axle
-/// does (m).
+/// does (m), or of the force that answers (N).
 pub fn why_not(d: &Diagnosis, moves: &dyn Fn(Axle) -> f64) -> Option<String> {
     match d.verdict {
         Verdict::NothingMissing => unfollowed(d, moves).or_else(|| undetermined(d)),
@@ -22,16 +22,17 @@ pub fn why_not(d: &Diagnosis, moves: &dyn Fn(Axle) -> f64) -> Option<String> {
 /// That the plain model follows hardly anything of an axle and no effect does better.
 fn unfollowed(d: &Diagnosis, moves: &dyn Fn(Axle) -> f64) -> Option<String> {
     let left = |(axle, held): (Axle, &crate::report::diagnosis::HeldOut)| {
-        let left = held.plain_rms_m?;
-        (left > FOLLOWS * moves(axle)).then_some((axle, left))
+        let ([plain, ..], unit) = held.errors();
+        let left = plain?;
+        (left > FOLLOWS * moves(axle)).then_some((axle, left, unit))
     };
-    let (axle, left) = d.held_out.iter().find_map(left)?;
-    let length = |rms_m: f64| Quantity::rough(rms_m, 3, "m");
+    let (axle, left, unit) = d.held_out.iter().find_map(left)?;
+    let size = |rms: f64| Quantity::rough(rms, 3, unit);
     Some(format!(
         "The plain spring and damper follow hardly anything of what the {axle} axle does: {} of {} are left. No effect in the \
          library explains more, but this record is no ground for a verdict: are channels swapped, turned or noise?",
-        length(left),
-        length(moves(axle))
+        size(left),
+        size(moves(axle))
     ))
 }
 

@@ -5,7 +5,7 @@ use crate::diagnosis::dataset::Scene;
 use crate::diagnosis::fit::{COARSE, FINE, Fitter, Model, Motion};
 use crate::diagnosis::residual::omnibus::{Leftover, leftover};
 use crate::diagnosis::residual::replicate::{exceeds, is_noisy};
-use crate::diagnosis::residual::resonance::{Inputs, resonance};
+use crate::diagnosis::residual::resonance::{Inputs, Resonance, resonance};
 use crate::diagnosis::residual::{bursts, coherence};
 use crate::finite::finite;
 use crate::numerics::spectrum::deviation;
@@ -68,6 +68,9 @@ pub fn judge(
         force: track.force_most * per_mass * per_mass,
     };
     let resonates = |residual: &[f64]| {
+        if track.input.prescribed {
+            return Resonance::default();
+        }
         [Some((kappa, beta)), mean]
             .into_iter()
             .flatten()
@@ -135,6 +138,7 @@ pub fn judge(
             plain_rms_m: finite(plain),
             extended_rms_m: finite(extended),
             noise_floor_m: noise,
+            predicted: record.predicted(),
             explained_share: noise.and_then(|noise| explained(plain, extended, noise)),
             window_s: [at(split.held.start), at(split.held.end)],
         },

@@ -2,6 +2,7 @@
 
 pub mod affirm;
 pub mod carries;
+pub mod choose;
 pub mod general_laws;
 pub mod judge;
 pub mod partly;

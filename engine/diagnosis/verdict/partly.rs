@@ -1,7 +1,7 @@
 //! A ride that no model explains to within its noise is searched once more, by the squares of the held-out error: what
 //! takes off most leads, whatever its frequency. What is found then has to prove itself without any likelihood.
 
-use super::affirm::{self, Claim};
+use super::affirm::{self, Claim, Jackknife};
 use crate::EngineError;
 use crate::bicycle::PerAxle;
 use crate::diagnosis::dataset::Scene;
@@ -9,6 +9,7 @@ use crate::diagnosis::fit::physical::is_physical;
 use crate::diagnosis::fit::{Fitter, Model, Term};
 use crate::diagnosis::search::Search;
 use crate::diagnosis::search::extend::Reach;
+use crate::diagnosis::search::refit::first_of_each;
 
 /// Models that are followed up in each round: the best of one alone often stands in for two others.
 const WIDTH: usize = 2;
@@ -19,21 +20,33 @@ const EXAMINED: usize = 2;
 /// Effects in a set at most: what needs three laws on an incomplete model may be anything.
 const MOST: usize = 2;
 
-/// Effects that are affirmed although something else is left.
+/// Share of the held-out squares of another shape that the nearest one must leave to be shown in its place.
+const NEARER: f64 = 0.7;
+
+/// Effects that are affirmed although something else is left, or at least are the nearest shape.
 pub struct Partly {
     /// The model with these effects and others that do not hold, and the plain one, both fitted to the plain squares.
     pub model: Model,
     pub plain: Model,
     pub claims: Vec<Claim>,
-    /// Standard errors of k (N/m) and B (N s/m) by the delete-a-block jackknife.
-    pub errors: PerAxle<[f64; 2]>,
+    /// Standard errors by the delete-a-block jackknife: of what is reported of each claim's effect, and of k (N/m) and
+    /// B (N s/m).
+    pub effect_errors: Vec<Vec<f64>>,
+    pub base_errors: PerAxle<[f64; 2]>,
 }
 
-/// Searches the record again and keeps what holds of that; `remains`: whether anything is left on each track.
+/// A set of effects and what it leaves: the product over the axles of the shares of the plain model's held-out squares.
+type Left = (f64, Model);
+
+/// Searches the record again and keeps what holds of that; `remains`: whether anything is left on each track. Where nothing
+/// holds, the set that leaves least, if that is clearly less than the model that was `found` by likelihood leaves. No new set is
+/// begun once the work done is `until`.
 pub fn partly(
     search: &Search,
     record: &Scene,
     remains: &[bool],
+    found: &Model,
+    until: u64,
 ) -> Result<Option<Partly>, EngineError> {
     let mut scene = record.clone();
     scene.noise_order = 0;
@@ -51,19 +64,42 @@ pub fn partly(
         candidates: lasting(search, remains),
         alpha: search.alpha,
         seed: search.seed,
+        until,
+        budget: search.budget,
         progress: search.progress,
     };
+    let holds = |looked: &Examined| looked.claims.iter().any(|c| c.holds);
     let rounds = rounds(&again)?;
-    let tried: Vec<Model> = rounds.iter().flatten().cloned().collect();
-    let mut sets = chosen(&again, &rounds).into_iter();
-    let kept = sets.find_map(|model| kept(&again, model, &tried));
-    search.check()?;
-    Ok(kept.map(|(model, claims)| Partly {
-        errors: affirm::base_errors(&again, &model),
-        model,
-        plain,
-        claims,
-    }))
+    let sets = rounds.last().map_or(Vec::new(), |last| chosen(last));
+    let tried: Vec<Model> = rounds.into_iter().flatten().map(|(_, m)| m).collect();
+    let mut looked: Vec<Examined> = Vec::new();
+    for model in &sets {
+        looked.extend(examined(&again, model, &tried));
+        search.check()?;
+        if looked.last().is_some_and(holds) || again.is_spent() {
+            break;
+        }
+    }
+    let squares = |m: &Model| again.held_squares(m).into_iter().product::<f64>();
+    let nearer = |looked: &Examined| squares(&looked.model) < NEARER * squares(found);
+    let place = (looked.iter().position(holds)).or_else(|| looked.iter().position(nearer));
+    let kept = place.map(|i| looked.swap_remove(i));
+    Ok(kept.map(
+        |Examined {
+             model,
+             claims,
+             jackknife,
+         }| {
+            let of_claim = |claim: &Claim| jackknife.effect(&scene, claim.term);
+            Partly {
+                effect_errors: claims.iter().map(of_claim).collect(),
+                base_errors: jackknife.base(&scene, &model),
+                model,
+                plain,
+                claims,
+            }
+        },
+    ))
 }
 
 /// The candidates for the tracks where something remains that act all the time, and not too slowly to be told from a sensor's
@@ -79,64 +115,54 @@ fn lasting(search: &Search, remains: &[bool]) -> Vec<Term> {
 }
 
 /// Sets of one and of two effects, those that leave least first, as long as one more takes a good share off.
-fn rounds(search: &Search) -> Result<Vec<Vec<Model>>, EngineError> {
-    let mut rounds: Vec<Vec<Model>> = Vec::new();
+fn rounds(search: &Search) -> Result<Vec<Vec<Left>>, EngineError> {
+    let plain = search.held_squares(&search.plain);
+    let left = |m: Model| {
+        let squares = search.held_squares(&m).into_iter().zip(&plain);
+        (
+            squares.map(|(left, plain)| left / plain).product::<f64>(),
+            m,
+        )
+    };
+    let mut rounds: Vec<Vec<Left>> = Vec::new();
     let mut front = vec![search.plain.clone()];
     let mut least = 1.0;
-    while rounds.len() < MOST {
+    while rounds.len() < MOST && !search.is_spent() {
         search.check()?;
         let reach = match rounds.is_empty() {
             true => Reach::Far,
             false => Reach::Near,
         };
         let refits = |m: &Model| search.refits(m, &search.offers(m, &m.terms), reach);
-        let mut found: Vec<(f64, Model)> = (front.iter().flat_map(refits))
+        let mut found: Vec<Left> = (front.iter().flat_map(refits))
             .filter(|m| is_physical(search.fitter.scene, &search.plain, m))
-            .map(|m| (left(search, &m), m))
+            .map(left)
             .filter(|(left, _)| left.is_finite())
             .collect();
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut seen: Vec<Vec<Term>> = Vec::new();
-        found.retain(|(_, m)| {
-            let new = !seen.contains(&m.terms);
-            seen.push(m.terms.clone());
-            new
-        });
-        let Some((best, _)) = found.first() else {
-            break;
-        };
-        if *best > (1.0 - FURTHER) * least {
-            break;
+        first_of_each(&mut found, |(_, m)| &m.terms);
+        match found.first() {
+            Some((best, _)) if *best <= (1.0 - FURTHER) * least => least = *best,
+            _ => break,
         }
-        least = *best;
-        rounds.push(found.into_iter().map(|(_, m)| m).collect());
-        front = rounds
-            .iter()
-            .next_back()
-            .into_iter()
-            .flatten()
-            .take(WIDTH)
-            .cloned()
-            .collect();
+        front = found.iter().take(WIDTH).map(|(_, m)| m.clone()).collect();
+        rounds.push(found);
     }
     Ok(rounds)
 }
 
 /// The sets to examine: the best of the last round, with laws that are limits of others in the place of these where they leave
 /// nearly as little.
-fn chosen(search: &Search, rounds: &[Vec<Model>]) -> Vec<Model> {
-    let Some(last) = rounds.last() else {
-        return Vec::new();
-    };
+fn chosen(last: &[Left]) -> Vec<Model> {
     let mut chosen: Vec<Model> = Vec::new();
-    for model in last.iter().take(EXAMINED) {
-        let narrower = last.iter().find(|m| {
+    for (least, model) in last.iter().take(EXAMINED) {
+        let narrower = last.iter().find(|(left, m)| {
             let differ = || m.terms.iter().zip(&model.terms).filter(|(a, b)| a != b);
             differ().count() == 1
                 && differ().all(|(a, b)| affirm::is_limit(*a, *b))
-                && left(search, m) * affirm::OUTGROWN <= left(search, model)
+                && left * affirm::OUTGROWN <= *least
         });
-        let model = narrower.unwrap_or(model);
+        let model = narrower.map_or(model, |(_, m)| m);
         if chosen.iter().all(|m| m.terms != model.terms) {
             chosen.push(model.clone());
         }
@@ -144,15 +170,23 @@ fn chosen(search: &Search, rounds: &[Vec<Model>]) -> Vec<Model> {
     chosen
 }
 
-/// A model with the claims of all its effects, if any of them holds.
-fn kept(search: &Search, model: Model, tried: &[Model]) -> Option<(Model, Vec<Claim>)> {
-    let model = affirm::unweighted(&search.fitter, &model)?;
-    let claims = affirm::examine(search, &model, tried);
-    claims.iter().any(|c| c.holds).then_some((model, claims))
+/// A model with the claims of all its effects, and what blocks left out in turn say of it.
+struct Examined {
+    model: Model,
+    claims: Vec<Claim>,
+    jackknife: Jackknife,
 }
 
-/// Product over the axles of the shares of the plain model's held-out squares that a model leaves.
-fn left(search: &Search, model: &Model) -> f64 {
-    let tracks = search.fitter.scene.tracks.iter();
-    tracks.map(|t| search.left(t.axle, model)).product()
+fn examined(search: &Search, model: &Model, tried: &[Model]) -> Option<Examined> {
+    let model = affirm::unweighted(&search.fitter, model)?;
+    let mut claims = affirm::examine(search, &model, tried);
+    let jackknife = Jackknife::new(&search.fitter, &model);
+    for claim in &mut claims {
+        claim.holds &= jackknife.tells(&model, claim.term);
+    }
+    Some(Examined {
+        model,
+        claims,
+        jackknife,
+    })
 }

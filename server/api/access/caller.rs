@@ -6,6 +6,7 @@ use uuid::Uuid;
 
 use super::limits::Limits;
 use crate::api::problem::{Kind, Problem};
+use crate::store::audit::Actor;
 use crate::store::key::{self, HOME, KeyRow, Scope, Scopes};
 use crate::store::{Db, Tx, job};
 
@@ -50,6 +51,11 @@ impl Caller {
             unfinished_jobs: Some(row.unfinished_jobs.unwrap_or(limits.unfinished_jobs)),
             queue: limits.queue,
         }
+    }
+
+    /// As the audit trail has it.
+    pub fn actor(&self) -> Actor {
+        self.key.map_or(Actor::Keyless, Actor::Key)
     }
 
     pub(super) fn needs(&self, scope: Scope) -> Result<(), Problem> {

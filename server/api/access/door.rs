@@ -59,7 +59,7 @@ fn needed(method: &Method, path: &str) -> Option<Scope> {
             None
         }
         _ if open => None,
-        "/metrics" => Some(Scope::Admin),
+        "/metrics" | "/v1/audit" => Some(Scope::Admin),
         _ if method.is_safe() => Some(Scope::Read),
         _ => Some(Scope::Upload),
     }

@@ -1,5 +1,7 @@
 pub mod course;
+pub mod delete;
 pub mod get;
 pub mod history;
 pub mod list;
+pub mod restore;
 pub mod view;

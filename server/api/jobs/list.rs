@@ -6,12 +6,12 @@ use uuid::Uuid;
 use veloid_engine::report::diagnosis::Verdict;
 
 use super::view::JobView;
-use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::extract::Query;
 use crate::api::list::{Page, limit, without_cursor};
 use crate::api::names;
 use crate::api::problem::Problem;
+use crate::api::{App, time};
 use crate::store::job::{self, State as JobState};
 
 #[derive(Deserialize, IntoParams)]
@@ -26,6 +26,17 @@ pub struct Params {
     verdict: Option<String>,
     /// Only jobs of this ride.
     ride: Option<Uuid>,
+    /// Only jobs of rides with this tag.
+    tag: Option<String>,
+    /// Ridden from this time on, inclusive (RFC 3339); uploaded, where it is not known when it was ridden. A day, such as
+    /// 2026-09-01, counts whole (UTC).
+    #[param(schema_with = time::schema)]
+    from: Option<String>,
+    /// Ridden before this time, exclusive (RFC 3339). A day counts whole. Not earlier than `from`.
+    #[param(schema_with = time::schema)]
+    to: Option<String>,
+    /// Those that are deleted and not erased yet, instead of those that are not.
+    deleted: Option<bool>,
     /// Items per page: 50 unless asked otherwise.
     #[param(minimum = 1, maximum = 1000)]
     limit: Option<i64>,
@@ -45,12 +56,17 @@ pub async fn list(
     Query(params): Query<Params>,
 ) -> Result<Response, Problem> {
     names::one_of("verdict", params.verdict.as_deref(), &Verdict::NAMES)?;
+    let (from_ms, to_ms) = time::span(params.from.as_deref(), params.to.as_deref())?;
     let filter = job::Filter {
         group: &caller.group,
         state: params.state,
         bike: params.bike.as_deref(),
         verdict: params.verdict.as_deref(),
         ride: params.ride,
+        deleted: params.deleted.unwrap_or_default(),
+        tag: params.tag.as_deref(),
+        from_ms,
+        to_ms,
         before: params.cursor,
     };
     let limit = limit(params.limit)?;

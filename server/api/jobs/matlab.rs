@@ -34,6 +34,15 @@ function z = simulate(t, u, F, zm, m, k, B, rest_point)
   z = x(1, :)' + G * (G \\ (zm - x(1, :)'));
 end
 
+function F = answer(t, d, Fm, k, B)
+  % F = k d + B d' + c to the deflection d that a rig prescribes, by its cubic spline; c, and whether the force was logged as
+  % a reaction, suit the measurement.
+  if sum(diff(d) .* (Fm(1:end - 1) + Fm(2:end))) < 0, Fm = -Fm; end
+  [at, c] = unmkpp(spline(t, d));
+  F = k * d + B * ppval(mkpp(at, [3 * c(:, 1), 2 * c(:, 2), c(:, 3)]), t);
+  F = F + mean(Fm - F);
+end
+
 function D = derivatives(t, y)
   c = ppval_coefficients(spline(t, y));
   D = [c(:, 4), c(:, 3), 2 * c(:, 2), 6 * c(:, 1)]';
@@ -64,13 +73,22 @@ fn write(out: &mut String, report: &Report, file: &str) -> std::fmt::Result {
         report.veloid,
         quoted(&report.bike.bike)
     )?;
-    writeln!(out, "% stamps; z holds one column per axle (m).")?;
+    writeln!(
+        out,
+        "% stamps; z holds one column per axle (m; N where a rig prescribes the motion)."
+    )?;
     if let Some(diagnosis) = &report.diagnosis {
         left_out(out, diagnosis)?;
     }
     writeln!(out, "  if nargin < 1, file = {}; end", quoted(file))?;
     writeln!(out, "  ride = importdata(file, ',', 1);")?;
     writeln!(out, "  t = ride.data(:, {});", column(report, "t"))?;
+    if let Some([from, to]) = report.ride.part_s {
+        writeln!(out, "  % Only this part of the swing was used.")?;
+        writeln!(out, "  used = t > {from:?} - 1e-9 & t < {to:?} + 1e-9;")?;
+        writeln!(out, "  ride.data = ride.data(used, :);")?;
+        writeln!(out, "  t = t(used);")?;
+    }
     writeln!(out, "  none = zeros(size(t));")?;
     writeln!(out, "  z = [];")?;
     for (axle, estimate) in report.output_error.iter() {
@@ -125,6 +143,18 @@ fn axle_lines(out: &mut String, report: &Report, axle: Axle, e: &Estimate) -> st
     };
     let none = || "none".to_owned();
     let (road, force) = (channel("u"), channel("force"));
+    if e.mass_kg == 0.0 {
+        let motion = channel("z").or_else(|| channel("d")).or(road);
+        writeln!(out, "  % {axle} axle: stiffness (N/m), damping (N s/m)")?;
+        return writeln!(
+            out,
+            "  z(:, end + 1) = answer(t, {}, {}, {:?}, {:?});",
+            motion.unwrap_or_else(none),
+            force.unwrap_or_else(none),
+            e.k_n_m,
+            e.b_n_s_m
+        );
+    }
     let rest_point = force.is_some() || road.is_none();
     writeln!(
         out,

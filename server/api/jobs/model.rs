@@ -18,7 +18,7 @@ use crate::api::extract::{Path, Query};
 use crate::api::problem::Problem;
 use crate::store::job;
 
-const EQUATION: &str = "m z'' = k (u - z) + B (u' - z') + F";
+const EQUATION: &str = "m z'' = k (u - z) + B (u' - z') + F; where a rig prescribes the deflection d (mass 0): F = k d + B d' + constant";
 
 #[derive(Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
@@ -42,7 +42,7 @@ pub struct IdentifiedModel {
     /// Version of veloid that identified it.
     pub veloid: String,
     pub bike: String,
-    /// Equation of each axle; u road, z displacement, F applied force, all up.
+    /// Equation of each axle; u road, z displacement, F applied force, all up; on a rig F is what was measured.
     #[schema(value_type = String)]
     pub equation: &'static str,
     /// Output error: the plain model at its best.
@@ -88,6 +88,10 @@ pub async fn model(
 
 impl IdentifiedModel {
     fn of(report: Report) -> Self {
+        let plain = match &report.latent_road {
+            Some(latent) if report.has_no_road() => latent.axles(),
+            _ => report.output_error,
+        };
         let (extended, effects) = match report.diagnosis {
             Some(d) if !d.effects.is_empty() => (Some(d.extended), d.effects),
             _ => (None, Vec::new()),
@@ -96,7 +100,7 @@ impl IdentifiedModel {
             veloid: report.veloid,
             bike: report.bike.bike,
             equation: EQUATION,
-            plain: report.output_error,
+            plain,
             extended,
             effects,
         }

@@ -86,10 +86,7 @@ pub async fn series(
 
 async fn simulate(server: &Server, job: &JobRow, quantity: Quantity) -> Result<Series, Problem> {
     let text = published(&server.db, job.id).await?;
-    let ride = server
-        .rides
-        .get(&job.sha256, &job.ride_name, &job.request)
-        .await?;
+    let ride = server.rides.get(job).await?;
     let simulated = tokio::task::spawn_blocking(move || {
         let report: Report = serde_json::from_str(&text)?;
         Ok(Series::of(&ride, &report, quantity))

@@ -9,6 +9,7 @@ use veloid_engine::ride::RideSummary;
 
 use crate::api::problem::Problem;
 use crate::api::time;
+use crate::facts::Facts;
 use crate::options::Options;
 use crate::store::Db;
 use crate::store::job::{self, Failure, JobRow, Stage, State};
@@ -36,6 +37,9 @@ pub struct JobView {
     pub failure: Option<Failure>,
     /// Rises with every change; the ETag.
     pub revision: i64,
+    /// When it was ridden or, where that is not known, uploaded.
+    #[schema(format = DateTime)]
+    pub dated_at: String,
     #[schema(format = DateTime)]
     pub created_at: String,
     /// When a worker took it up.
@@ -46,6 +50,9 @@ pub struct JobView {
     pub observed_at: Option<String>,
     #[schema(format = DateTime)]
     pub finished_at: Option<String>,
+    /// Since when it is deleted, with its ride or its bike.
+    #[schema(format = DateTime)]
+    pub deleted_at: Option<String>,
     pub links: Links,
 }
 
@@ -64,6 +71,8 @@ pub struct RideOf {
     pub name: String,
     /// Made up by `veloid seed`: such a ride has parameters, but neither a file nor a report.
     pub made_up: bool,
+    /// What is known of it besides.
+    pub facts: Facts,
     /// What was understood of the file.
     pub summary: RideSummary,
 }
@@ -95,6 +104,7 @@ impl From<JobRow> for JobView {
                 id: row.ride_id,
                 name: row.ride_name,
                 made_up: row.sha256 == TOLD,
+                facts: row.facts.map(|json| json.0).unwrap_or_default(),
                 summary: row.summary.0,
             },
             bike: row.bike,
@@ -103,10 +113,12 @@ impl From<JobRow> for JobView {
             verdict: row.verdict,
             failure: row.failure.map(|json| json.0),
             revision: row.revision,
+            dated_at: time::text(row.dated_at),
             created_at: time::text(row.created_at),
             started_at: row.started_at.map(time::text),
             observed_at: row.observed_at.map(time::text),
             finished_at: row.finished_at.map(time::text),
+            deleted_at: row.deleted_at.map(time::text),
             links: Links {
                 trials: format!("{job}/trials"),
                 report: format!("{job}/report"),

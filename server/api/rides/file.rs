@@ -1,43 +1,71 @@
+use axum::Json;
 use axum::body::Body;
 use axum::extract::State;
-use axum::http::{HeaderMap, header};
+use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use serde::Deserialize;
+use utoipa::IntoParams;
 use uuid::Uuid;
 
+use super::view::{FileView, no_such_ride, views};
 use crate::api::App;
 use crate::api::access::Caller;
-use crate::api::extract::{Path, matches, not_modified, tagged};
+use crate::api::extract::{Path, Query, matches, not_modified, tagged};
 use crate::api::jobs::report::MADE_UP;
 use crate::api::problem::{Kind, Problem};
 use crate::store::ride::{self, TOLD};
 
+/// Which of a ride's files is meant.
+#[derive(Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    /// Name of the file, where the ride has several.
+    name: Option<String>,
+}
+
 /// The bytes that were uploaded.
-#[utoipa::path(get, path = "/v1/rides/{id}/file", operation_id = "download_ride", tag = "rides", params(("id" = Uuid, Path)),
+///
+/// Of a ride in several files the one that `name` names; without it the list of all of them.
+#[utoipa::path(get, path = "/v1/rides/{id}/file", operation_id = "download_ride", tag = "rides",
+    params(("id" = Uuid, Path), Params),
     responses(
         (status = 200, description = "The file", body = Vec<u8>, content_type = "application/octet-stream"),
+        (status = 300, description = "The ride has several files, these", body = Vec<FileView>),
         (status = 304, description = "The client has it"),
+        (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such ride", body = Problem, content_type = "application/problem+json")))]
 pub async fn file(
     State(server): App,
     caller: Caller,
     Path(id): Path<Uuid>,
+    Query(params): Query<Params>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let ride = ride::find(&server.db, &caller.group, id)
         .await?
-        .ok_or_else(|| Problem::not_found("the ride"))?;
+        .filter(|ride| ride.deleted_at.is_none())
+        .ok_or_else(no_such_ride)?;
     if ride.sha256 == TOLD {
         return Err(Problem::new(Kind::NotFound, MADE_UP));
     }
-    let etag = format!("\"{}\"", ride.sha256);
+    let mut files = ride::files(&server.db, id).await?;
+    let wanted = params.name.as_deref();
+    if wanted.is_none() && files.len() > 1 {
+        return Ok((StatusCode::MULTIPLE_CHOICES, Json(views(id, files))).into_response());
+    }
+    files.retain(|file| wanted.is_none_or(|name| file.name == name));
+    let [file] = &files[..] else {
+        return Err(Problem::not_found("the file"));
+    };
+    let etag = format!("\"{}\"", file.sha256);
     if matches(&headers, &etag) {
         return Ok(not_modified(&etag));
     }
-    let body = Body::from_stream(server.files.stream(&ride.sha256).await?);
+    let body = Body::from_stream(server.files.stream(&file.sha256).await?);
     let headers = [
         (header::CONTENT_TYPE, "application/octet-stream".to_owned()),
-        (header::CONTENT_LENGTH, ride.bytes.to_string()),
-        (header::CONTENT_DISPOSITION, attachment(&ride.name)),
+        (header::CONTENT_LENGTH, file.bytes.to_string()),
+        (header::CONTENT_DISPOSITION, attachment(&file.name)),
     ];
     Ok(tagged(&etag, (headers, body).into_response()))
 }

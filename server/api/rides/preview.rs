@@ -1,12 +1,13 @@
 use axum::Json;
 use axum::extract::{Request, State};
-use veloid_engine::ride::{self, Preview, ReadError};
+use veloid_engine::ride::{self, Preview, ReadError, RideFile};
 
 use super::receive::receive;
 use super::submit;
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::problem::Problem;
+use crate::jobs;
 use crate::options::Options;
 
 /// Says what would be understood of a ride file, without keeping it.
@@ -17,6 +18,7 @@ use crate::options::Options;
         ("bike" = Option<String>, Query, description = "Bike file, or the name of a bike of the fleet: whether it tells the masses that the ride needs"),
         ("name" = Option<String>, Query, description = "File name, with a raw body"),
         ("options" = Option<String>, Query, description = "Options (JSON), with a raw body; each may be a parameter of its own"),
+        ("facts" = Option<String>, Query, description = "Not looked at"),
         ("again" = Option<bool>, Query, description = "Not looked at")),
     request_body(content((super::upload::Upload = "multipart/form-data"), (String = "text/csv"), (Vec<u8> = "application/octet-stream"))),
     responses(
@@ -35,10 +37,10 @@ pub async fn preview(
     // A bike that is still being typed is no reason to show nothing.
     let bike = submit::the_bike(&server, &caller, received.bike.as_deref()).await;
     let _permit = server.readers.acquire().await.map_err(Problem::internal)?;
-    let bytes = received.incoming.contents().await?;
-    let name = received.name.clone();
+    let files = received.contents().await?;
     let read = move || {
-        let preview = ride::preview(&bytes, &name, &options.reading)?;
+        let files: Vec<RideFile<'_>> = jobs::named(&files).collect();
+        let preview = ride::preview(&files, &options.reading)?;
         Ok::<_, ReadError>(match bike {
             Ok(bike) => preview.with_bike(&bike),
             Err(_) => preview,

@@ -1,5 +1,6 @@
 //! Takes an upload in: the file straight to disk, the small parts into memory.
 
+use std::io;
 use std::time::Duration;
 
 use axum::body::{BodyDataStream, Bytes};
@@ -13,6 +14,7 @@ use super::body::{ALLOWANCE, BodyError, Pieces, Unparsed};
 use crate::api::Server;
 use crate::api::access::Caller;
 use crate::api::problem::{Kind, Problem};
+use crate::facts;
 use crate::files::{Files, Incoming};
 use crate::options::{Options, OptionsError, boolean};
 
@@ -30,14 +32,36 @@ const DRAINED: u64 = 4 << 20;
 
 /// An upload that has arrived but is not kept yet.
 pub struct Received {
-    pub incoming: Incoming,
-    /// Name of the file as its sender calls it.
-    pub name: String,
+    /// The ride's files, each with its name as its sender calls it.
+    pub files: Vec<(String, Incoming)>,
     /// The bike file, or the name of a bike of the fleet.
     pub bike: Option<String>,
     pub options: Map<String, Value>,
+    /// What its sender says of the ride.
+    pub facts: Map<String, Value>,
     /// Identify again even where the same request has a job.
     pub again: bool,
+}
+
+impl Received {
+    /// Name of the ride: its file's, or those of all.
+    pub fn name(&self) -> String {
+        let names: Vec<&str> = self.files.iter().map(|(name, _)| name.as_str()).collect();
+        names.join(", ")
+    }
+
+    pub fn bytes(&self) -> u64 {
+        self.files.iter().map(|(_, file)| file.bytes()).sum()
+    }
+
+    /// Names and bytes.
+    pub async fn contents(&mut self) -> io::Result<Vec<(String, Vec<u8>)>> {
+        let mut contents = Vec::new();
+        for (name, file) in &mut self.files {
+            contents.push((name.clone(), file.contents().await?));
+        }
+        Ok(contents)
+    }
 }
 
 /// Receives a multipart form or a raw body.
@@ -92,7 +116,8 @@ async fn parts(
         from_form(files, limit, body, boundary, &mut parts).await?;
     } else {
         let body = body.map_err(BodyError::from);
-        parts.incoming = Some(store(files, limit, body).await?);
+        let file = store(files, limit, body).await?;
+        parts.files.push((None, file));
     }
     Ok(parts)
 }
@@ -126,14 +151,13 @@ async fn from_form(
             parts.add(&key, &value)?;
             continue;
         }
-        if parts.incoming.is_some() {
-            return Err(Problem::new(
-                Kind::BadRequest,
-                "two parts named `file`, expected one; send one request per ride",
-            ));
-        }
-        parts.file_name = file_name;
-        parts.incoming = Some(store(files, limit, chunks).await?);
+        let before: u64 = parts.files.iter().map(|(_, file)| file.bytes()).sum();
+        let file = store(files, limit.saturating_sub(before), chunks).await;
+        let file = file.map_err(|problem| match problem.kind {
+            Kind::TooLarge if before > 0 => too_large(limit),
+            _ => problem,
+        })?;
+        parts.files.push((file_name, file));
     }
     Ok(())
 }
@@ -176,10 +200,14 @@ where
 }
 
 /// What an upload may hold besides the file and the options.
-const OWN: [&str; 5] = ["bike", "fleet", "name", "again", "options"];
+const OWN: [&str; 6] = ["bike", "fleet", "name", "again", "options", "facts"];
 
 fn is_known(key: &str) -> bool {
-    OWN.contains(&key) || Options::is_known(key)
+    OWN.contains(&key) || Options::is_known(key) || is_fact(key)
+}
+
+fn is_fact(key: &str) -> bool {
+    facts::names().any(|name| name == key)
 }
 
 fn unknown(key: &str) -> Problem {
@@ -187,7 +215,11 @@ fn unknown(key: &str) -> Problem {
     if shown.len() < key.len() {
         shown.push_str("...");
     }
-    let known: Vec<&str> = OWN.into_iter().chain(Options::names()).collect();
+    let known: Vec<&str> = OWN
+        .into_iter()
+        .chain(Options::names())
+        .chain(facts::names())
+        .collect();
     let known = known.join("`, `");
     Problem::new(
         Kind::BadOption,
@@ -204,15 +236,15 @@ fn too_large(limit: u64) -> Problem {
 
 #[derive(Default)]
 struct Parts {
-    incoming: Option<Incoming>,
-    /// As the file's part has it.
-    file_name: Option<String>,
-    /// As the sender calls the ride instead.
+    /// Names as the files' parts have them.
+    files: Vec<(Option<String>, Incoming)>,
+    /// As the sender calls the only file instead.
     name: Option<String>,
     bike: Option<String>,
     /// What a form's list of bikes says: the part `bike` goes before.
     fleet: Option<String>,
     options: Map<String, Value>,
+    facts: Map<String, Value>,
     again: Option<bool>,
 }
 
@@ -228,6 +260,8 @@ impl Parts {
             "name" => self.name.replace(value.to_owned()).is_some(),
             "again" => self.again.replace(boolean(key, value)?).is_some(),
             "options" => return Ok(Options::add_document(&mut self.options, value)?),
+            "facts" => return Ok(facts::from_json(&mut self.facts, value)?),
+            _ if is_fact(key) => return Ok(facts::from_form(&mut self.facts, key, value)?),
             _ => return Ok(Options::add_pair(&mut self.options, key, value)?),
         };
         if before {
@@ -250,18 +284,31 @@ impl Parts {
     }
 
     fn done(self) -> Result<Received, Problem> {
-        let Some(incoming) = self.incoming else {
-            return Err(Problem::new(
-                Kind::BadRequest,
-                "no part named `file`, expected the ride file",
-            ));
-        };
+        let malformed = |detail: String| Err(Problem::new(Kind::BadRequest, detail));
+        if self.files.is_empty() {
+            return malformed("no part named `file`, expected the ride file".to_owned());
+        }
+        if self.files.len() > 1 && self.name.is_some() {
+            return malformed(
+                "`name` beside several files, expected each to have its own".to_owned(),
+            );
+        }
+        let mut files: Vec<(String, Incoming)> = Vec::new();
+        for (own, file) in self.files {
+            let name = self.name.clone().or(own);
+            let name = name.map_or_else(|| "ride".to_owned(), |name| tidy(&name));
+            if files.iter().any(|(other, _)| *other == name) {
+                return malformed(format!(
+                    "two files are called '{name}', expected different names"
+                ));
+            }
+            files.push((name, file));
+        }
         Ok(Received {
-            incoming,
-            name: (self.name.or(self.file_name))
-                .map_or_else(|| "ride".to_owned(), |name| tidy(&name)),
+            files,
             bike: self.bike.or(self.fleet),
             options: self.options,
+            facts: self.facts,
             again: self.again.unwrap_or_default(),
         })
     }
@@ -336,10 +383,7 @@ mod tests {
                 piece,
             );
             let received = received.unwrap_or_else(|problem| panic!("{problem:?}"));
-            assert_eq!(
-                (received.name.as_str(), received.incoming.bytes()),
-                ("a.csv", 10)
-            );
+            assert_eq!((received.name().as_str(), received.bytes()), ("a.csv", 10));
             assert_eq!(received.bike.as_deref(), Some("{\"bike\": \"x\"}"));
             assert_eq!(received.options["seed"], 7);
             assert_eq!(received.options["map"]["z_f"], "2");

@@ -1,21 +1,28 @@
 //! Turns a received upload into a queued job: checked, kept on disk, committed; in this order.
 
+use std::collections::BTreeSet;
+use std::io;
 use std::sync::Arc;
 
 use sha2::{Digest, Sha256};
+use tokio::task::spawn_blocking;
 use uuid::Uuid;
 use veloid_engine::bicycle::Bike;
+use veloid_engine::ride::sha256_of;
 
+use super::facts::Given;
 use super::receive::Received;
 use crate::api::Server;
 use crate::api::access::Caller;
 use crate::api::problem::{Kind, Problem};
 use crate::crash;
-use crate::files::hex;
+use crate::facts::{self, Facts};
+use crate::files::{Files, Incoming, Kept, hex};
 use crate::jobs;
 use crate::options::Options;
 use crate::store::job::{self, NewJob, Request};
-use crate::store::{Tx, bike, idempotency_key, ride, turn};
+use crate::store::ride::FileRow;
+use crate::store::{self, Tx, bike, idempotency_key, ride, turn};
 
 /// Name in the fleet of bikes whose file does not name them.
 const UNNAMED: &str = "unnamed";
@@ -44,16 +51,39 @@ pub async fn submit(
     options.validate()?;
     let bike = the_bike(server, caller, received.bike.as_deref()).await?;
     let request = Request { bike, options };
+    let told = std::mem::take(&mut received.facts);
+    Facts::default().patched(told.clone())?;
 
     let name = fleet_name(&request.bike);
 
     let permit = server.readers.acquire().await.map_err(Problem::internal)?;
-    let bytes = received.incoming.contents().await?;
-    let parsed = jobs::read(bytes, received.name.clone(), request.clone()).await??;
+    let contents = received.contents().await?;
+    let (contents, comments) = spawn_blocking(move || {
+        let all = contents.iter();
+        let comments = all
+            .flat_map(|(_, bytes)| veloid_engine::ride::comments(bytes))
+            .collect();
+        (contents, comments)
+    })
+    .await?;
+    let parsed = jobs::read(contents, request.clone()).await??;
     drop(permit);
     parsed.fits(&request.bike)?;
 
-    let fingerprint = fingerprint(&received.incoming.sha256(), &request);
+    let facts = Given {
+        of_file: facts::of_file(comments, parsed.time_s(0))?,
+        told,
+    };
+    facts.of_new()?;
+
+    let sums: Vec<String> = (received.files.iter())
+        .map(|(_, file)| file.sha256())
+        .collect();
+    let (sha256, ride_name) = (sha256_of(&sums), received.name());
+    let fingerprint = match sums.len() {
+        1 => fingerprint(&sha256, &request),
+        _ => fingerprint(&format!("{sha256} {ride_name}"), &request),
+    };
     let again = received.again;
     let of_key = async |tx: &mut Tx| job_of_key(tx, caller, key, &fingerprint).await;
     let equal = async |tx: &mut Tx| match again {
@@ -68,22 +98,38 @@ pub async fn submit(
     }
     drop(tx);
 
-    let kept = server.files.keep(received.incoming).await?;
+    let files = keep(&server.files, received.files).await?;
     crash::point("after_file");
 
-    // Others may have sent something meanwhile.
+    // Others may have sent something meanwhile, or erased a ride with the same bytes.
     let mut tx = server.db.begin().await?;
+    // In one order, so that no two wait for each other.
+    let names: BTreeSet<&str> = files.iter().map(|file| file.sha256.as_str()).collect();
+    for sha256 in names {
+        ride::lock_file(&mut tx, sha256).await?;
+        if !server.files.has(sha256).await? {
+            let detail = "the same bytes were just erased with another ride; try again";
+            return Err(Problem::new(Kind::Unavailable, detail));
+        }
+    }
     if let Some(id) = of_key(&mut tx).await? {
         return Ok(Submitted::known(id));
     }
     let submitted = match equal(&mut tx).await? {
-        Some(id) => Submitted::known(id),
+        Some(id) => {
+            facts.add_to_job(&mut tx, &caller.group, id).await?;
+            Submitted::known(id)
+        }
         None => {
             caller.may_queue(&mut tx).await?;
-            bike::upsert(&mut tx, &caller.group, name, &request.bike).await?;
-            let bytes = kept.bytes as i64;
-            let ride =
-                ride::upsert(&mut tx, &caller.group, &kept.sha256, &received.name, bytes).await?;
+            let (bytes, group) = (files.iter().map(|file| file.bytes).sum(), &caller.group);
+            let known = facts.known(&mut tx, group, &sha256, &ride_name).await?;
+            // After the jobs are locked, as by those who delete.
+            bike::upsert(&mut tx, group, name, &request.bike).await?;
+            let ride = ride::upsert(&mut tx, group, &sha256, &ride_name, bytes).await?;
+            if files.len() > 1 {
+                ride::add_files(&mut tx, ride, &files).await?;
+            }
             let new = NewJob {
                 id: Uuid::now_v7(),
                 group: &caller.group,
@@ -93,8 +139,10 @@ pub async fn submit(
                 fingerprint: &fingerprint,
                 request: &request,
                 summary: &parsed.summary,
+                ridden_at: known.ridden_ms(),
             };
             job::insert(&mut tx, &new).await?;
+            store::facts::put(&mut tx, ride, &known).await?;
             let row = server.queue.observe(&mut tx, new.id).await?;
             job::enter(&mut tx, new.id, job::Stage::Observe, row).await?;
             turn::take(&mut tx, new.id).await?;
@@ -110,9 +158,25 @@ pub async fn submit(
     crash::point("before_commit");
     tx.commit().await?;
     crash::point("after_commit");
-    server.rides.put(&kept.sha256, &request, Arc::new(parsed));
+    let parsed = Arc::new(parsed);
+    server.rides.put(&sha256, &ride_name, &request, parsed);
     server.queue.wake(jobs::QUICK);
     Ok(submitted)
+}
+
+/// Makes the files durable.
+async fn keep(files: &Files, received: Vec<(String, Incoming)>) -> io::Result<Vec<FileRow>> {
+    let mut rows = Vec::new();
+    for (name, incoming) in received {
+        let Kept { sha256, bytes } = files.keep(incoming).await?;
+        let bytes = bytes as i64;
+        rows.push(FileRow {
+            sha256,
+            name,
+            bytes,
+        });
+    }
+    Ok(rows)
 }
 
 /// The job that the idempotency key was used for.

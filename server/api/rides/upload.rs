@@ -22,17 +22,21 @@ const KNOWN: HeaderName = HeaderName::from_static("veloid-known");
     reason = "describes the form; `receive` reads it as a stream"
 )]
 pub struct Upload {
-    /// The ride: CSV (also gzip or zstd) or MATLAB v5/v7.
+    /// The ride: CSV (also gzip or zstd) or MATLAB v5/v7. Several parts `file` with names of their own are one ride,
+    /// each on a clock of its own.
     #[schema(value_type = String, format = Binary, content_media_type = "application/octet-stream")]
     file: Vec<u8>,
     /// The bike file (JSON), or the name of a bike of the fleet.
     bike: String,
     /// Name of a bike of the fleet, as a form's list has it; `bike`, where it is given, goes before.
     fleet: Option<String>,
-    /// File name, in place of the one that came with the file.
+    /// File name, in place of the one that came with the only file.
     name: Option<String>,
     /// Settings and reading options (JSON object); each may also be a part of its own.
     options: Option<crate::options::Options>,
+    /// What is known of the ride besides (JSON object); each named fact may also be a part of its own, further numbers
+    /// lines `name: number` of the part `more`.
+    facts: Option<crate::facts::Facts>,
     /// Identify again even where the same file, bike and options have a job.
     again: Option<bool>,
 }
@@ -43,7 +47,8 @@ pub struct Upload {
 /// in the query or in the headers `Veloid-Bike` and `Veloid-Options`. The file is checked at once; the
 /// answer 202 comes when it is safe on disk and the job is committed. The same file, bike and options
 /// give the same job unless `again` is set. Every part and every option comes once, `map` once for each
-/// channel.
+/// channel, `missing` once for each word, `file` once for each file of the ride; an option for one file alone has its
+/// name in front, as in `rate_hz=laser.csv:30`.
 #[utoipa::path(post, path = "/v1/rides", operation_id = "upload_ride", tag = "rides",
     params(
         ("Idempotency-Key" = Option<String>, Header,
@@ -51,6 +56,7 @@ pub struct Upload {
         ("bike" = Option<String>, Query, description = "Bike file (JSON) or name, with a raw body"),
         ("name" = Option<String>, Query, description = "File name, with a raw body"),
         ("options" = Option<String>, Query, description = "Options (JSON), with a raw body; each may be a parameter of its own"),
+        ("facts" = Option<String>, Query, description = "What is known of the ride (JSON), with a raw body; each may be a parameter of its own"),
         ("again" = Option<bool>, Query, description = "Identify again")),
     request_body(content((Upload = "multipart/form-data"), (String = "text/csv"), (Vec<u8> = "application/octet-stream"))),
     responses(
@@ -87,7 +93,7 @@ pub async fn submit_upload(
     let key = idempotency_key(request.headers());
     let outcome = async {
         let received = receive(server, caller, request).await?;
-        metrics::histogram!("veloid_upload_size_bytes").record(received.incoming.bytes() as f64);
+        metrics::histogram!("veloid_upload_size_bytes").record(received.bytes() as f64);
         submit(server, caller, received, key.as_deref()).await
     }
     .await;

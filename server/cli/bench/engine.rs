@@ -68,7 +68,10 @@ pub fn figures(runs: usize) -> Result<Vec<Figure>, CliError> {
 }
 
 fn reading(hour: &Ride, runs: usize) -> Result<Vec<Figure>, CliError> {
-    let (file, options) = (ride_csv::text(hour).into_bytes(), ReadOptions::default());
+    let (file, options) = (
+        ride_csv::text(hour, &[]).into_bytes(),
+        ReadOptions::default(),
+    );
     let megabytes = file.len() as f64 / 1e6;
     let parsed = timed(runs, || parse_only(&file, &options).map(drop))?;
     let all = timed(runs, || read(&file, "bench.csv", &bike(), &options))?;

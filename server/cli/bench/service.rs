@@ -19,6 +19,9 @@ use crate::cli::{CliError, ride_csv};
 /// Requests in flight when the rate of reading is measured, and for how long.
 const READERS: usize = 8;
 const READING: Duration = Duration::from_secs(2);
+/// How long a connection may rest and be used again: while the engine runs alone they rest for longer, and the server closes them
+/// after a minute.
+const RESTING: Duration = Duration::from_secs(5);
 /// Rides in flight when the rate of rides is measured, without and with a diagnosis.
 const RIDES: [(usize, bool); 2] = [(64, false), (16, true)];
 
@@ -34,7 +37,7 @@ pub fn figures(address: Option<String>, runs: usize) -> Result<Vec<Figure>, CliE
         (None, None) => String::new(),
     };
     let visitor = Visitor {
-        client: Client::new(),
+        client: Client::builder().pool_idle_timeout(RESTING).build()?,
         url,
     };
     let process = own.as_ref().map(|own| own.child.id());
@@ -303,5 +306,5 @@ impl Meter {
 /// A ride of a minute that the server has not met.
 fn minute(index: u64, part: u64) -> Vec<u8> {
     let fresh = u64::from(std::process::id()) << 20;
-    ride_csv::text(&ride(60.0, fresh + 1000 * part + index)).into_bytes()
+    ride_csv::text(&ride(60.0, fresh + 1000 * part + index), &[]).into_bytes()
 }

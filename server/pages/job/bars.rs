@@ -11,11 +11,13 @@ const WIDTH: f64 = 250.0;
 
 /// Error before and after, and the noise, as an SVG image.
 pub fn of(axle: &str, held: &HeldOut, extended: bool) -> String {
-    let extension = held.extended_rms_m.filter(|_| extended);
+    let ([plain, extension, noise], si) = held.errors();
+    let extension = extension.filter(|_| extended);
+    let (factor, unit) = if si == "m" { (1e3, "mm") } else { (1.0, si) };
     let bars: Vec<_> = [
-        ("plain model", "plain", held.plain_rms_m),
+        ("plain model", "plain", plain),
         ("with the effects", "extended", extension),
-        ("noise floor", "noise", held.noise_floor_m),
+        ("noise floor", "noise", noise),
     ]
     .into_iter()
     .filter_map(|(label, class, rms)| Some((label, class, rms?)))
@@ -31,13 +33,13 @@ pub fn of(axle: &str, held: &HeldOut, extended: bool) -> String {
     for (i, (label, class, rms)) in bars.iter().enumerate() {
         let (y, length) = (ROW * i as f64, (WIDTH * rms / most).max(2.0));
         let (text, end) = (y + 16.0, LEFT + length + 8.0);
-        let value = significant(1e3 * rms, 3);
+        let value = significant(factor * rms, 3);
         // Writing to a String cannot fail.
         let _ = write!(
             svg,
             "<text x=\"0\" y=\"{text}\">{label}</text>\
              <rect class=\"{class}\" x=\"{LEFT}\" y=\"{}\" width=\"{length:.1}\" height=\"14\" rx=\"2\"/>\
-             <text x=\"{end:.1}\" y=\"{text}\">{value} mm</text>",
+             <text x=\"{end:.1}\" y=\"{text}\">{value} {unit}</text>",
             y + 5.0
         );
     }

@@ -25,6 +25,7 @@ pub struct DiagnosisView {
 
 /// One effect of the verdict.
 pub struct EffectView {
+    pub id: String,
     pub title: String,
     pub axle: &'static str,
     /// Name, value, and why there is no interval.
@@ -64,9 +65,11 @@ fn verdict(verdict: Verdict) -> (&'static str, &'static str) {
     }
 }
 
+const UNKNOWN: &str = "unknown";
+
 /// A number where it is known.
 fn known(value: Option<f64>, text: impl Fn(f64) -> String) -> String {
-    value.map_or("unknown".to_owned(), text)
+    value.map_or(UNKNOWN.to_owned(), text)
 }
 
 fn place_of(axle: Axle) -> Place {
@@ -153,6 +156,7 @@ impl EffectView {
             )
         });
         Self {
+            id: effect.id.clone(),
             title: words::title(&effect.id),
             axle: effect.axle.name(),
             parameters: parameters.collect(),
@@ -194,13 +198,14 @@ fn explained(held: &HeldOut) -> Option<String> {
             "The effects explain {percent} % of what the sensor's noise leaves to explain."
         ));
     }
-    let (plain, extended) = (held.plain_rms_m?, held.extended_rms_m?);
-    let mm = |rms: f64| significant(1e3 * rms, 3);
+    let ([plain, extended, _], unit) = held.errors();
+    let (plain, extended) = (plain?, extended?);
+    let rough = |rms: f64| Quantity::rough(rms, 3, unit);
     (extended < plain).then(|| {
         format!(
-            "With the effects the error falls from {} mm to {} mm.",
-            mm(plain),
-            mm(extended)
+            "With the effects the error falls from {} to {}.",
+            rough(plain),
+            rough(extended)
         )
     })
 }
@@ -249,6 +254,7 @@ impl AxleView {
                         format!("{} %", significant(100.0 * share, 2)),
                     ));
                 }
+                rows.retain(|(_, before, after)| before != UNKNOWN || after != UNKNOWN);
                 if extended { rows } else { Vec::new() }
             }),
         })
@@ -290,8 +296,8 @@ mod tests {
         let told = |share| explained(&held(share)).unwrap_or_default();
         assert!(told(Some(0.987)).contains("98.7 %"));
         assert_eq!(
-            told(None),
-            "With the effects the error falls from 2.00 mm to 1.00 mm."
+            told(None).replace('\u{a0}', " "),
+            "With the effects the error falls from 2 mm to 1 mm."
         );
         assert_eq!(explained(&HeldOut::default()), None);
     }

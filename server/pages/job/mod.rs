@@ -2,6 +2,7 @@
 
 mod bars;
 mod diagnosis;
+mod latent;
 mod report;
 
 use askama::Template;
@@ -11,6 +12,7 @@ use uuid::Uuid;
 use veloid_engine::number::{Quantity, fixed, significant};
 use veloid_engine::report::Report;
 
+use super::facts::{self, Field};
 use super::layout::{Fault, Path, html};
 use super::parameters::Row;
 use crate::api::App;
@@ -19,6 +21,7 @@ use crate::api::extract;
 use crate::api::jobs::view::{JobView, no_such_job};
 use crate::api::jobs::{cancel as cancelling, retry as retrying};
 use crate::api::problem::Problem;
+use crate::erasure::DAY_MS;
 use crate::store::job::{self, Request, Stage};
 use crate::store::{parameter, result};
 use diagnosis::DiagnosisView;
@@ -40,6 +43,10 @@ struct Page {
     early: Vec<Early>,
     /// All there is of a made-up ride.
     told: Vec<Row>,
+    grace_days: i64,
+    /// What is known of the ride, to read and to change.
+    known: Vec<(String, String)>,
+    facts: Vec<Field>,
 }
 
 /// The first estimate of an axle.
@@ -88,7 +95,9 @@ impl Page {
     fn warnings(&self) -> Vec<&String> {
         let ride = &self.job.ride.summary.warnings;
         let more = self.diagnosis.iter().flat_map(|d| &d.warnings);
-        ride.iter()
+        let mistakes = self.report.iter().flat_map(|report| &report.mistakes);
+        mistakes
+            .chain(ride)
             .chain(more.filter(|w| !ride.contains(w)))
             .collect()
     }
@@ -148,6 +157,9 @@ pub async fn page(
         bike: serde_json::to_string_pretty(&bike).map_err(Problem::internal)?,
         diagnosis: report.as_ref().and_then(DiagnosisView::of),
         report: report.as_ref().map(ReportView::of),
+        known: facts::lines(&job.ride.facts),
+        facts: facts::fields(&job.ride.facts),
+        grace_days: server.policy.grace_ms / DAY_MS,
         job,
     })
 }

@@ -2,9 +2,10 @@
 
 use veloid_engine::bicycle::{Axle, PerAxle};
 use veloid_engine::number::{Quantity, fixed, significant};
-use veloid_engine::report::{Estimate, Report};
+use veloid_engine::report::{Estimate, LatentRoad, Report};
 
-use crate::pages::estimate::best;
+use super::latent;
+use crate::pages::estimate::{best, without_road};
 use crate::pages::words;
 
 pub struct ReportView {
@@ -18,6 +19,12 @@ pub struct ReportView {
     pub comparison_notes: Vec<String>,
     pub observer: Vec<[String; 7]>,
     pub roll: Option<Vec<String>>,
+    /// What was found out without a road: terms and what they are.
+    pub latent: Option<Vec<(String, String)>>,
+    /// Whether the result is that method's.
+    pub without_road: bool,
+    /// Mistakes that the verdict's sentence does not tell.
+    pub mistakes: Vec<String>,
     pub trials: usize,
     pub seed: u64,
     pub settings: Vec<(String, String)>,
@@ -63,6 +70,11 @@ impl ReportView {
             comparison_notes: report.comparison.notes.clone(),
             observer: observer(report),
             roll: report.roll.as_ref().map(|roll| roll.notes.clone()),
+            without_road: without_road(report).is_some(),
+            latent: report.latent_road.as_ref().map(latent::lines),
+            mistakes: (report.other_mistakes())
+                .map(|mistake| mistake.sentence.clone())
+                .collect(),
             trials: report.swarm.trials.len(),
             seed: report.settings.seed,
             settings: settings(report),
@@ -86,8 +98,11 @@ impl ResultRow {
             b: b(e),
             k_unknown: e.k_not_identifiable.clone(),
             b_unknown: e.b_not_identifiable.clone(),
-            mass: Quantity::new(e.mass_kg, e.mass_std_kg, "kg"),
-            mass_known: e.mass_std_kg.is_none(),
+            mass: match e.mass_kg > 0.0 {
+                true => Quantity::new(e.mass_kg, e.mass_std_kg, "kg"),
+                false => Quantity::choice("none moves"),
+            },
+            mass_known: e.mass_kg > 0.0 && e.mass_std_kg.is_none(),
         }
     }
 }
@@ -97,6 +112,8 @@ fn methods(report: &Report) -> Vec<MethodRow> {
         front: report.swarm.front.clone(),
         rear: report.swarm.rear.clone(),
     };
+    let latent = report.latent_road.as_ref().map(LatentRoad::axles);
+    let latent = latent.unwrap_or_default();
     let percent =
         |bias: Option<f64>| bias.map_or_else(|| "–".to_owned(), |p| format!("{} %", fixed(p, 2)));
     [
@@ -104,6 +121,7 @@ fn methods(report: &Report) -> Vec<MethodRow> {
         ("instrumental", &report.instrumental),
         ("swarm", &swarm),
         ("output_error", &report.output_error),
+        ("latent_road", &latent),
     ]
     .into_iter()
     .flat_map(|(method, estimates)| {

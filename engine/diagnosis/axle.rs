@@ -1,0 +1,237 @@
+//! What is told of one axle: where the plain model fails, what is left, what the omission changes, k and B.
+
+use crate::bicycle::Axle;
+use crate::diagnosis::decide::Decision;
+use crate::diagnosis::explain::free_form::free_form;
+use crate::diagnosis::explain::{locate, show};
+use crate::diagnosis::fit::estimate::estimate;
+use crate::diagnosis::fit::{FINE, Model, Motion};
+use crate::diagnosis::prepare::Prepared;
+use crate::diagnosis::search::null::FINEST;
+use crate::diagnosis::verdict::judge::Judged;
+use crate::finite::finite;
+use crate::output_error::rms_valid;
+use crate::report::Estimate;
+use crate::report::diagnosis::{
+    Consequences, Evidence, Excerpt, FreeForm, HeldOut, Location, ResidualSpectrum, Rest, Surface,
+    Verdict,
+};
+
+pub struct OnAxle {
+    /// k and B of the extended model, where they are numbers.
+    pub extended: Option<Estimate>,
+    pub location: Location,
+    pub held_out: HeldOut,
+    /// What is left beside affirmed effects.
+    pub rest: Option<Rest>,
+    pub free_form: Option<FreeForm>,
+    pub consequences: Consequences,
+    pub evidence: Evidence,
+    pub warnings: Vec<String>,
+}
+
+/// What all that is told of an axle is told from.
+pub struct Teller<'a> {
+    pub prepared: &'a Prepared,
+    pub decision: &'a Decision,
+    /// The plain model's motion, by track.
+    pub plain_motions: &'a [Motion],
+    /// Family-wise false-alarm rate.
+    pub alpha: f64,
+}
+
+impl Teller<'_> {
+    /// What is told of the axle of track `t`; `has_mass`: whether its mass is known.
+    pub fn axle(&self, t: usize, has_mass: bool) -> OnAxle {
+        let decision = self.decision;
+        let (axle, judged) = (self.name(t), &decision.judged[t]);
+        let named = decision.model.terms.iter().any(|term| term.acts_on(axle));
+        let (told, consequences) = match named {
+            true => self.extended(t),
+            false => self.unchanged(t, has_mass),
+        };
+        let location = self.location(t);
+        let told_of_rest = decision.verdict == Verdict::NamedInPart && (judged.remains || named);
+        let unexplained = matches!(decision.verdict, Verdict::Unnamed | Verdict::NamedInPart);
+        let (extended, warnings) = self.identified(t, told);
+        OnAxle {
+            extended,
+            warnings,
+            rest: told_of_rest.then(|| rest(&location, &judged.held_out)),
+            location,
+            free_form: (unexplained && judged.remains).then(|| {
+                free_form(
+                    &self.prepared.scene,
+                    &decision.motions[t],
+                    &judged.leftover,
+                    t,
+                )
+            }),
+            held_out: judged.held_out.clone(),
+            consequences,
+            evidence: self.evidence(t),
+        }
+    }
+
+    fn name(&self, t: usize) -> Axle {
+        self.prepared.scene.tracks[t].axle
+    }
+
+    /// k and B beside the effects, and what the effects change.
+    fn extended(&self, t: usize) -> (Estimate, Consequences) {
+        let (record, decision) = (self.prepared.record(), self.decision);
+        let before = estimate(record, &decision.shown_plain, t);
+        let mut after = show::told_estimate(record, &decision.corrected, t);
+        if let Some([k, b]) = decision.base_errors.get(self.name(t)) {
+            after.k_std_n_m = after.k_std_n_m.map(|std| std.max(*k));
+            after.b_std_n_s_m = after.b_std_n_s_m.map(|std| std.max(*b));
+        }
+        let changes = show::consequences(
+            &self.prepared.scene,
+            t,
+            (&before, &self.plain_motions[t]),
+            (&after, &decision.motions[t]),
+        );
+        (after, changes)
+    }
+
+    /// Where nothing is added the extended model is the plain one, and that is output error's: the noise under which names
+    /// are sought may leave little of the record to measure by.
+    fn unchanged(&self, t: usize, has_mass: bool) -> (Estimate, Consequences) {
+        let Some(fit) = self.prepared.recorded.get(self.name(t)) else {
+            return self.extended(t);
+        };
+        let record = self.prepared.record();
+        let after = fit.estimate(has_mass);
+        let motion = Motion::of_fit(&record.tracks[t], fit);
+        let changes = show::consequences(record, t, (&after, &motion), (&after, &motion));
+        (after, changes)
+    }
+
+    /// The estimate without intervals that would only pretend, and what there is to warn of.
+    fn identified(&self, t: usize, estimate: Estimate) -> (Option<Estimate>, Vec<String>) {
+        let axle = self.name(t);
+        if !estimate.is_finite() {
+            let warning =
+                format!("{axle} axle: the extended model's k and B leave the numbers' range");
+            return (None, vec![warning]);
+        }
+        let track = &self.prepared.scene.tracks[t];
+        let told = match track.input.prescribed {
+            true => estimate.told_beside(track.scale.as_good_as_none()),
+            false => estimate.told(),
+        };
+        let unknown = [
+            ("B", &told.b_not_identifiable),
+            ("k", &told.k_not_identifiable),
+        ];
+        let warning = |(name, why): (&str, &Option<String>)| {
+            let why = why.as_ref()?;
+            Some(format!(
+                "{axle} axle: {name} is not identifiable on this ride: {why}"
+            ))
+        };
+        let warnings = unknown.into_iter().filter_map(warning).collect();
+        (Some(told), warnings)
+    }
+
+    /// Where in the ride, at which frequencies and in which states the plain model fails.
+    fn location(&self, t: usize) -> Location {
+        let (decision, axle) = (self.decision, self.name(t));
+        let judged = &decision.judged[t];
+        let mut rounds = decision.rounds.iter().filter(|r| r.term.acts_on(axle));
+        let accepted = rounds.clone().find(|r| r.accepted);
+        let p_value = match (accepted, judged.remains) {
+            (Some(round), _) => round.p_value,
+            (None, true) => judged.p_value,
+            (None, false) => rounds.next().map_or(judged.leftover.p_value, |r| r.p_value),
+        };
+        // What has no name lies at least where its nearest shape acts.
+        let shape = decision.verdict == Verdict::Unnamed
+            && decision.model.terms.iter().any(|term| term.acts_on(axle));
+        let found = Location {
+            mismatch: accepted.is_some() || judged.remains || shape,
+            p_value: finite(p_value.max(FINEST)),
+            ..Location::default()
+        };
+        if !found.mismatch {
+            return found;
+        }
+        let scene = &self.prepared.scene;
+        let track = &scene.tracks[t];
+        let fit = self.prepared.fits().get(axle);
+        let plain = fit.map(|f| f.residual.clone()).unwrap_or_default();
+        let left = self.noise(t);
+        let (motion, alpha) = (&decision.motions[t], self.alpha);
+        Location {
+            windows_s: locate::windows(&plain, &left, &track.valid, scene, alpha),
+            bands_hz: locate::bands(&plain, &left, scene.step, alpha),
+            states: locate::states(&missing(judged, motion), motion, scene, 0..scene.samples),
+            ..found
+        }
+    }
+
+    /// What a complete model would leave: the model's residual, brought down to the noise where something is left.
+    fn noise(&self, t: usize) -> Vec<f64> {
+        let track = &self.prepared.scene.tracks[t];
+        let judged = &self.decision.judged[t];
+        let mut left = residual(&self.decision.model, self.prepared, t, false);
+        if judged.remains {
+            let rms = rms_valid(&left, &track.valid, 0..left.len()).max(1e-300);
+            let noise = (judged.floor / rms).min(1.0);
+            left.iter_mut().for_each(|x| *x *= noise);
+        }
+        left
+    }
+
+    fn evidence(&self, t: usize) -> Evidence {
+        let (record, decision) = (self.prepared.record(), self.decision);
+        let track = &record.tracks[t];
+        let [plain, left] = [&decision.shown_plain, &decision.shown]
+            .map(|model| residual(model, self.prepared, t, true));
+        let estimate = estimate(record, &decision.shown_plain, t);
+        Evidence {
+            predicted: track.predicted(),
+            worst: Excerpt::of(track, &plain, &left),
+            spectrum: ResidualSpectrum::of(track, &plain, &left),
+            surface: Surface::of(track, &self.plain_motions[t], &plain, &estimate),
+        }
+    }
+}
+
+/// Measured minus simulated along the whole ride, as it was recorded or as it was searched.
+fn residual(model: &Model, prepared: &Prepared, t: usize, recorded: bool) -> Vec<f64> {
+    let mut fitter = match recorded {
+        true => prepared.on_record(),
+        false => prepared.fitter(),
+    };
+    fitter.samples = fitter.scene.samples;
+    let (fit, a) = model.of_track(t);
+    let substeps = model.substeps(fitter.scene, FINE);
+    let mut residuals = fitter.residuals(&fit.unit, &fit.point, substeps);
+    residuals.swap_remove(a)
+}
+
+/// What the plain model lacks, over the mass: what is named, and what is left.
+fn missing(judged: &Judged, motion: &Motion) -> Vec<f64> {
+    let named = motion.acceleration.iter().zip(&motion.linear);
+    let named = named.map(|(a, linear)| a - linear);
+    match judged.remains {
+        true => (named.zip(&judged.leftover.force))
+            .map(|(named, left)| named + left)
+            .collect(),
+        false => named.collect(),
+    }
+}
+
+/// What is left on an axle, where `found` tells of that.
+fn rest(found: &Location, held_out: &HeldOut) -> Rest {
+    let share = (held_out.extended_rms_m.zip(held_out.plain_rms_m))
+        .and_then(|(extended, plain)| finite((extended / plain).powi(2)));
+    Rest {
+        share,
+        windows_s: found.windows_s.clone(),
+        bands_hz: found.bands_hz.clone(),
+        states: found.states.clone(),
+    }
+}

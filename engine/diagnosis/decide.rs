@@ -1,0 +1,258 @@
+//! The verdict: what was found is judged on every axle, and where that is not enough, looked for once more.
+
+use crate::EngineError;
+use crate::bicycle::PerAxle;
+use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::explain::{input_noise, show};
+use crate::diagnosis::fit::physical::is_physical;
+use crate::diagnosis::fit::polish::polish;
+use crate::diagnosis::fit::refine::finer;
+use crate::diagnosis::fit::{Model, Motion, Term, motions};
+use crate::diagnosis::prepare::Prepared;
+use crate::diagnosis::search::criteria::ADEQUATE;
+use crate::diagnosis::search::{Round, Search};
+use crate::diagnosis::verdict::affirm::Claim;
+use crate::diagnosis::verdict::carries::has_size;
+use crate::diagnosis::verdict::choose::{Chosen, choose};
+use crate::diagnosis::verdict::general_laws::{dominates, is_curve, is_outgrown};
+use crate::diagnosis::verdict::judge::{Judged, judge};
+use crate::diagnosis::verdict::partly::{Partly, partly};
+use crate::report::diagnosis::{SearchCost, Verdict};
+use crate::settings::Settings;
+
+/// The verdict and the model that it speaks of.
+pub struct Decision {
+    pub verdict: Verdict,
+    /// As it was searched, with what it makes of the ride.
+    pub model: Model,
+    pub motions: Vec<Motion>,
+    pub judged: Vec<Judged>,
+    /// As it is measured on the record itself, beside the plain one.
+    pub shown: Model,
+    pub shown_plain: Model,
+    /// The same without what noise in the road channel does to it.
+    pub corrected: Model,
+    /// The rounds that led there; none where likelihood did not.
+    pub rounds: Vec<Round>,
+    /// Others that explain the ride as well, best first.
+    pub tied: Vec<Model>,
+    /// What was examined without a likelihood, each with its jackknife errors, and these of k and B.
+    pub claims: Vec<(Claim, Vec<f64>)>,
+    pub base_errors: PerAxle<[f64; 2]>,
+    /// Whether a wider law explains the ride better, by little beside what is named.
+    pub is_outgrown_a_little: bool,
+    /// What the search has cost.
+    pub cost: SearchCost,
+}
+
+/// Searches and judges.
+pub fn decide(
+    prepared: &Prepared,
+    search: &Search,
+    settings: &Settings,
+) -> Result<Decision, EngineError> {
+    let first = by_likelihood(prepared, search, choose(search)?, settings)?;
+    let swallowed = is_swallowed(search, &first, prepared.record());
+    let mut decision = match first.verdict == Verdict::Unnamed || swallowed {
+        true => second_look(first, swallowed, prepared, search, settings)?,
+        false => first,
+    };
+    decision.cost.steps = prepared.scene.work.done();
+    decision.cost.budget = search.budget.steps;
+    Ok(decision)
+}
+
+/// What holds although no model explains the ride, or the nearest shape.
+fn second_look(
+    first: Decision,
+    swallowed: bool,
+    prepared: &Prepared,
+    search: &Search,
+    settings: &Settings,
+) -> Result<Decision, EngineError> {
+    // What the first search has left, and at least what was set aside.
+    let (work, budget) = (&prepared.scene.work, search.budget);
+    let until = budget.steps.max(work.done() + budget.steps - budget.first);
+    // Where the likelihood is not to be trusted something may be left on all tracks.
+    let remains: Vec<bool> = (first.judged.iter())
+        .map(|j| j.remains || swallowed)
+        .collect();
+    let first = Decision {
+        verdict: Verdict::Unnamed,
+        ..first
+    };
+    let found = partly(search, prepared.record(), &remains, &first.model, until)?;
+    let mut decision = match found {
+        Some(partly) => first.in_part(partly, prepared, settings),
+        None => first,
+    };
+    decision.cost.is_spent |= work.done() > until;
+    let errs_more = decision.verdict == Verdict::Unnamed
+        && !decision.model.terms.is_empty()
+        && decision.judged.iter().any(|j| errs_more(j, 1.0));
+    Ok(match errs_more {
+        true => decision.without_shape(prepared, settings),
+        false => decision,
+    })
+}
+
+/// What the search by likelihood leads to.
+fn by_likelihood(
+    prepared: &Prepared,
+    search: &Search,
+    Chosen {
+        model,
+        rounds,
+        tied,
+        is_spent,
+    }: Chosen,
+    settings: &Settings,
+) -> Result<Decision, EngineError> {
+    let shown = measured(prepared, search, &model);
+    let motions = motions(&prepared.scene, &model);
+    let judged = judged(prepared, &model, &motions, &shown, settings);
+    let explains = !model.terms.is_empty()
+        && judged.iter().all(|j| !j.remains || j.share >= ADEQUATE)
+        && !judged.iter().any(|j| errs_more(j, MISLEADS))
+        && is_physical(&prepared.scene, &search.plain, &model);
+    let wider = explains && (is_curve(search, &model) || is_outgrown(search, &model));
+    let little = wider && dominates(search, &model);
+    let verdict = match (model.terms.is_empty(), explains) {
+        (true, _) if judged.iter().all(|j| !j.remains) => Verdict::NothingMissing,
+        (true, _) | (false, false) => Verdict::Unnamed,
+        (false, true) if wider && !little => Verdict::Unnamed,
+        (false, true) if tied.is_empty() => Verdict::Named,
+        (false, true) => Verdict::Ambiguous,
+    };
+    Ok(Decision {
+        verdict,
+        corrected: input_noise::corrected(&prepared.on_record(), &shown, settings.seed),
+        shown_plain: prepared.plain_of_record()?,
+        model,
+        motions,
+        judged,
+        shown,
+        rounds,
+        tied,
+        claims: Vec::new(),
+        base_errors: PerAxle::default(),
+        is_outgrown_a_little: little,
+        cost: SearchCost {
+            is_spent,
+            ..SearchCost::default()
+        },
+    })
+}
+
+impl Decision {
+    /// The effects that hold although something else is left, or the nearest shape.
+    fn in_part(self, partly: Partly, prepared: &Prepared, settings: &Settings) -> Self {
+        let motions = motions(&prepared.scene, &partly.model);
+        let judged = judged(prepared, &partly.model, &motions, &partly.model, settings);
+        Self {
+            verdict: match partly.claims.iter().any(|claim| claim.holds) {
+                true => Verdict::NamedInPart,
+                false => self.verdict,
+            },
+            motions,
+            judged,
+            corrected: partly.model.clone(),
+            shown: partly.model.clone(),
+            model: partly.model,
+            shown_plain: partly.plain,
+            claims: (partly.claims.into_iter().zip(partly.effect_errors)).collect(),
+            base_errors: partly.base_errors,
+            rounds: Vec::new(),
+            ..self
+        }
+    }
+
+    /// The plain model in the place of a shape that errs more where nothing was fitted.
+    fn without_shape(self, prepared: &Prepared, settings: &Settings) -> Self {
+        let model = prepared.plain.clone();
+        let motions = motions(&prepared.scene, &model);
+        Self {
+            judged: judged(prepared, &model, &motions, &self.shown_plain, settings),
+            model,
+            motions,
+            shown: self.shown_plain.clone(),
+            corrected: self.shown_plain.clone(),
+            claims: Vec::new(),
+            rounds: Vec::new(),
+            ..self
+        }
+    }
+}
+
+/// The model as it is measured on the record itself.
+fn measured(prepared: &Prepared, search: &Search, model: &Model) -> Model {
+    if !prepared.is_dithered() {
+        return model.clone();
+    }
+    let on_record = prepared.on_record();
+    let settled = polish(&on_record, model, search.thorough(model));
+    let mut shown = finer(&on_record, settled.as_ref().unwrap_or(model));
+    // What lies between the samples is no noise: how far it may lead, the dithered fit tells.
+    for (shown, dithered) in shown.fits.iter_mut().zip(&model.fits) {
+        shown.covariance = dithered.covariance.clone();
+    }
+    shown
+}
+
+fn judged(
+    prepared: &Prepared,
+    model: &Model,
+    motions: &[Motion],
+    shown: &Model,
+    settings: &Settings,
+) -> Vec<Judged> {
+    let fitter = prepared.fitter();
+    let of_track = |t| {
+        let shown = (prepared.is_dithered()).then_some((prepared.record(), shown));
+        judge(
+            &fitter,
+            &prepared.recorded,
+            (model, motions),
+            shown,
+            t,
+            &prepared.split,
+            settings,
+        )
+    };
+    (0..prepared.scene.tracks.len()).map(of_track).collect()
+}
+
+/// Times the plain model's held-out error that a model with a name may leave: more than chance makes of an effect that hardly
+/// shows, and no model that leads elsewhere explains anything.
+const MISLEADS: f64 = 1.1;
+
+/// Whether a model leaves more than so many times what the plain one does on the held-out part.
+fn errs_more(judged: &Judged, times: f64) -> bool {
+    let held = &judged.held_out;
+    held.extended_rms_m
+        .is_none_or(|e| held.plain_rms_m.is_some_and(|p| e > times * p))
+}
+
+/// Share of the held-out squares that an effect takes off, and part of the gain in likelihood that this is in white noise below
+/// which the noise has swallowed it.
+const TAKEN_OFF: f64 = 0.5;
+const SWALLOWED: f64 = 0.01;
+
+/// Whether the noise that was estimated from what the plain model leaves has swallowed what an effect takes off. Such a
+/// likelihood tells little of what the effect is.
+fn is_swallowed(search: &Search, decision: &Decision, record: &Scene) -> bool {
+    let model = &decision.model;
+    let [left, plain] = [model, &search.plain].map(|m| search.held_squares(m));
+    let white: f64 = (left.iter().zip(plain))
+        .map(|(left, plain)| 1.0 - left / plain)
+        .filter(|removed| *removed > TAKEN_OFF)
+        .map(|removed| -0.5 * search.fitter.samples as f64 * (1.0 - removed).ln())
+        .sum();
+    let sized = |t: &Term| {
+        let effect = show::effect(record, &decision.corrected, t, None, None);
+        effect.is_some_and(|e| has_size(&e))
+    };
+    !model.terms.is_empty()
+        && (model.likelihood - search.plain.likelihood < SWALLOWED * white
+            || !model.terms.iter().any(sized))
+}

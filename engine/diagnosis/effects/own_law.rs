@@ -1,0 +1,248 @@
+//! The user's own law among the effects. It stands in the sizes of the ride; what has to be known of it before is its shape.
+
+use std::borrow::Cow;
+
+use crate::diagnosis::law::own::{OwnLaw, OwnMotion, OwnParameter, Where};
+use crate::diagnosis::law::*;
+use crate::numerics::lanes::LANES;
+
+/// What tells one law's plan from another's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Shape {
+    /// 1 to [`MAX_PARAMETERS`].
+    parameters: u8,
+    /// 0 to [`MAX_STATES`].
+    states: u8,
+    /// Which parameter the force is linear in, and 0 without it; past the last for none.
+    amplitude: u8,
+    has_corners: bool,
+    acts: Where,
+}
+
+impl Shape {
+    pub fn of(law: &OwnLaw) -> Self {
+        Self {
+            parameters: law.parameters.len().clamp(1, MAX_PARAMETERS) as u8,
+            states: law.states().min(MAX_STATES) as u8,
+            amplitude: law.amplitude.unwrap_or(MAX_PARAMETERS) as u8,
+            has_corners: law.has_corners(),
+            acts: law.acts,
+        }
+    }
+
+    const fn number(self) -> usize {
+        let number = self.parameters as usize - 1;
+        let number = number * (MAX_STATES + 1) + self.states as usize;
+        let number = number * (MAX_PARAMETERS + 1) + self.amplitude as usize;
+        (2 * number + self.has_corners as usize) * WHERE.len() + self.acts as usize
+    }
+
+    const fn numbered(number: usize) -> Self {
+        let rest = number / WHERE.len() / 2;
+        let counts = rest / (MAX_PARAMETERS + 1);
+        Self {
+            parameters: (counts / (MAX_STATES + 1) + 1) as u8,
+            states: (counts % (MAX_STATES + 1)) as u8,
+            amplitude: (rest % (MAX_PARAMETERS + 1)) as u8,
+            has_corners: number / WHERE.len() % 2 == 1,
+            acts: WHERE[number % WHERE.len()],
+        }
+    }
+
+    pub fn spec(self) -> &'static Spec {
+        &SPECS[self.number()]
+    }
+}
+
+const WHERE: [Where; 4] = [Where::Front, Where::Rear, Where::Each, Where::Both];
+const SHAPES: usize = MAX_PARAMETERS * (MAX_STATES + 1) * (MAX_PARAMETERS + 1) * 2 * WHERE.len();
+
+static SPECS: [Spec; SHAPES] = {
+    let mut specs = [Spec::ORDINARY; SHAPES];
+    let mut number = 0;
+    while number < SHAPES {
+        specs[number] = spec(Shape::numbered(number));
+        number += 1;
+    }
+    specs
+};
+
+const PARAMETERS: &[Parameter; MAX_PARAMETERS] = &[own::<0>(), own::<1>(), own::<2>(), own::<3>()];
+
+const fn own<const Q: usize>() -> Parameter {
+    Parameter {
+        name: "own",
+        unit: "-",
+        size: |s| parameter(s, Q).map_or(1.0, OwnParameter::size),
+        limits: |s| parameter(s, Q).map_or([0.0, 1.0], |p| p.range),
+    }
+}
+
+fn parameter(scale: &Scale, q: usize) -> Option<&OwnParameter> {
+    scale.own.as_ref()?.parameters.get(q)
+}
+
+const fn spec(shape: Shape) -> Spec {
+    let amplitude = shape.amplitude as usize;
+    Spec {
+        id: "own_law",
+        acts: match shape.acts {
+            Where::Front => Acts::Front,
+            Where::Rear => Acts::Rear,
+            Where::Each => Acts::OneAxle,
+            Where::Both => Acts::Both,
+        },
+        parameters: PARAMETERS.split_at(shape.parameters as usize).0,
+        amplitudes: match shape.amplitude {
+            0 => &[0],
+            1 => &[1],
+            2 => &[2],
+            3 => &[3],
+            _ => &[],
+        },
+        told: if amplitude < MAX_PARAMETERS {
+            amplitude
+        } else {
+            0
+        },
+        starts: |s| s.own.as_ref().map_or_else(Vec::new, |law| law.starts()),
+        report: |p, s| {
+            let law = s.own.iter().flat_map(|law| &law.parameters);
+            law.zip(p)
+                .map(|(parameter, value)| told(parameter, *value))
+                .collect()
+        },
+        stiffens: |p, s| steepest(p, s)[0],
+        damps: |p, s| steepest(p, s)[1],
+        states: shape.states as usize,
+        corners: shape.has_corners,
+        words: "by a law of one's own",
+        ..Spec::ORDINARY
+    }
+}
+
+fn told(parameter: &OwnParameter, value: f64) -> Reported {
+    let [low, high] = parameter.range;
+    let unit = match parameter.unit.as_str() {
+        "" => "-",
+        unit => unit,
+    };
+    Reported {
+        name: Cow::Owned(parameter.name.clone()),
+        unit: Cow::Owned(unit.to_owned()),
+        value,
+        physical: (low..=high).contains(&value),
+    }
+}
+
+/// Part of the range of motion over which slopes are taken.
+const NUDGE: f64 = 1e-3;
+/// Times the RMS of deflection and rate that the motion goes.
+const REACH: f64 = 2.5;
+
+/// The stiffness (N/m) and damping (N s/m) that a law adds at most within the motion: slopes of its force, and of its states'
+/// rates against the states, which decay as a damping of the mass does.
+fn steepest(p: &Values, scale: &Scale) -> [f64; 2] {
+    let Some(law) = &scale.own else {
+        return [0.0; 2];
+    };
+    let p = p.map(Lanes::all);
+    let sizes = [scale.d_rms, scale.w_rms, scale.z_rms, scale.v_rms].map(|rms| REACH * rms);
+    let places = |size: f64, by: usize| {
+        Lanes(std::array::from_fn(|lane| {
+            size * ((by * lane) % LANES) as f64 * 2.0 / (LANES - 1) as f64 - size
+        }))
+    };
+    let at = |d: f64, w: f64, x: f64| {
+        let motion = [
+            places(sizes[0], 1) + d * sizes[0],
+            places(sizes[1], 3) + w * sizes[1],
+            places(sizes[2], 5) - d * sizes[2],
+            places(sizes[3], 7) - w * sizes[3],
+            Lanes::all(scale.mean_speed),
+            Lanes::all(0.5 * scale.train_s),
+            Lanes::ZERO,
+            Lanes::all(0.5 * scale.train_distance / scale.wheel_radius),
+        ];
+        let states = [Lanes::all(x); MAX_STATES];
+        (
+            law.force(&p, &motion, &states),
+            law.rates(&p, &motion, &states),
+        )
+    };
+    let most = |a: Lanes, b: Lanes, by: f64| {
+        let slopes = a.0.iter().zip(b.0).map(|(a, b)| (b - a).abs() / by);
+        slopes.filter(|slope| slope.is_finite()).fold(0.0, f64::max)
+    };
+    let (force, rates) = at(0.0, 0.0, 0.0);
+    let (by_height, _) = at(NUDGE, 0.0, 0.0);
+    let (by_rate, _) = at(0.0, NUDGE, 0.0);
+    let stiffness = most(force, by_height, NUDGE * sizes[0].min(sizes[2]));
+    let damping = most(force, by_rate, NUDGE * sizes[1].min(sizes[3]));
+    let decay = (0..law.states()).map(|q| {
+        let (_, moved) = at(0.0, 0.0, NUDGE * sizes[0]);
+        most(rates[q], moved[q], NUDGE * sizes[0])
+    });
+    [
+        stiffness,
+        damping.max(scale.mass * decay.fold(0.0, f64::max)),
+    ]
+}
+
+/// The motion as expressions know it.
+fn motion(m: &Motion) -> OwnMotion {
+    let wheel = m.distance / m.scale.wheel_radius;
+    let [speed, t, crank, wheel] = [m.speed, m.t, m.crank_angle, wheel].map(Lanes::all);
+    [m.d, m.w, m.z, m.v, speed, t, crank, wheel]
+}
+
+#[inline(always)]
+pub fn tyre(p: &LaneValues, m: &Motion, s: &States, force: Lanes) -> Lanes {
+    match &m.scale.own {
+        Some(law) if !law.is_on_body => force + law.force(p, &motion(m), s) * m.per_mass,
+        _ => force,
+    }
+}
+
+#[inline(always)]
+pub fn body(p: &LaneValues, m: &Motion, s: &States, force: Lanes) -> Lanes {
+    match &m.scale.own {
+        Some(law) if law.is_on_body => force + law.force(p, &motion(m), s) * m.per_mass,
+        _ => force,
+    }
+}
+
+#[inline(always)]
+pub fn rates(p: &LaneValues, m: &Motion, s: &States) -> States {
+    match &m.scale.own {
+        Some(law) => law.rates(p, &motion(m), s),
+        None => [Lanes::ZERO; MAX_STATES],
+    }
+}
+
+pub fn from_reported(reported: &[f64]) -> Values {
+    std::array::from_fn(|q| reported.get(q).copied().unwrap_or(0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_shape_has_its_own_plan() {
+        for number in 0..SHAPES {
+            let shape = Shape::numbered(number);
+            assert_eq!(shape.number(), number);
+            let spec = shape.spec();
+            assert_eq!(spec.parameters.len(), usize::from(shape.parameters));
+            assert_eq!(spec.states, usize::from(shape.states));
+            let amplitude = usize::from(shape.amplitude);
+            let expected: &[usize] = if amplitude < MAX_PARAMETERS {
+                &[amplitude]
+            } else {
+                &[]
+            };
+            assert_eq!(spec.amplitudes, expected);
+        }
+    }
+}

@@ -1,0 +1,19 @@
+//! What effects ask of a ride.
+
+/// What a ride must have for an effect to be spoken about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Need {
+    /// A road that moves.
+    Road,
+    Speed,
+    VaryingSpeed,
+    Cadence,
+    /// The masses of both axles and their distances from the centre of gravity.
+    Geometry,
+    WheelRadius,
+    StaticLoad,
+    /// A rig that prescribes the motion, whose force is measured.
+    PrescribedMotion,
+    /// A mass that moves, whose displacement is measured.
+    Mass,
+}

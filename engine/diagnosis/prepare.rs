@@ -1,0 +1,187 @@
+//! What is searched: the ride at the rate that carries it, with noise laid over where it has none, and the plain model of it.
+
+use std::sync::Arc;
+
+use crate::EngineError;
+use crate::bicycle::{Bike, PerAxle};
+use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::dataset::dither::{dither, lay_over};
+use crate::diagnosis::fit::model::stable_substeps;
+use crate::diagnosis::fit::{Effort, FINE, Fitter, Model, Point, Unit};
+use crate::numerics::autoregressive::Colour;
+use crate::numerics::spectrum;
+use crate::output_error::start::starts_from;
+use crate::output_error::{self, AxleFit, Split};
+use crate::report::stages::Conclusion;
+use crate::ride::{AxleRecord, Ride, decimated};
+use crate::settings::Settings;
+
+/// A ride made ready for the search.
+pub struct Prepared {
+    pub split: Split,
+    /// Fits of the plain model to the record itself.
+    pub recorded: PerAxle<AxleFit>,
+    /// The same with noise laid over.
+    dithered: Option<PerAxle<AxleFit>>,
+    /// What is searched.
+    pub scene: Scene,
+    /// The record itself, where noise was laid over.
+    undithered: Option<Scene>,
+    /// The plain model of what is searched.
+    pub plain: Model,
+    /// What reading the ride gave cause to say.
+    pub warnings: Vec<String>,
+}
+
+impl Prepared {
+    pub fn new(
+        ride: &Ride,
+        bike: &Bike,
+        settings: &Settings,
+        conclusion: &Conclusion,
+    ) -> Result<Self, EngineError> {
+        let slower = decimated(ride, fastest(ride));
+        let ride = slower.as_ref().unwrap_or(ride);
+        let split = Split::of(ride, settings);
+        // Every axle for itself: what one pair for both cannot say is not missing physics.
+        let separate = Bike {
+            equal_axles: false,
+            ..bike.clone()
+        };
+        let starts = [
+            starts_from(&conclusion.output_error),
+            starts_from(&conclusion.instrumental),
+        ];
+        let fit = |ride: &Ride| output_error::fit(ride, &separate, settings, &starts);
+        let recorded = fit(ride)?;
+        let noise = dither(ride, &separate, &recorded, split.train.end, settings.seed);
+        let laid_over = lay_over(ride, &noise);
+        let dithered = laid_over.as_ref().map(fit).transpose()?;
+        let fits = dithered.as_ref().unwrap_or(&recorded);
+        let searched = laid_over.as_ref().unwrap_or(ride);
+        let mut scene = Scene::new(searched, &separate, fits, split.train.end);
+        if let Some(law) = settings.own_law()? {
+            scene.set_law(&Arc::new(law));
+        }
+        let fitter = Fitter {
+            scene: &scene,
+            samples: split.train.end,
+        };
+        Ok(Self {
+            plain: plain_model(&fitter, fits)?,
+            undithered: laid_over.as_ref().map(|_| scene.without(&noise)),
+            warnings: ride.summary.warnings.clone(),
+            split,
+            recorded,
+            dithered,
+            scene,
+        })
+    }
+
+    pub fn is_dithered(&self) -> bool {
+        self.undithered.is_some()
+    }
+
+    /// Fits of the plain model to what is searched.
+    pub fn fits(&self) -> &PerAxle<AxleFit> {
+        self.dithered.as_ref().unwrap_or(&self.recorded)
+    }
+
+    /// The record itself, on which what was found is measured.
+    pub fn record(&self) -> &Scene {
+        self.undithered.as_ref().unwrap_or(&self.scene)
+    }
+
+    /// Fits what is searched.
+    pub fn fitter(&self) -> Fitter<'_> {
+        Fitter {
+            scene: &self.scene,
+            samples: self.split.train.end,
+        }
+    }
+
+    /// Fits the record itself.
+    pub fn on_record(&self) -> Fitter<'_> {
+        Fitter {
+            scene: self.record(),
+            samples: self.split.train.end,
+        }
+    }
+
+    /// The plain model of the record itself.
+    pub fn plain_of_record(&self) -> Result<Model, EngineError> {
+        match self.is_dithered() {
+            true => plain_model(&self.on_record(), &self.recorded),
+            false => Ok(self.plain.clone()),
+        }
+    }
+}
+
+/// The fastest that anything in the record moves (Hz).
+fn fastest(ride: &Ride) -> f64 {
+    let of = |record: &AxleRecord| {
+        let road = Some(&record.road).filter(|_| record.has_road());
+        let channels = [Some(&record.displacement), road, record.force.as_ref()];
+        let driven = record.has_road() || record.force.is_some();
+        let fastest = |x: &Vec<f64>| spectrum::fastest(x, driven, ride.step_s);
+        (channels.into_iter().flatten())
+            .map(fastest)
+            .fold(0.0, f64::max)
+    };
+    let axles = ride.axles.iter();
+    axles.map(|(_, record)| of(record)).fold(0.0, f64::max)
+}
+
+/// The plain model of every track under its own noise.
+fn plain_model(fitter: &Fitter, fits: &PerAxle<AxleFit>) -> Result<Model, EngineError> {
+    let scene = fitter.scene;
+    let mut found = Vec::new();
+    for unit in Unit::all(scene, &[]) {
+        let track = &scene.tracks[unit.tracks[0]];
+        let diverged = || EngineError::Diverged {
+            stage: "diagnosis",
+            problem: format!(
+                "the plain model of the {} axle has no finite fit",
+                track.axle
+            ),
+        };
+        let fit = fits.get(track.axle).ok_or_else(diverged)?;
+        let p = &fit.plain;
+        let base = [
+            p.kappa,
+            p.beta,
+            p.per_mass,
+            p.constant,
+            p.initial[0],
+            p.initial[1],
+        ];
+        let point = Point {
+            base: vec![base],
+            values: Vec::new(),
+            initial: Vec::new(),
+        };
+        let masked: Vec<f64> = (0..fitter.samples)
+            .map(|i| if track.valid[i] { fit.residual[i] } else { 0.0 })
+            .collect();
+        let colours = [Colour::of_order(&masked, scene.noise_order)];
+        let effort = Effort {
+            iterations: 20,
+            gain: 1e-3,
+            substeps: plain_substeps(scene, unit.tracks[0], p.beta),
+        };
+        let fitted = fitter.fit(&unit, point, &colours, effort);
+        found.push(fitted.ok_or_else(diverged)?);
+    }
+    Ok(Model::new(Vec::new(), found))
+}
+
+fn plain_substeps(scene: &Scene, track: usize, beta: f64) -> usize {
+    if scene.tracks[track].input.prescribed {
+        return 1;
+    }
+    let s = &scene.tracks[track].scale;
+    let turns = (s.k.abs() / s.mass).sqrt() * scene.step / FINE;
+    (turns.ceil() as usize)
+        .max(stable_substeps(scene, beta))
+        .clamp(1, 20)
+}

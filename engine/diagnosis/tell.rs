@@ -1,0 +1,261 @@
+//! The decision as a report.
+
+use super::axle::{OnAxle, Teller};
+use super::dataset::Scene;
+use super::decide::Decision;
+use super::explain::detectable::detectable;
+use super::explain::{next_ride, show, words};
+use super::fit::{Fitted, Model, Term, motions};
+use super::prepare::Prepared;
+use super::search::Search;
+use super::search::null::FINEST;
+use super::verdict::carries::why_not;
+use super::verdict::judge::held_rms;
+use crate::bicycle::{Axle, Bike, PerAxle};
+use crate::finite::finite;
+use crate::number::significant;
+use crate::output_error::spread_valid;
+use crate::report::diagnosis::{Diagnosis, EffectName, EffectReport, SwitchedOff, Verdict};
+use crate::report::identifiable::NO_VERDICT;
+use crate::settings::Settings;
+
+/// Share of an axle's samples that may be missing without a warning.
+const LOST: f64 = 0.1;
+
+/// The diagnosis as it is reported.
+pub fn tell(
+    prepared: &Prepared,
+    search: &Search,
+    decision: &Decision,
+    switched_off: Vec<SwitchedOff>,
+    bike: &Bike,
+    settings: &Settings,
+) -> Diagnosis {
+    let teller = Teller {
+        prepared,
+        decision,
+        plain_motions: &motions(&prepared.scene, &search.plain),
+        alpha: settings.alpha,
+    };
+    let mut axles = PerAxle::default();
+    for (t, track) in prepared.scene.tracks.iter().enumerate() {
+        let has_mass = bike.mass(track.axle).is_some();
+        axles.set(track.axle, teller.axle(t, has_mass));
+    }
+    let verdict = decision.verdict;
+    let tied = match verdict {
+        Verdict::Ambiguous => &decision.tied[..],
+        _ => &[],
+    };
+    let partly = verdict == Verdict::NamedInPart;
+    let diagnosis = Diagnosis {
+        verdict,
+        sentence: String::new(),
+        effects: effects(prepared, search, decision, settings),
+        rest: partly.then(|| axles.filter_map(|_, on: &OnAxle| on.rest.clone())),
+        alternatives: tied
+            .iter()
+            .map(|model| names(&prepared.scene, model))
+            .collect(),
+        extended: axles.filter_map(|_, on| on.extended.clone()),
+        warnings: warnings(prepared, decision, &axles, settings),
+        location: axles.map(|_, on| on.location.clone()),
+        held_out: axles.map(|_, on| on.held_out.clone()),
+        next_ride: next_ride::propose(search, &decision.model, tied),
+        detectable: detectable(search, &decision.model),
+        switched_off,
+        free_form: axles.filter_map(|_, on| on.free_form.clone()),
+        consequences: axles.map(|_, on| on.consequences.clone()),
+        evidence: axles.map(|_, on| on.evidence.clone()),
+        search_cost: decision.cost,
+    };
+    let diagnosis = match why_not(&diagnosis, &|axle| moves(prepared, axle)) {
+        Some(why) => without_verdict(diagnosis, why),
+        None => diagnosis,
+    };
+    Diagnosis {
+        sentence: words::sentence(&diagnosis),
+        ..diagnosis
+    }
+}
+
+/// The diagnosis of a record that carries no verdict: nothing that pretends otherwise is left in it.
+fn without_verdict(diagnosis: Diagnosis, why: String) -> Diagnosis {
+    Diagnosis {
+        verdict: Verdict::CannotTell,
+        sentence: why,
+        effects: Vec::new(),
+        alternatives: Vec::new(),
+        extended: diagnosis
+            .extended
+            .map(|_, e| e.clone().withheld(NO_VERDICT)),
+        next_ride: None,
+        detectable: Vec::new(),
+        free_form: PerAxle::default(),
+        ..diagnosis
+    }
+}
+
+fn names(scene: &Scene, model: &Model) -> Vec<EffectName> {
+    let terms = model.terms.iter();
+    terms.map(|term| show::name(scene, term)).collect()
+}
+
+/// RMS of what an axle does where nothing was fitted (m), or of the force that answers (N).
+fn moves(prepared: &Prepared, axle: Axle) -> f64 {
+    let track = prepared.scene.tracks.iter().find(|t| t.axle == axle);
+    track.map_or(0.0, |t| {
+        spread_valid(&t.measured, &t.valid, prepared.split.held.clone())
+    })
+}
+
+/// The model's effects as they are reported.
+fn effects(
+    prepared: &Prepared,
+    search: &Search,
+    decision: &Decision,
+    settings: &Settings,
+) -> Vec<EffectReport> {
+    let examined = matches!(decision.verdict, Verdict::NamedInPart | Verdict::Unnamed)
+        && !decision.claims.is_empty();
+    let mut effects = match examined {
+        true => (decision.claims.iter())
+            .filter_map(|(claim, errors)| {
+                show::supported(prepared.record(), &decision.corrected, claim, errors)
+            })
+            .collect(),
+        false => tested(prepared, search, decision, settings),
+    };
+    for effect in &mut effects {
+        effect.affirmed |= decision.verdict == Verdict::Named;
+        effect.adequate = effect.affirmed || decision.verdict == Verdict::Ambiguous;
+    }
+    effects
+}
+
+/// Effects that the search by likelihood found, with what speaks for each.
+fn tested(
+    prepared: &Prepared,
+    search: &Search,
+    decision: &Decision,
+    settings: &Settings,
+) -> Vec<EffectReport> {
+    let model = &decision.model;
+    let without = search.without_each(model);
+    let report = |term: &Term| {
+        let less = without.iter().find(|m| !m.terms.contains(term));
+        // What came in the place of another was never tested by itself.
+        let mut rounds = decision.rounds.iter();
+        let round = rounds.find(|r| r.term == *term && r.accepted);
+        let p = round.and_then(|r| finite(r.p_value.max(FINEST)));
+        let separation = less.map(|less| model.likelihood - less.likelihood);
+        let record = prepared.record();
+        let mut effect = show::effect(record, &decision.corrected, term, separation, p)?;
+        let less = less.unwrap_or(&search.plain);
+        effect.material = is_material(prepared, term, model, less, settings.materiality);
+        Some(effect)
+    };
+    model.terms.iter().filter_map(report).collect()
+}
+
+/// Whether the held-out error of an axle that `term` acts on is larger by that share in the model without it.
+fn is_material(
+    prepared: &Prepared,
+    term: &Term,
+    model: &Model,
+    less: &Model,
+    materiality: f64,
+) -> bool {
+    let record = prepared.record();
+    let tracks = 0..record.tracks.len();
+    let mut acted = tracks.filter(|t| term.acts_on(record.tracks[*t].axle));
+    acted.any(|t| {
+        let [with, without] = [model, less].map(|m| held_rms((record, m), t, &prepared.split));
+        with < (1.0 - materiality) * without
+    })
+}
+
+/// What there is to warn of: the recording, what only an expectation tells, each axle, and a wider law.
+fn warnings(
+    prepared: &Prepared,
+    decision: &Decision,
+    axles: &PerAxle<OnAxle>,
+    settings: &Settings,
+) -> Vec<String> {
+    let mut warnings = prepared.warnings.clone();
+    let record = prepared.record();
+    for fit in &decision.shown.fits {
+        for (term, name, value, deviation) in show::unlearned(record, fit) {
+            warnings.push(format!(
+                "{} ({}): {name} is not identifiable beyond what is expected of any bicycle, {value} ± {:.1} (95 %); k, B and \
+                 the effect's other parameters rest on that and have no intervals",
+                term.id(record),
+                term.place.name(),
+                1.96 * deviation
+            ));
+        }
+    }
+    warnings.extend(
+        decision
+            .corrected
+            .fits
+            .iter()
+            .filter_map(|fit| twin(record, fit)),
+    );
+    for track in &record.tracks {
+        let lost = track.valid.iter().filter(|v| !**v).count() as f64 / record.samples as f64;
+        if lost > LOST {
+            warnings.push(format!(
+                "{} axle: {:.0} % of the samples are clipped, missing or before the fit",
+                track.axle,
+                100.0 * lost
+            ));
+        }
+    }
+    if axles.front.is_none() || axles.rear.is_none() {
+        warnings
+            .push("only one axle was recorded: effects that need both are switched off".to_owned());
+    }
+    warnings.extend(axles.iter().flat_map(|(_, on)| on.warnings.clone()));
+    if decision.cost.is_spent {
+        warnings.push(format!(
+            "the search for missing physics ended after {:.1} million steps of the integrator, before everything was tried; a \
+             larger search_budget ({} per sample now) lets it go on",
+            1e-6 * decision.cost.steps as f64,
+            settings.search_budget
+        ));
+    }
+    if decision.is_outgrown_a_little {
+        let left = "a wider law, which is not in the library, explains the ride better than what is named; \
+                    what it adds is small beside that";
+        warnings.push(left.to_owned());
+    }
+    warnings
+}
+
+/// That other numbers explain an axle in exactly the same way.
+fn twin(record: &Scene, fit: &Fitted) -> Option<String> {
+    let (term, [kappa, beta], values) = show::twin(fit)?;
+    let track = fit.unit.tracks.first().map(|t| &record.tracks[*t])?;
+    let mass = track.scale.mass;
+    let reported = (term.kind.spec().report)(&values, &track.scale);
+    let others: Vec<String> = (reported.iter())
+        .map(|r| {
+            format!(
+                "{} {} {}",
+                r.name.replace('_', " "),
+                significant(r.value, 4),
+                r.unit
+            )
+        })
+        .collect();
+    Some(format!(
+        "{} ({}): k = {} N/m and B = {} N s/m with {} explain the record in exactly the same way; which of both it is, what is known of the \
+         bicycle has to tell, or a sensor on the wheel",
+        term.id(record),
+        term.place.name(),
+        significant(mass * kappa, 4),
+        significant(mass * beta, 4),
+        others.join(", ").replace(" -,", ",").trim_end_matches(" -")
+    ))
+}

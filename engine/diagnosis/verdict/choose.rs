@@ -1,0 +1,72 @@
+//! Which of the models that the search found is told: one that a bicycle can be, and those that explain the ride as well.
+
+use crate::EngineError;
+use crate::diagnosis::fit::Model;
+use crate::diagnosis::fit::physical::is_physical;
+use crate::diagnosis::fit::refine::finer;
+use crate::diagnosis::search::{Named, Round, Search};
+
+/// A model explains a ride as well as another if it is behind by no more than this in log likelihood.
+const TIE: f64 = 4.0;
+/// A model stands in for one outside its physical ranges if it is behind by no more than this in log
+/// likelihood.
+const NEARLY: f64 = 70.0;
+/// Ties that are told.
+const MOST_TIES: usize = 2;
+
+/// The model that the search led to.
+pub struct Chosen {
+    pub model: Model,
+    pub rounds: Vec<Round>,
+    /// Others that explain the ride as well, best first.
+    pub tied: Vec<Model>,
+    /// Whether the search ended for want of budget.
+    pub is_spent: bool,
+}
+
+/// Searches, and chooses among what was found.
+pub fn choose(search: &Search) -> Result<Chosen, EngineError> {
+    let Named {
+        model: found,
+        rounds,
+        mut rivals,
+    } = search.run()?;
+    let is_spent = search.is_spent();
+    let possible = |model: &Model| is_physical(search.fitter.scene, &search.plain, model);
+    if !possible(&found) && found.terms.len() > 1 {
+        rivals.extend(search.without_each(&found));
+        rivals.sort_by(|a, b| b.likelihood.total_cmp(&a.likelihood));
+    }
+    rivals.retain(possible);
+    // A model that no bicycle can have gives way to one that explains the ride nearly as well.
+    let model = if possible(&found) {
+        found
+    } else {
+        let near = rivals.iter().find(|r| ties(search, &found, r, NEARLY));
+        near.cloned().unwrap_or(found)
+    };
+    let tied = rivals
+        .into_iter()
+        .filter(|r| r.terms != model.terms && ties(search, &model, r, TIE))
+        .take(MOST_TIES)
+        .collect();
+    let finest = finer(&search.fitter, &model);
+    let holds_out = search.held_score(&finest).is_finite();
+    Ok(Chosen {
+        model: if holds_out { finest } else { model },
+        rounds,
+        tied,
+        is_spent,
+    })
+}
+
+/// Whether a rival explains the ride as well with no more effects, by fitted and held-out part together
+/// and with what its parameters cost.
+fn ties(search: &Search, model: &Model, rival: &Model, within: f64) -> bool {
+    if rival.terms.len() > model.terms.len() || rival.likelihood < model.likelihood - 2.0 * within {
+        return false;
+    }
+    let behind = search.merit(model) - search.merit(rival) + search.held_score(model)
+        - search.held_score(rival);
+    behind < within
+}

@@ -1,0 +1,82 @@
+//! How well the windows tell the unknowns.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::bins::Bins;
+use super::fit::{Fit, reduced};
+use super::likelihood::Likelihood;
+use super::parameters::Layout;
+use super::record::Sensor;
+
+/// Times that an interval may widen when the road's spectrum is left free; where it does more, it rests on the road.
+pub const RESTS_ON_ROAD: f64 = 2.0;
+/// Knots per octave of a road that is left free: six bend within a resonance's width.
+const FREE_KNOTS: f64 = 6.0;
+
+/// Variances of the unknowns.
+pub struct Spread {
+    /// Standard errors.
+    pub std_error: Vec<f64>,
+    /// How many times wider each would be with a road of any spectrum; none where it would tell nothing.
+    pub widens: Vec<Option<f64>>,
+}
+
+/// Standard errors from the likelihood's expected curvature and from how the windows' gradients scatter (sandwich, Huber 1967;
+/// neighbours overlap and are taken together), half of each: the one trusts the model, the other has few windows to count.
+/// Nothing where the curvature has no inverse.
+pub fn spread(fit: &Fit, bins: &Bins, sensors: &[Sensor], layout: &Layout) -> Option<Spread> {
+    let model = fit.curvature.clone().cholesky()?.inverse();
+    let scattered = &model * scatter(fit, layout) * &model;
+    let std_error: Vec<f64> = (0..layout.len())
+        .map(|i| (0.5 * (model[(i, i)] + scattered[(i, i)])).sqrt())
+        .collect();
+    let free = freed(fit, bins, sensors, layout);
+    let widens = (0..layout.knots).map(|i| {
+        let wide = free.as_ref().map(|f| (f[i] / model[(i, i)]).sqrt());
+        wide.filter(|w| w.is_finite())
+    });
+    (std_error.iter().all(|s| s.is_finite())).then(|| Spread {
+        widens: widens.collect(),
+        std_error,
+    })
+}
+
+/// Outer products of the windows' gradients, with half of those of neighbours.
+fn scatter(fit: &Fit, layout: &Layout) -> DMatrix<f64> {
+    let windows = fit.at.windows.iter();
+    let scores: Vec<DVector<f64>> = windows
+        .map(|part| &part.score - part.projected(&part.gradient))
+        .collect();
+    let mut sum = DMatrix::zeros(layout.len(), layout.len());
+    for (i, score) in scores.iter().enumerate() {
+        sum.ger(1.0, score, score, 1.0);
+        if i > 0 {
+            sum.ger(0.5, score, &scores[i - 1], 1.0);
+            sum.ger(0.5, &scores[i - 1], score, 1.0);
+        }
+    }
+    for (i, prior) in layout.priors.iter().enumerate() {
+        sum[(i, i)] += prior.deviation.powi(-2);
+    }
+    sum
+}
+
+/// Variances with knots so dense that the road's spectrum takes any shape.
+fn freed(fit: &Fit, bins: &Bins, sensors: &[Sensor], layout: &Layout) -> Option<Vec<f64>> {
+    let free = Layout::new(sensors, bins.span()?, FREE_KNOTS);
+    let mut theta = free.start();
+    for i in 0..free.len() {
+        theta[i] = match i.checked_sub(free.knots) {
+            Some(knot) => layout.road(&fit.theta, free.knots_at[knot].exp()),
+            None => fit.theta[i],
+        };
+    }
+    let problem = Likelihood {
+        bins,
+        sensors,
+        layout: &free,
+    };
+    let (curvature, _) = reduced(&problem.evaluate(&theta, &fit.own)?);
+    let inverse = curvature.cholesky()?.inverse();
+    Some((0..layout.knots).map(|i| inverse[(i, i)]).collect())
+}

@@ -1,0 +1,171 @@
+//! Which wheel comes first, and how fast. The rear wheel meets the front wheel's road one wheelbase later; where it meets it
+//! earlier front and rear are swapped, and where it meets it after another distance by the speed channel that is in another unit.
+
+use crate::bicycle::Bike;
+use crate::report::{Mistake, MistakeKind};
+use crate::ride::{Ride, distance};
+
+/// Speeds that are told in another unit, times what they are in m/s.
+const UNITS: [(f64, &str); 2] = [(3.6, "km/h"), (2.236_94, "mph")];
+/// How far beside the delay of a unit both roads must be less alike.
+const BESIDE: [f64; 2] = [0.9, 1.1];
+/// Correlation of both roads from which one reading is right, and up to which another is wrong.
+const RIGHT: f64 = 0.7;
+const WRONG: f64 = 0.4;
+/// Most samples that are looked at, evenly spread.
+const LOOKED_AT: usize = 20_000;
+
+/// A mistake that the delay between both roads shows.
+pub fn mistake(ride: &Ride, bike: &Bike) -> Option<Mistake> {
+    let (front, rear) = (ride.axles.front.as_ref()?, ride.axles.rear.as_ref()?);
+    let speed = ride.speed.as_ref()?;
+    let wheelbase = bike.wheelbase()?;
+    if !front.has_road() || !rear.has_road() {
+        return None;
+    }
+    let ridden = distance(speed, ride.step_s);
+    let roads = Roads {
+        front: &front.road,
+        rear: &rear.road,
+        ridden: &ridden,
+    };
+    if roads.alike(wheelbase) > WRONG {
+        return None;
+    }
+    if roads.alike(-wheelbase) > RIGHT {
+        return Some(Mistake {
+            kind: MistakeKind::SwappedAxles,
+            sentence: "The rear wheel meets the road before the front wheel does: front and rear channels stand in each other's \
+                       place. Swap them, or swap what the bike file says of front and rear. (On a rig that moves the rear wheel first leave the speed out.)"
+                .to_owned(),
+            takes_the_verdict: true,
+        });
+    }
+    let is_it = |factor: f64| {
+        let alike = roads.alike(factor * wheelbase);
+        let beside = BESIDE.map(|off| roads.alike(off * factor * wheelbase));
+        alike > RIGHT && beside.iter().all(|beside| *beside < alike)
+    };
+    let (_, unit) = UNITS.iter().find(|(factor, _)| is_it(*factor))?;
+    Some(Mistake {
+        kind: MistakeKind::SpeedUnit,
+        sentence: format!(
+            "By the speed channel the rear wheel meets the front wheel's road too late: its unit seems to be {unit}. \
+             Head the column \"v [{unit}]\"."
+        ),
+        takes_the_verdict: true,
+    })
+}
+
+/// The roads under both wheels, over the distance ridden.
+struct Roads<'a> {
+    front: &'a [f64],
+    rear: &'a [f64],
+    ridden: &'a [f64],
+}
+
+impl Roads<'_> {
+    /// Correlation of the rear road with the front one so far (m) behind. Each is looked at as it departs from the mean of what
+    /// is that far ahead and behind, since the long waves of a road are alike anywhere near.
+    fn alike(&self, lag: f64) -> f64 {
+        let reach = lag.abs();
+        let every = (self.ridden.len() / LOOKED_AT).max(1);
+        let pairs = (0..self.ridden.len()).step_by(every).filter_map(|i| {
+            let here = self.ridden[i];
+            Some([
+                self.departs(self.rear, here, reach)?,
+                self.departs(self.front, here - lag, reach)?,
+            ])
+        });
+        let mut sums = [0.0; 3];
+        for [rear, front] in pairs {
+            sums[0] += rear * rear;
+            sums[1] += rear * front;
+            sums[2] += front * front;
+        }
+        let alike = sums[1] / (sums[0] * sums[2]).sqrt();
+        if alike.is_finite() { alike } else { 0.0 }
+    }
+
+    fn departs(&self, road: &[f64], x: f64, reach: f64) -> Option<f64> {
+        let ahead = self.at(road, x + reach)?;
+        let behind = self.at(road, x - reach)?;
+        Some(self.at(road, x)? - 0.5 * (ahead + behind))
+    }
+
+    /// The road at a distance (m), between the samples on a straight line; nothing beyond the ride.
+    fn at(&self, road: &[f64], x: f64) -> Option<f64> {
+        let after = self.ridden.partition_point(|ridden| *ridden <= x);
+        let before = after.checked_sub(1)?;
+        let (from, to) = (self.ridden[before], *self.ridden.get(after)?);
+        let part = (x - from) / (to - from);
+        Some(road[before] + part * (road[after] - road[before]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bicycle::Axle;
+    use crate::simulate::outing::Outing;
+
+    fn bike() -> Bike {
+        Bike {
+            l_front_m: Some(0.808),
+            l_rear_m: Some(0.293),
+            ..Bike::default()
+        }
+    }
+
+    /// What is found on a ride at a speed that is told `factor` times too large, forwards or with the axles swapped.
+    fn found(factor: f64, swapped: bool) -> Option<MistakeKind> {
+        let mut ride = Outing::default().ride();
+        let speed: Vec<f64> = vec![5.0; ride.samples];
+        let ridden = distance(&speed, ride.step_s);
+        let (Some(front), Some(rear)) = (&mut ride.axles.front, &mut ride.axles.rear) else {
+            unreachable!("both axles ride")
+        };
+        let roads = Roads {
+            front: &front.road,
+            rear: &rear.road,
+            ridden: &ridden,
+        };
+        let later = |x: &f64| roads.at(roads.front, x - 1.101).unwrap_or_default();
+        rear.road = ridden.iter().map(later).collect();
+        if swapped {
+            std::mem::swap(&mut front.road, &mut rear.road);
+        }
+        ride.speed = Some(speed.iter().map(|v| factor * v).collect());
+        mistake(&ride, &bike()).map(|m| m.kind)
+    }
+
+    #[test]
+    fn axles_and_speeds_are_told_by_the_delay_between_the_wheels() {
+        assert_eq!(found(1.0, false), None);
+        assert_eq!(found(1.0, true), Some(MistakeKind::SwappedAxles));
+        for (factor, _) in UNITS {
+            assert_eq!(found(factor, false), Some(MistakeKind::SpeedUnit));
+        }
+        assert_eq!(
+            found(1.05, false),
+            None,
+            "a wheelbase a little off is the diagnosis's"
+        );
+    }
+
+    #[test]
+    fn independent_roads_tell_nothing() {
+        let mut ride = Outing::default().ride();
+        ride.speed = Some(vec![5.0; ride.samples]);
+        let other = Outing {
+            seed: 77,
+            ..Outing::default()
+        }
+        .ride();
+        ride.axles.set(
+            Axle::Rear,
+            other.axles.rear.unwrap_or_else(|| unreachable!()),
+        );
+        assert_eq!(mistake(&ride, &bike()), None);
+    }
+}

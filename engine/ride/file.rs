@@ -1,0 +1,56 @@
+//! The files of a ride.
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+/// A file to read: CSV in any dialect, gzip or zstd around it, MATLAB v5/v7, Garmin FIT or the first sheet of an xlsx workbook.
+#[derive(Clone, Copy, Debug)]
+pub struct RideFile<'a> {
+    /// Only used to name the file in options and messages.
+    pub name: &'a str,
+    pub bytes: &'a [u8],
+}
+
+/// One file of a ride that has several.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct FileSummary {
+    pub name: String,
+    pub sha256: String,
+    /// How the file is written, in words.
+    pub format: String,
+    pub rows: usize,
+    /// Whether its time stamps say when they were taken; else it begins together with the others.
+    pub dated: bool,
+    /// How much later it begins as the user says (s).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub offset_s: Option<f64>,
+    /// What was added to its time stamps (s), so that they stand on the ride's clock; `ride.clocks` comes on top of it.
+    pub shift_s: f64,
+    /// When it begins and ends on the ride's clock (s).
+    pub from_s: f64,
+    pub to_s: f64,
+    /// Why its clock was left as it is, where it was not compared with another file's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kept: Option<String>,
+}
+
+impl FileSummary {
+    /// Whether its stamps or the user say when it began.
+    pub(super) fn is_placed(&self) -> bool {
+        self.dated || self.offset_s.is_some()
+    }
+}
+
+/// SHA-256 (hex) that stands for files of these SHA-256 (hex): that of the one, or of all of them, one a line.
+pub fn sha256_of(files: &[String]) -> String {
+    match files {
+        [one] => one.clone(),
+        several => sha256((several.join("\n") + "\n").as_bytes()),
+    }
+}
+
+pub(super) fn sha256(bytes: &[u8]) -> String {
+    let digest = Sha256::digest(bytes);
+    digest.iter().map(|b| format!("{b:02x}")).collect()
+}

@@ -1,0 +1,44 @@
+//! Sensors of a ride whose road was not recorded as a channel, as they stand in the file.
+
+use super::channel::Channel;
+use crate::bicycle::Axle;
+
+/// What a sensor measures of its axle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SensorKind {
+    /// z'' (m/s^2).
+    Acceleration,
+    /// u - z (m), up to a constant.
+    Deflection,
+    /// z (m), up to a constant.
+    Displacement,
+    /// u (m), up to a constant.
+    Road,
+}
+
+/// One sensor on the ride's clock.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SensorRecord {
+    pub axle: Axle,
+    pub kind: SensorKind,
+    pub values: Vec<f64>,
+    /// Samples to trust: false where it was clipped or missing.
+    pub valid: Vec<bool>,
+    /// Its own rate (Hz), and the time stamp of its own first sample (s).
+    pub rate_hz: f64,
+    pub first_s: f64,
+}
+
+/// Canonical name of a sensor's channel, e.g. `a_f`.
+pub fn channel_name(kind: SensorKind, axle: Axle) -> &'static str {
+    channel(kind, axle).name()
+}
+
+pub(super) fn channel(kind: SensorKind, axle: Axle) -> Channel {
+    match kind {
+        SensorKind::Acceleration => Channel::Acceleration(axle),
+        SensorKind::Deflection => Channel::Deflection(axle),
+        SensorKind::Displacement => Channel::Displacement(axle),
+        SensorKind::Road => Channel::Road(axle),
+    }
+}

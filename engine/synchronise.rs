@@ -1,0 +1,140 @@
+//! From the files of a ride to a ride whose sensors are on one clock.
+
+use crate::bicycle::{Axle, Bike, PerAxle};
+use crate::latent_road::{Compared, compare};
+use crate::ride::{
+    self, ClockOffset, ReadError, ReadOptions, Ride, RideFile, RoadDoubt, SensorClock,
+};
+use crate::sensor_noise::noise;
+
+/// Reads the files of a ride ([`ride::read_on_clocks`]) and brings every laser, with all else that its file holds, to the clock of
+/// the accelerometer on its axle, as far as the ride tells how they go beside each other.
+pub fn read(files: &[RideFile<'_>], bike: &Bike, options: &ReadOptions) -> Result<Ride, ReadError> {
+    let by = |clocks: &[SensorClock]| ride::read_on_clocks(files, bike, options, clocks);
+    let ride = by(&[])?;
+    let mut lasers = compare(&ride, bike);
+    one_for_each_file(&mut lasers);
+    let mut clocks: Vec<SensorClock> = lasers.iter().map(|laser| laser.clock.clone()).collect();
+    clocks.extend(ride::unknown_clocks(&ride.summary, &clocks));
+    if clocks.is_empty() {
+        return Ok(ride);
+    }
+    let mut ride = by(&clocks)?;
+    let mut doubts = Vec::new();
+    for (i, clock) in clocks.iter().enumerate() {
+        if clocks[..i].iter().any(|before| is_shared(before, clock)) {
+            continue;
+        }
+        let further = clock.found.iter();
+        for later in further.flat_map(|found| further_off(found, clock.applied)) {
+            let mut moved = clocks.clone();
+            for other in moved
+                .iter_mut()
+                .filter(|other| **other == *clock || is_shared(other, clock))
+            {
+                other.found = Some(later);
+                other.applied = true;
+            }
+            // Where this cannot be read, the ride is too short by less than a sample.
+            if let Ok(other) = by(&moved) {
+                doubts.push(RoadDoubt {
+                    change: change(&ride, &other),
+                    is_noise: false,
+                });
+            }
+        }
+    }
+    doubts.extend(noisier(&ride, &lasers));
+    ride.road_doubts = doubts;
+    Ok(ride)
+}
+
+/// Whether two sensors stand in one file, and so on one clock.
+fn is_shared(a: &SensorClock, b: &SensorClock) -> bool {
+    a.file.is_some() && a.file == b.file
+}
+
+/// What two lasers in one file tell of its clock is put together, each counting as it is sure.
+fn one_for_each_file(lasers: &mut [Compared]) {
+    let [front, rear] = lasers else { return };
+    let (front, rear) = (&mut front.clock, &mut rear.clock);
+    if !is_shared(front, rear) {
+        return;
+    }
+    let found = match (front.found, rear.found) {
+        (Some(a), Some(b)) => Some(a.together(&b)),
+        (one, other) => one.or(other),
+    };
+    let applied = front.applied || rear.applied;
+    for clock in [front, rear] {
+        clock.reason = clock.reason.take().filter(|_| found.is_none());
+        clock.found = found;
+        clock.applied = applied;
+    }
+}
+
+/// A clock as it may as well go: its offset, and its drift, one standard error further off. What was found and left in is off by
+/// as much again.
+fn further_off(found: &ClockOffset, applied: bool) -> [ClockOffset; 2] {
+    let (kept, left) = match applied {
+        true => (*found, ClockOffset::default()),
+        false => (
+            ClockOffset {
+                middle_offset_s: 0.0,
+                drift_ppm: 0.0,
+                ..*found
+            },
+            *found,
+        ),
+    };
+    let offset = found.middle_offset_std_s.hypot(left.middle_offset_s);
+    let drift = found.drift_std_ppm.hypot(left.drift_ppm);
+    [
+        ClockOffset {
+            middle_offset_s: kept.middle_offset_s + offset,
+            ..kept
+        },
+        ClockOffset {
+            drift_ppm: kept.drift_ppm + drift,
+            ..kept
+        },
+    ]
+}
+
+/// By how much the road of `other` is higher, where both rides have it.
+fn change(ride: &Ride, other: &Ride) -> PerAxle<Vec<f64>> {
+    let later = ((ride.start_s - other.start_s) / ride.step_s).round() as isize;
+    ride.axles.map(|axle, record| {
+        let moved = other.axles.get(axle).map(|r| r.road.as_slice());
+        let at = |i: usize| moved?.get((i as isize + later) as usize);
+        let change = |(i, u): (usize, &f64)| at(i).map_or(0.0, |moved| moved - u);
+        record.road.iter().enumerate().map(change).collect()
+    })
+}
+
+/// Whichever numbers: the noise that is laid over a road to see what noise does.
+const SEED: u64 = 0x6c_6173_6572;
+
+/// As much noise again as the laser holds that the road was made from: the axle's own, or else the front one.
+fn noisier(ride: &Ride, lasers: &[Compared]) -> Option<RoadDoubt> {
+    lasers.first()?;
+    let mut change = PerAxle::default();
+    for (n, axle) in Axle::BOTH.into_iter().enumerate() {
+        let own = lasers.iter().find(|laser| laser.axle == axle);
+        let Some(laser) = own
+            .or(lasers.first())
+            .filter(|_| ride.axles.get(axle).is_some())
+        else {
+            continue;
+        };
+        let seed = SEED + n as u64;
+        change.set(
+            axle,
+            noise(&laser.noise, ride.samples, 1.0 / ride.step_s, seed)?,
+        );
+    }
+    Some(RoadDoubt {
+        change,
+        is_noise: true,
+    })
+}

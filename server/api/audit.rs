@@ -1,0 +1,71 @@
+//! Who did what, and when.
+
+use axum::extract::{OriginalUri, State};
+use axum::response::Response;
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
+use uuid::Uuid;
+
+use super::access::Caller;
+use super::extract::Query;
+use super::list::{Page, limit, without_cursor};
+use super::problem::Problem;
+use super::{App, time};
+use crate::store::audit::{self, AuditRow};
+
+/// Something that was done.
+#[derive(Serialize, ToSchema)]
+#[schema(as = Deed)]
+pub struct DeedView {
+    pub id: Uuid,
+    #[schema(format = DateTime)]
+    pub done_at: String,
+    /// `key`, `keyless` (someone whom the server asked for no key), `server` (by itself) or `command` (the operator's).
+    pub actor: String,
+    /// Id of the key.
+    pub key: Option<Uuid>,
+    /// `delete`, `restore`, `erase`, or `change` of what is known of a ride.
+    pub action: String,
+    /// What it was done to.
+    pub subject: String,
+}
+
+impl From<AuditRow> for DeedView {
+    fn from(row: AuditRow) -> Self {
+        Self {
+            id: row.id,
+            done_at: time::text(row.done_at),
+            actor: row.actor,
+            key: row.key_id,
+            action: row.action,
+            subject: row.subject,
+        }
+    }
+}
+
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+pub struct Params {
+    /// Items per page: 50 unless asked otherwise.
+    #[param(minimum = 1, maximum = 1000)]
+    limit: Option<i64>,
+    /// `next` of the page before.
+    cursor: Option<Uuid>,
+}
+
+/// What was deleted, brought back, erased and changed in the caller's group, by whom and when; newest first.
+#[utoipa::path(get, path = "/v1/audit", operation_id = "list_audit", tag = "operations", params(Params),
+    responses(
+        (status = 200, description = "A page of deeds", body = Page<DeedView>),
+        (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json")))]
+pub async fn list(
+    State(server): App,
+    caller: Caller,
+    OriginalUri(uri): OriginalUri,
+    Query(params): Query<Params>,
+) -> Result<Response, Problem> {
+    let limit = limit(params.limit)?;
+    let rows = audit::page(&server.db, &caller.group, params.cursor, limit + 1).await?;
+    let page = Page::cut(rows, limit, |row| row.id.to_string(), DeedView::from);
+    Ok(page.respond(&without_cursor(&uri)))
+}

@@ -1,0 +1,40 @@
+use std::io::Write;
+
+use clap::Args;
+
+use super::CliError;
+use crate::effects::{EffectView, library, preface};
+use crate::pages::words::title;
+
+/// Prints the library of effects that the diagnosis knows, as Markdown.
+#[derive(Args)]
+pub struct Effects {}
+
+impl Effects {
+    pub fn run(self) -> Result<(), CliError> {
+        let (named, general): (Vec<_>, Vec<_>) = library().into_iter().partition(|e| e.is_named);
+        writeln!(
+            std::io::stdout(),
+            "# Effects\n\n\
+             What the diagnosis can name, one file each in `engine/diagnosis/effects/`. `veloid effects` prints this page, and a test \
+             holds it equal; every server shows it under `/effects`.\n\n{}\n{}\n\
+             # General laws\n\nNever named: shapes against which names are held.\n{}",
+            preface(),
+            sections(&named),
+            sections(&general).trim_end()
+        )?;
+        Ok(())
+    }
+}
+
+fn sections(effects: &[EffectView]) -> String {
+    let section = |effect: &EffectView| {
+        let fact = |(what, fact): &(&str, String)| match *what {
+            "Law" => format!("- {what}: `{fact}`\n"),
+            _ => format!("- {what}: {fact}\n"),
+        };
+        let facts: String = effect.facts.iter().map(fact).collect();
+        format!("\n## {}\n\n{}.\n\n{facts}", effect.id, title(effect.words))
+    };
+    effects.iter().map(section).collect()
+}

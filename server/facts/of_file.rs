@@ -1,0 +1,31 @@
+use jiff::Timestamp;
+use serde_json::{Map, Value};
+
+use super::Facts;
+use super::error::FactsError;
+use super::known::MOMENT;
+use super::lines::of_lines;
+
+/// Years in which stamps that count seconds from 1970 can lie, from 2000 to 2100 (s).
+const EPOCH: std::ops::Range<f64> = 946_684_800.0..4_102_444_800.0;
+
+/// What a ride file says of its ride: in comments above the header, and by stamps that count from 1970.
+pub fn of_file(
+    comments: Vec<(usize, String)>,
+    start_s: f64,
+) -> Result<Map<String, Value>, FactsError> {
+    let mut facts = of_lines(comments)?;
+    if let Some(at) = stamped(start_s) {
+        // A clock that is ahead knows no date.
+        let dated = Map::from_iter([(MOMENT.to_owned(), Value::from(at))]);
+        if Facts::try_from(dated.clone()).is_ok() {
+            facts = dated.into_iter().chain(facts).collect();
+        }
+    }
+    Ok(facts)
+}
+
+fn stamped(start_s: f64) -> Option<String> {
+    let since_1970 = EPOCH.contains(&start_s).then_some(start_s as i64)?;
+    Some(Timestamp::from_second(since_1970).ok()?.to_string())
+}

@@ -1,0 +1,65 @@
+//! What was found out about a ride without a road sensor, in lines.
+
+use veloid_engine::number::{Quantity, significant};
+use veloid_engine::report::{Correction, LatentRoad, SensorFound};
+
+/// Terms and what they are.
+pub fn lines(latent: &LatentRoad) -> Vec<(String, String)> {
+    let mut lines = Vec::new();
+    let mut line = |term: &str, text: String| lines.push((term.to_owned(), text));
+    if let Some(reason) = &latent.reason {
+        line("Not identified", reason.clone());
+        return lines;
+    }
+    if let Some(road) = &latent.road {
+        line(
+            "Road",
+            format!(
+                "ISO 8608 class {}, {} cm³ at 0.1 cycles/m, from what was seen at {} to {} cycles/m",
+                road.class,
+                significant(1e6 * road.psd_m3, 3),
+                significant(road.band_cycles_per_m[0], 2),
+                significant(road.band_cycles_per_m[1], 2)
+            ),
+        );
+    }
+    if let Some(speed) = &latent.speed {
+        line("Speed reads too little by", told(speed, 100.0, "%"));
+    }
+    for sensor in &latent.sensors {
+        line(&sensor.channel, sensed(sensor));
+    }
+    line(
+        "From",
+        format!(
+            "{} windows of {} s, {} Hz to {} Hz",
+            latent.windows,
+            significant(latent.window_s, 2),
+            significant(latent.band_hz[0], 3),
+            significant(latent.band_hz[1], 3)
+        ),
+    );
+    for note in &latent.notes {
+        line("Beside the model", note.clone());
+    }
+    lines
+}
+
+fn sensed(sensor: &SensorFound) -> String {
+    let mut text = format!("noise {} {}", significant(sensor.noise, 2), sensor.unit);
+    if let Some(gain) = &sensor.gain {
+        text += &format!(", gain {}", told(gain, 1.0, "-"));
+    }
+    if let Some(delay) = &sensor.delay_s {
+        text += &format!(", late by {}", told(delay, 1e3, "ms"));
+    }
+    if let Some(drift) = &sensor.drift_ppm {
+        text += &format!(", fast by {}", told(drift, 1.0, "ppm"));
+    }
+    text
+}
+
+fn told(correction: &Correction, scale: f64, unit: &str) -> String {
+    let std_error = scale * correction.std_error;
+    Quantity::new(scale * correction.value, Some(std_error), unit).to_string()
+}
