@@ -91,7 +91,7 @@ const EXPERTS: [Expert; 8] = [
         file: "sled/chirp.csv",
         columns: &["z_f=position_x100th", "force_f=motor_u"],
         mass: "null",
-        verdict: "unnamed",
+        verdict: "named_in_part",
         effects: &["coulomb_friction"],
     },
 ];

@@ -17,6 +17,10 @@ use crate::report::diagnosis::{
     Verdict,
 };
 
+/// Why a stiffness has no interval.
+const NO_SPRING: &str =
+    "a model without a spring explains the record at least as well, so that there is none to tell";
+
 pub struct OnAxle {
     /// k and B of the extended model, where they are numbers.
     pub extended: Option<Estimate>,
@@ -117,9 +121,14 @@ impl Teller<'_> {
             return (None, vec![warning]);
         }
         let track = &self.prepared.scene.tracks[t];
-        let told = match track.input.prescribed {
-            true => estimate.told_beside(track.scale.as_good_as_none()),
-            false => estimate.told(),
+        let told = match (track.input.prescribed, track.has_spring) {
+            (true, _) => estimate.told_beside(track.scale.as_good_as_none()),
+            (false, true) => estimate.told(),
+            (false, false) => Estimate {
+                k_std_n_m: None,
+                k_not_identifiable: Some(NO_SPRING.to_owned()),
+                ..estimate.told()
+            },
         };
         let unknown = [
             ("B", &told.b_not_identifiable),
@@ -146,9 +155,10 @@ impl Teller<'_> {
             (None, true) => judged.p_value,
             (None, false) => rounds.next().map_or(judged.leftover.p_value, |r| r.p_value),
         };
-        // What has no name lies at least where its nearest shape acts.
+        // What has no name lies at least where its nearest shape acts, and somewhere in any case.
+        let nowhere = decision.model.terms.is_empty() && !decision.judged.iter().any(|j| j.remains);
         let shape = decision.verdict == Verdict::Unnamed
-            && decision.model.terms.iter().any(|term| term.acts_on(axle));
+            && (nowhere || decision.model.terms.iter().any(|term| term.acts_on(axle)));
         let found = Location {
             mismatch: accepted.is_some() || judged.remains || shape,
             p_value: finite(p_value.max(FINEST)),

@@ -12,12 +12,14 @@ use crate::numerics::autoregressive::Colour;
 use crate::numerics::spectrum;
 use crate::output_error::start::starts_from;
 use crate::output_error::{self, AxleFit, Split};
+use crate::report::diagnosis::Base;
 use crate::report::stages::Conclusion;
 use crate::ride::{AxleRecord, Ride, decimated};
 use crate::settings::Settings;
 
 /// A ride made ready for the search.
 pub struct Prepared {
+    pub base: Base,
     pub split: Split,
     /// Fits of the plain model to the record itself.
     pub recorded: PerAxle<AxleFit>,
@@ -39,6 +41,7 @@ impl Prepared {
         bike: &Bike,
         settings: &Settings,
         conclusion: &Conclusion,
+        base: Base,
     ) -> Result<Self, EngineError> {
         let slower = decimated(ride, fastest(ride));
         let ride = slower.as_ref().unwrap_or(ride);
@@ -52,7 +55,10 @@ impl Prepared {
             starts_from(&conclusion.output_error),
             starts_from(&conclusion.instrumental),
         ];
-        let fit = |ride: &Ride| output_error::fit(ride, &separate, settings, &starts);
+        let fit = |ride: &Ride| match base {
+            Base::SpringAndDamper => output_error::fit(ride, &separate, settings, &starts),
+            Base::Damper => output_error::fit_without_spring(ride, &separate, settings),
+        };
         let recorded = fit(ride)?;
         let noise = dither(ride, &separate, &recorded, split.train.end, settings.seed);
         let laid_over = lay_over(ride, &noise);
@@ -60,6 +66,9 @@ impl Prepared {
         let fits = dithered.as_ref().unwrap_or(&recorded);
         let searched = laid_over.as_ref().unwrap_or(ride);
         let mut scene = Scene::new(searched, &separate, fits, split.train.end);
+        if base == Base::Damper {
+            scene.remove_springs();
+        }
         if let Some(law) = settings.own_law()? {
             scene.set_law(&Arc::new(law));
         }
@@ -68,6 +77,7 @@ impl Prepared {
             samples: split.train.end,
         };
         Ok(Self {
+            base,
             plain: plain_model(&fitter, fits)?,
             undithered: laid_over.as_ref().map(|_| scene.without(&noise)),
             warnings: ride.summary.warnings.clone(),

@@ -8,8 +8,9 @@ use super::search::extend::candidates;
 use super::tell::tell;
 use crate::EngineError;
 use crate::bicycle::Bike;
+use crate::output_error::spread_valid;
 use crate::progress::Progress;
-use crate::report::diagnosis::Diagnosis;
+use crate::report::diagnosis::{Base, Diagnosis, HeldOut, SearchCost, Verdict};
 use crate::report::stages::Conclusion;
 use crate::ride::Ride;
 use crate::settings::Settings;
@@ -22,28 +23,167 @@ pub fn diagnose(
     conclusion: &Conclusion,
     progress: &dyn Progress,
 ) -> Result<Diagnosis, EngineError> {
-    let prepared = Prepared::new(ride, bike, settings, conclusion)?;
-    let (candidates, switched_off) = candidates(&prepared.scene);
-    let samples = prepared.scene.samples * prepared.scene.tracks.len();
-    let budget = Budget::new(settings.search_budget, samples);
-    let search = Search {
-        fitter: prepared.fitter(),
-        plain: prepared.plain.clone(),
-        held: prepared.split.held.clone(),
-        candidates,
-        alpha: settings.alpha,
-        seed: settings.seed,
-        until: budget.first,
-        budget,
-        progress,
-    };
-    let decision = decide(&prepared, &search, settings)?;
-    Ok(tell(
-        &prepared,
-        &search,
-        &decision,
-        switched_off,
+    let asked = Asked {
+        ride,
         bike,
         settings,
-    ))
+        conclusion,
+        progress,
+    };
+    let sprung = asked.told(&asked.prepared(Base::SpringAndDamper)?, 1.0)?;
+    if sprung.verdict == Verdict::NothingMissing || !only_pushed(ride) {
+        return Ok(sprung);
+    }
+    let bare = match asked.prepared(Base::Damper) {
+        Ok(prepared) if explains_most(&prepared) => prepared,
+        Ok(_) | Err(EngineError::Diverged { .. }) => return Ok(sprung),
+        Err(error) => return Err(error),
+    };
+    let bare = asked.told(&bare, share_left(&sprung))?;
+    Ok(better(sprung, bare))
+}
+
+/// What a diagnosis is made from.
+struct Asked<'a> {
+    ride: &'a Ride,
+    bike: &'a Bike,
+    settings: &'a Settings,
+    conclusion: &'a Conclusion,
+    progress: &'a dyn Progress,
+}
+
+impl Asked<'_> {
+    fn prepared(&self, base: Base) -> Result<Prepared, EngineError> {
+        Prepared::new(self.ride, self.bike, self.settings, self.conclusion, base)
+    }
+
+    /// The diagnosis from one base, with a share of the budget.
+    fn told(&self, prepared: &Prepared, share: f64) -> Result<Diagnosis, EngineError> {
+        let settings = self.settings;
+        let (candidates, switched_off) = candidates(&prepared.scene);
+        let samples = prepared.scene.samples * prepared.scene.tracks.len();
+        let budget = Budget::new(share * settings.search_budget, samples);
+        let search = Search {
+            fitter: prepared.fitter(),
+            plain: prepared.plain.clone(),
+            held: prepared.split.held.clone(),
+            candidates,
+            alpha: settings.alpha,
+            seed: settings.seed,
+            until: budget.first,
+            budget,
+            progress: self.progress,
+        };
+        let decision = decide(prepared, &search, settings)?;
+        Ok(tell(
+            prepared,
+            &search,
+            &decision,
+            switched_off,
+            self.bike,
+            settings,
+        ))
+    }
+}
+
+/// Whether forces alone drive every axle: only then can there be no spring.
+fn only_pushed(ride: &Ride) -> bool {
+    let mut axles = ride.axles.iter();
+    axles.all(|(_, record)| record.force.is_some() && !record.has_road() && !record.prescribed)
+}
+
+/// Share of the motion's squares that a mass on a damper may leave and be a base to build on: what swings on a spring keeps
+/// nearly all of them.
+const MOST_LEFT: f64 = 0.5;
+
+/// Whether a base without springs explains most of every axle's motion.
+fn explains_most(prepared: &Prepared) -> bool {
+    let train = || prepared.split.train.clone();
+    prepared.scene.tracks.iter().all(|track| {
+        let moves = spread_valid(&track.measured, &track.valid, train());
+        let fit = prepared.fits().get(track.axle);
+        fit.is_some_and(|fit| fit.train_rms.powi(2) < MOST_LEFT * moves.powi(2))
+    })
+}
+
+/// Share of the budget that a second base has: what the first left, and at least this.
+const LEAST: f64 = 0.5;
+
+fn share_left(first: &Diagnosis) -> f64 {
+    let cost = &first.search_cost;
+    (1.0 - cost.steps as f64 / cost.budget.max(1) as f64).max(LEAST)
+}
+
+/// Times the held-out error of a model with a spring that one without may leave and be preferred: it has a number less.
+const AS_GOOD: f64 = 1.1;
+
+/// The diagnosis whose verdict says more; of two that say as much the one without a spring, unless it errs more.
+fn better(sprung: Diagnosis, bare: Diagnosis) -> Diagnosis {
+    let says = |d: &Diagnosis| match d.verdict {
+        Verdict::NothingMissing | Verdict::Named => 2,
+        Verdict::NamedInPart => 1,
+        Verdict::Ambiguous | Verdict::Unnamed | Verdict::CannotTell => 0,
+    };
+    let error = |d: &Diagnosis| -> f64 {
+        let left = |held: &HeldOut| held.extended_rms_m.unwrap_or(f64::INFINITY);
+        d.held_out.iter().map(|(_, held)| left(held)).product()
+    };
+    let errs_little = error(&bare) <= AS_GOOD * error(&sprung);
+    let wins = match says(&bare).cmp(&says(&sprung)) {
+        std::cmp::Ordering::Greater => !bare.effects.is_empty() || errs_little,
+        std::cmp::Ordering::Equal => says(&bare) > 0 && errs_little,
+        std::cmp::Ordering::Less => false,
+    };
+    let [first, second] = [sprung.search_cost, bare.search_cost];
+    let told = if wins { bare } else { sprung };
+    Diagnosis {
+        search_cost: SearchCost {
+            steps: first.steps + second.steps,
+            budget: first.budget + second.budget,
+            ..told.search_cost
+        },
+        ..told
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bicycle::PerAxle;
+
+    fn told(base: Base, verdict: Verdict, left: f64) -> Diagnosis {
+        let held = HeldOut {
+            extended_rms_m: Some(left),
+            ..HeldOut::default()
+        };
+        Diagnosis {
+            base,
+            verdict,
+            held_out: PerAxle {
+                front: Some(held),
+                rear: None,
+            },
+            ..Diagnosis::cannot_tell(String::new())
+        }
+    }
+
+    #[test]
+    fn a_spring_goes_where_nothing_is_lost_by_that() {
+        let base = |(with, left): (Verdict, f64), (without, other): (Verdict, f64)| {
+            let sprung = told(Base::SpringAndDamper, with, left);
+            better(sprung, told(Base::Damper, without, other)).base
+        };
+        let (named, unnamed) = (Verdict::Named, Verdict::Unnamed);
+        assert_eq!(base((named, 1.0), (named, 0.99 * AS_GOOD)), Base::Damper);
+        assert_eq!(
+            base((named, 1.0), (named, 1.01 * AS_GOOD)),
+            Base::SpringAndDamper
+        );
+        assert_eq!(base((unnamed, 1.0), (unnamed, 0.1)), Base::SpringAndDamper);
+        // A damper that leaves more explains nothing, whatever is said of its noise.
+        let nothing = Verdict::NothingMissing;
+        assert_eq!(base((unnamed, 1.0), (nothing, 2.0)), Base::SpringAndDamper);
+        assert_eq!(base((unnamed, 1.0), (nothing, 1.0)), Base::Damper);
+        assert_eq!(base((named, 2.0), (unnamed, 1.0)), Base::SpringAndDamper);
+    }
 }

@@ -51,6 +51,7 @@ pub fn tell(
     let diagnosis = Diagnosis {
         verdict,
         sentence: String::new(),
+        base: prepared.base,
         effects: effects(prepared, search, decision, settings),
         rest: partly.then(|| axles.filter_map(|_, on: &OnAxle| on.rest.clone())),
         alternatives: tied

@@ -24,7 +24,7 @@ use crate::numerics::spline::{cubic, slopes};
 use crate::output_error::start::starts_from;
 use crate::output_error::{self, Split};
 use crate::report::Report;
-use crate::report::diagnosis::{Detectable, Diagnosis, Place, Stronger, Verdict};
+use crate::report::diagnosis::{Base, Detectable, Diagnosis, Place, Stronger, Verdict};
 use crate::ride::{AxleRecord, Ride};
 use crate::settings::Settings;
 use crate::simulate::linear::simulate;

@@ -19,7 +19,7 @@ impl Lanes {
     }
 
     #[inline(always)]
-    fn map(self, f: impl Fn(f64) -> f64) -> Self {
+    pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
         let mut out = self;
         for x in &mut out.0 {
             *x = f(*x);
@@ -28,7 +28,7 @@ impl Lanes {
     }
 
     #[inline(always)]
-    fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+    pub fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
         let mut out = self;
         for i in 0..LANES {
             out.0[i] = f(self.0[i], other.0[i]);

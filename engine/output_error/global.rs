@@ -22,10 +22,13 @@ const BEST: usize = 4;
 /// The best of the grid, least squares first.
 pub(super) fn starts(asked: &Asked, train: usize) -> Vec<Plain> {
     let record = Record::new(asked, train.min(LOOKED));
-    let grid: Vec<(f64, f64)> = frequencies(record.measured, asked.input.step)
-        .flat_map(|hz| DAMPINGS.map(|ratio| (std::f64::consts::TAU * hz, ratio)))
-        .map(|(omega, ratio)| (omega * omega, 2.0 * ratio * omega))
-        .collect();
+    let turns = frequencies(record.measured, asked.input.step).map(|hz| std::f64::consts::TAU * hz);
+    let grid: Vec<(f64, f64)> = match asked.free[0] {
+        true => turns
+            .flat_map(|omega| DAMPINGS.map(|ratio| (omega * omega, 2.0 * ratio * omega)))
+            .collect(),
+        false => turns.map(|omega| (0.0, omega)).collect(),
+    };
     let solved = |(kappa, beta): &(f64, f64)| record.solved(*kappa, *beta);
     let mut found: Vec<(f64, Plain)> = grid.par_iter().filter_map(solved).collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));

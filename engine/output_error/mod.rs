@@ -257,6 +257,25 @@ pub fn fit(
     Ok(fits)
 }
 
+/// Fits a mass on a damper to every axle of the ride: what a force moves and no spring brings back.
+///
+/// # Errors
+/// A null mass without a force channel; a cost that is not finite from any start.
+pub fn fit_without_spring(
+    ride: &Ride,
+    bike: &Bike,
+    settings: &Settings,
+) -> Result<PerAxle<AxleFit>, EngineError> {
+    let split = Split::of(ride, settings);
+    let mut fits = PerAxle::default();
+    for (axle, record) in ride.axles.iter() {
+        let mut problem = Problem::new(axle, record, bike, ride.step_s)?;
+        problem.free[0] = false;
+        fits.set(axle, from_grid(&problem, &split)?);
+    }
+    Ok(fits)
+}
+
 /// Part of the motion's squares that a fit may leave and be taken for the best one without a look elsewhere.
 const EXPLAINED: f64 = 0.1;
 
@@ -267,14 +286,23 @@ fn globally_best(
     starts: &[PerAxle<Start>],
 ) -> Result<AxleFit, EngineError> {
     let one = [problem];
-    let fitted = |from| Ok(best_of(&one, false, split, from)?.remove(0));
-    let near = fitted(from_starts(&one, starts));
+    let near =
+        best_of(&one, false, split, from_starts(&one, starts)).map(|mut fits| fits.remove(0));
     let record = problem.record;
     let moves = spread_valid(record.output(), &record.valid, 0..split.train.end);
     let explains = |fit: &AxleFit| fit.train_rms.powi(2) < EXPLAINED * moves.powi(2);
     if problem.record.prescribed || near.as_ref().is_ok_and(explains) {
         return near;
     }
+    match (near, from_grid(problem, split)) {
+        (Ok(near), Ok(far)) if far.train_rms < near.train_rms => Ok(far),
+        (Err(_), Ok(far)) => Ok(far),
+        (near, _) => near,
+    }
+}
+
+/// The best fit of one axle from a grid of starts.
+fn from_grid(problem: &Problem, split: &Split) -> Result<AxleFit, EngineError> {
     let asked = global::Asked {
         input: &problem.input,
         record: problem.record,
@@ -282,12 +310,8 @@ fn globally_best(
         free: problem.free,
     };
     let grid = global::starts(&asked, split.train.end);
-    let far = fitted(grid.into_iter().map(|plain| vec![plain]).collect());
-    match (near, far) {
-        (Ok(near), Ok(far)) if far.train_rms < near.train_rms => Ok(far),
-        (Err(_), Ok(far)) => Ok(far),
-        (near, _) => near,
-    }
+    let starts = grid.into_iter().map(|plain| vec![plain]).collect();
+    Ok(best_of(&[problem], false, split, starts)?.remove(0))
 }
 
 /// The plain models of all axles at each start.

@@ -37,6 +37,17 @@ impl Verdict {
     ];
 }
 
+/// What the plain model consists of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Base {
+    #[default]
+    SpringAndDamper,
+    /// A mass on guides that a force moves and no spring brings back.
+    Damper,
+}
+
 /// The axle or axles that an effect acts on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
@@ -73,6 +84,9 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// The verdict in plain words.
     pub sentence: String,
+    /// What the plain model that effects were added to consists of: without a spring where that explains more.
+    #[serde(default)]
+    pub base: Base,
     pub effects: Vec<EffectReport>,
     /// What is left beside the affirmed effects of `named_in_part`.
     #[serde(default)]
@@ -165,6 +179,7 @@ impl Diagnosis {
         Self {
             verdict: Verdict::CannotTell,
             sentence: why,
+            base: Base::default(),
             effects: Vec::new(),
             rest: None,
             alternatives: Vec::new(),

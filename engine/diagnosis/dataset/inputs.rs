@@ -44,6 +44,8 @@ pub struct Track {
     /// Whether the mass is estimated, and whether the rest point is.
     pub free_mass: bool,
     pub rest_point: bool,
+    /// Whether the plain model has a spring.
+    pub has_spring: bool,
 }
 
 impl Track {
@@ -337,6 +339,7 @@ impl Scene {
             at_rest,
             free_mass: bike.mass(axle).is_none() && !record.prescribed,
             rest_point: record.force.is_some() || !record.has_road(),
+            has_spring: true,
         }
     }
 
@@ -344,6 +347,13 @@ impl Scene {
     pub fn set_law(&mut self, law: &Arc<OwnLaw>) {
         for track in &mut self.tracks {
             track.scale.own = Some(Arc::clone(law));
+        }
+    }
+
+    /// Takes the spring out of the plain model of every axle.
+    pub fn remove_springs(&mut self) {
+        for track in &mut self.tracks {
+            track.has_spring = false;
         }
     }
 

@@ -8,7 +8,7 @@ use std::borrow::Cow;
 
 use crate::diagnosis::law::{
     Effect, LaneValues, Lanes, MAX_PARAMETERS, Motion, Need, Pickup, Scale, Spec, Spot, States,
-    Tap, Values,
+    Tap, Values, as_reported,
 };
 
 pub mod catalogue;
@@ -87,7 +87,7 @@ macro_rules! library {
 
             pub fn from_reported(self, reported: &[f64], scale: &Scale) -> Values {
                 match self {
-                    Kind::Own(_) => own_law::from_reported(reported),
+                    Kind::Own(_) => as_reported(reported),
                     $(Kind::$name => $file::$name::from_reported(reported, scale)),*
                 }
             }

@@ -179,10 +179,8 @@ fn steepest(p: &Values, scale: &Scale) -> [f64; 2] {
     let (by_rate, _) = at(0.0, NUDGE, 0.0);
     let stiffness = most(force, by_height, NUDGE * sizes[0].min(sizes[2]));
     let damping = most(force, by_rate, NUDGE * sizes[1].min(sizes[3]));
-    let decay = (0..law.states()).map(|q| {
-        let (_, moved) = at(0.0, 0.0, NUDGE * sizes[0]);
-        most(rates[q], moved[q], NUDGE * sizes[0])
-    });
+    let (_, by_state) = at(0.0, 0.0, NUDGE * sizes[0]);
+    let decay = (0..law.states()).map(|q| most(rates[q], by_state[q], NUDGE * sizes[0]));
     [
         stiffness,
         damping.max(scale.mass * decay.fold(0.0, f64::max)),
@@ -218,10 +216,6 @@ pub fn rates(p: &LaneValues, m: &Motion, s: &States) -> States {
         Some(law) => law.rates(p, &motion(m), s),
         None => [Lanes::ZERO; MAX_STATES],
     }
-}
-
-pub fn from_reported(reported: &[f64]) -> Values {
-    std::array::from_fn(|q| reported.get(q).copied().unwrap_or(0.0))
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use crate::bicycle::{Axle, PerAxle};
 use crate::number::Quantity;
-use crate::report::diagnosis::{Diagnosis, HeldOut, Place, Verdict};
+use crate::report::diagnosis::{Base, Diagnosis, HeldOut, Place, Verdict};
 
 fn at(place: Place) -> &'static str {
     match place {
@@ -45,8 +45,16 @@ fn nothing_missing(held_out: &PerAxle<HeldOut>) -> String {
     }
 }
 
-/// One or two sentences for a person who has not read the report. Why a record carries no verdict stands in it already.
+/// One to three sentences for a person who has not read the report. Why a record carries no verdict stands in it already.
 pub fn sentence(d: &Diagnosis) -> String {
+    let base = match d.base {
+        Base::SpringAndDamper => "",
+        Base::Damper => "No spring brings this mass back, so the plain model is a damper alone. ",
+    };
+    base.to_owned() + &said(d)
+}
+
+fn said(d: &Diagnosis) -> String {
     let gains = gains(d);
     let found = set(d.effects.iter().map(|e| (&e.id, e.axle)));
     match d.verdict {

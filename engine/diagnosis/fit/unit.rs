@@ -75,6 +75,7 @@ impl Unit {
             let track = &scene.tracks[*t];
             for q in 0..6 {
                 let free = match q {
+                    0 => track.has_spring,
                     2 => track.free_mass,
                     3 => track.rest_point,
                     4 | 5 => !track.input.prescribed,

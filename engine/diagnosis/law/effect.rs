@@ -99,6 +99,11 @@ pub trait Effect {
 
     /// The values that are reported as these, in the order of the report.
     fn from_reported(reported: &[f64], _scale: &Scale) -> Values {
-        std::array::from_fn(|i| reported.get(i).copied().unwrap_or(0.0))
+        as_reported(reported)
     }
+}
+
+/// The values of an effect that reports them as they are.
+pub fn as_reported(reported: &[f64]) -> Values {
+    std::array::from_fn(|i| reported.get(i).copied().unwrap_or(0.0))
 }

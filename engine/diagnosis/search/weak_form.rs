@@ -156,6 +156,7 @@ impl<'a> Rows<'a> {
         // Which of the columns are unknown; a known mass's force moves to the other side.
         let unknown: Vec<usize> = (1..6)
             .filter(|q| match q {
+                1 => track.has_spring,
                 3 => track.free_mass && self.input.force.is_some(),
                 4 => track.rest_point,
                 _ => true,
@@ -185,7 +186,7 @@ impl<'a> Rows<'a> {
             return None;
         }
         let own = &mut point.base[0];
-        (own[0], own[1], own[2]) = (of(1)?, of(2)?, per_mass);
+        (own[0], own[1], own[2]) = (of(1).unwrap_or(0.0), of(2)?, per_mass);
         own[3] = of(4).unwrap_or(own[3]);
         // The factor belongs to a mass of one.
         values[slot] *= of(5)? / per_mass;

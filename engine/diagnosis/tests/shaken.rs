@@ -124,3 +124,33 @@ fn a_spring_between_force_and_sensor_gets_no_name() {
     }));
     assert_eq!(d.verdict, Verdict::Unnamed, "{}", d.sentence);
 }
+
+/// A sled on guides, which a chirp as large as a motor allows pushes against dry friction: it often stands, and a spring would take
+/// the friction's place. What is searched without one names the friction.
+#[test]
+fn val_a_sled_without_a_spring_has_friction() {
+    let ride = half_a_minute();
+    let h = ride.step_s / FINE as f64;
+    let push = |t: f64| 6.5 * MASS * (TAU * (0.2 + 0.1 * t) * t).sin();
+    let (friction, rate) = (4.8 * MASS, 7.0 * MASS);
+    let (mut z, mut v) = (0.0_f64, 0.0_f64);
+    let mut positions = Vec::new();
+    for i in 0..ride.samples {
+        positions.push((1e4 * z).round() / 1e4);
+        for sub in 0..FINE {
+            let t = ride.step_s * (i as f64 + (sub as f64 + 0.5) / FINE as f64);
+            let free = v + h * (push(t) - rate * v - 0.25 * MASS) / MASS;
+            v = free.signum() * (free.abs() - h * friction / MASS).max(0.0);
+            z += h * v;
+        }
+    }
+    let force = (0..ride.samples).map(|i| push(ride.step_s * i as f64));
+    let d = diagnosed(&bench(ride.clone(), force.collect(), positions, 7));
+    assert_eq!(d.base, Base::Damper, "{}", d.sentence);
+    assert_named_alone(&d, "coulomb_friction");
+    let told = &d.effects[0].parameters["friction"];
+    assert!((told.value - friction).abs() < 0.05 * friction, "{told:?}");
+    let extended = d.extended.front.unwrap();
+    assert_eq!((extended.k_n_m, extended.k_std_n_m), (0.0, None));
+    assert!((extended.b_n_s_m - rate).abs() < 0.1 * rate, "{extended:?}");
+}

@@ -42,6 +42,8 @@ pub struct Claim {
     pub term: Term,
     pub support: Support,
     pub holds: bool,
+    /// The same whatever a wider law, of which this is a limit, may take off beyond it.
+    pub holds_as_limit: bool,
 }
 
 /// Examines every effect of `model`, which is fitted to the plain squares; `tried` are other models that were fitted.
@@ -88,14 +90,14 @@ fn claim(search: &Search, model: &Model, term: Term, tried: &[Model]) -> Option<
     let disagreement = disagreement(search, model, term, axle);
     let removed = 1.0 - with.held / without.held;
     let ratio = rival.as_ref().map(|(_, held)| held / with.held);
-    let holds = removed >= MATERIAL
+    let holds_as_limit = removed >= MATERIAL
         && led + AGAINST >= speaking
         && ratio.is_none_or(|ratio| ratio >= AHEAD)
-        && general >= OUTGROWN * with.held
         && disagreement.is_some_and(|d| d <= AGREES);
     Some(Claim {
         term,
-        holds,
+        holds: holds_as_limit && general >= OUTGROWN * with.held,
+        holds_as_limit,
         support: Support {
             removed_share: finite(removed)?,
             blocks: speaking,

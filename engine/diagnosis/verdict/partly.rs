@@ -84,6 +84,7 @@ pub fn partly(
     let nearer = |looked: &Examined| squares(&looked.model) < NEARER * squares(found);
     let place = (looked.iter().position(holds)).or_else(|| looked.iter().position(nearer));
     let kept = place.map(|i| looked.swap_remove(i));
+    let kept = kept.map(|wide| as_limit(&again, &wide, &tried).unwrap_or(wide));
     Ok(kept.map(
         |Examined {
              model,
@@ -177,12 +178,31 @@ struct Examined {
     jackknife: Jackknife,
 }
 
+/// A limit of a law that holds, where that holds alone too: what a model that is not complete gains by the wider law may as well be
+/// a part of what it lacks.
+fn as_limit(search: &Search, wide: &Examined, tried: &[Model]) -> Option<Examined> {
+    let held: Vec<Term> = (wide.claims.iter())
+        .filter(|c| c.holds)
+        .map(|c| c.term)
+        .collect();
+    let is_limit = |m: &&Model| matches!(m.terms[..], [term] if held.iter().any(|h| affirm::is_limit(term, *h)));
+    let narrow = tried.iter().find(is_limit)?;
+    let mut narrow = examined(search, narrow, tried)?;
+    narrow
+        .claims
+        .iter_mut()
+        .for_each(|c| c.holds = c.holds_as_limit);
+    narrow.claims.iter().any(|c| c.holds).then_some(narrow)
+}
+
 fn examined(search: &Search, model: &Model, tried: &[Model]) -> Option<Examined> {
     let model = affirm::unweighted(&search.fitter, model)?;
     let mut claims = affirm::examine(search, &model, tried);
     let jackknife = Jackknife::new(&search.fitter, &model);
     for claim in &mut claims {
-        claim.holds &= jackknife.tells(&model, claim.term);
+        let tells = jackknife.tells(&model, claim.term);
+        claim.holds &= tells;
+        claim.holds_as_limit &= tells;
     }
     Some(Examined {
         model,

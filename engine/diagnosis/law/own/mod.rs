@@ -19,6 +19,8 @@ pub use self::file::Where;
 pub const MOTION: [&str; 8] = ["d", "w", "z", "z_dot", "speed", "t", "crank", "wheel"];
 /// Their values.
 pub type OwnMotion = [Lanes; MOTION.len()];
+
+const _: () = assert!(MOTION.len() + MAX_STATES + MAX_PARAMETERS <= MOST_VALUES);
 const DEFLECTION: usize = 0;
 const RATE: usize = 1;
 const SPEED: usize = 4;
