@@ -221,13 +221,14 @@ async fn a_clock_that_is_set_stops_nothing() {
     assert!(created < hour_ago, "the clock was set: {created}");
 }
 
-/// A server that panics or hangs where it is told to.
+/// A server that computes in its own process, and panics or hangs there where it is told to.
 fn faulty(variable: &str, point: &str, args: &[&str]) -> Option<Server> {
     if !cfg!(debug_assertions) {
         not_applicable("a release build has no points to fail at");
         return None;
     }
-    Some(Server::with_env(args, &[(variable, point)]))
+    let args = [args, &["--isolate", "off"]].concat();
+    Some(Server::with_env(&args, &[(variable, point)]))
 }
 
 /// The job has failed at its first attempt, and the next one succeeds on the same thread.

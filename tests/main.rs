@@ -18,6 +18,7 @@ mod fleet;
 mod harness;
 mod hostile;
 mod hosts;
+mod isolation;
 mod jobs;
 mod kills;
 mod latent;

@@ -6,7 +6,7 @@ use veloid_engine::EngineError;
 use veloid_engine::ride::ReadError;
 
 use crate::erasure::EraseError;
-use crate::jobs::Fault;
+use crate::jobs::{ChildError, Fault};
 use crate::options::OptionsError;
 use crate::store::MigrateError;
 use crate::store::snapshot::SnapshotError;
@@ -72,6 +72,8 @@ pub enum CliError {
     Migrate(#[from] MigrateError),
     #[error(transparent)]
     Work(#[from] Fault),
+    #[error(transparent)]
+    Child(#[from] ChildError),
     #[error("compute threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
     #[error("metrics: {0}")]

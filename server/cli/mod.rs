@@ -2,6 +2,7 @@
 
 mod backup;
 mod bench;
+mod compute;
 mod demo;
 mod effects;
 mod error;
@@ -67,6 +68,8 @@ enum Command {
     Key(key::Key),
     Bench(bench::Bench),
     Seed(seed::Seed),
+    #[command(hide = true)]
+    Compute(compute::Compute),
 }
 
 impl Cli {
@@ -87,6 +90,7 @@ impl Cli {
             Command::Key(command) => runtime()?.block_on(command.run()),
             Command::Bench(command) => command.run(),
             Command::Seed(command) => runtime()?.block_on(command.run()),
+            Command::Compute(command) => command.run(),
         }
     }
 

@@ -5,7 +5,7 @@ use std::time::Duration;
 use axum::Router;
 use axum::http::StatusCode;
 use axum::routing::get;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use metrics_exporter_prometheus::PrometheusHandle;
 use tokio::net::TcpListener;
 use tokio::signal::unix::{SignalKind, signal};
@@ -17,11 +17,7 @@ use super::storage::Storage;
 use crate::files::Files;
 use crate::http::{self, HttpLimits};
 use crate::jobs::{self, Compute, Gate, Hub, RideCache, Work};
-use crate::lru::Lru;
 use crate::store::Db;
-
-/// Jobs whose swarms are kept ready: those that trials may be running of.
-const SWARMS: usize = 4;
 
 /// Works on queued jobs, without HTTP: for more machines on one PostgreSQL database.
 #[derive(Args)]
@@ -45,6 +41,18 @@ pub struct WorkLimits {
     /// Time that one stage of a job may take (s).
     #[arg(long, env = "VELOID_STAGE_TIMEOUT", default_value_t = 1800)]
     stage_timeout: u64,
+    /// Whether stages are computed in child processes, so that what a ride does to its process harms nobody else.
+    #[arg(long, env = "VELOID_ISOLATE", value_enum, default_value_t = Isolate::On)]
+    isolate: Isolate,
+    /// Memory that one job may take (bytes).
+    #[arg(long, env = "VELOID_MEMORY_BUDGET", default_value_t = 4 << 30)]
+    memory_budget: u64,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Isolate {
+    On,
+    Off,
 }
 
 impl WorkLimits {
@@ -56,11 +64,11 @@ impl WorkLimits {
         hub: &Hub,
         threads: usize,
     ) -> Result<Arc<Work>, CliError> {
+        let isolated = (self.isolate == Isolate::On).then_some(self.memory_budget);
         Ok(Arc::new(Work {
             db: db.clone(),
             rides: rides.clone(),
-            swarms: Lru::new(SWARMS),
-            compute: Compute::new(threads)?,
+            compute: Compute::new(threads, isolated)?,
             gate: Gate::default(),
             hub: hub.clone(),
             limit: Duration::from_secs(self.stage_timeout),

@@ -1,21 +1,26 @@
-//! The work: one River kind per stage of an identification. A stage computes on a rayon pool, then
+//! The work: one River kind per stage of an identification. A stage computes in a child process or on threads of its own, then
 //! stores its result, completes its River row and queues what comes next in one transaction.
 
 mod anew;
 mod cache;
 mod compute;
 mod conclude;
+mod control;
 mod diagnose;
 mod fault;
 mod finish;
 mod gate;
 mod hub;
+mod isolate;
 mod observe;
+mod panics;
 mod queue;
 mod repair;
 mod run;
 mod stage;
 mod takeover;
+mod task;
+mod threads;
 mod trial;
 mod work;
 
@@ -25,6 +30,7 @@ pub use compute::Compute;
 pub use fault::Fault;
 pub use gate::Gate;
 pub use hub::{Hub, HubEvent};
+pub use isolate::{Child, ChildError};
 pub use queue::{QUICK, Queue};
 #[cfg(test)]
 pub use repair::repair;
