@@ -2,6 +2,7 @@
 
 mod backup;
 mod bench;
+mod check;
 mod compute;
 mod demo;
 mod effects;
@@ -62,6 +63,7 @@ enum Command {
     Backup(backup::Backup),
     Restore(restore::Restore),
     Prune(prune::PruneNow),
+    Check(check::Check),
     Health(health::Health),
     Openapi(openapi::Openapi),
     Effects(effects::Effects),
@@ -84,6 +86,7 @@ impl Cli {
             Command::Backup(command) => runtime()?.block_on(command.run()),
             Command::Restore(command) => runtime()?.block_on(command.run()),
             Command::Prune(command) => runtime()?.block_on(command.run()),
+            Command::Check(command) => runtime()?.block_on(command.run()),
             Command::Health(command) => runtime()?.block_on(command.run()),
             Command::Openapi(command) => command.run(),
             Command::Effects(command) => command.run(),

@@ -7,6 +7,7 @@ use veloid_engine::EngineError;
 use veloid_engine::ride::ReadError;
 
 use super::isolate::Ended;
+use crate::files::FileError;
 use crate::store;
 use crate::store::job::Failure;
 
@@ -46,8 +47,8 @@ pub enum Fault {
     GivesWay,
     #[error("the queue's row has no client")]
     NoClient,
-    #[error("file store: {0}")]
-    Files(#[from] io::Error),
+    #[error(transparent)]
+    File(#[from] FileError),
     #[error("database: {0}")]
     Database(#[from] sqlx::Error),
     #[error("queue: {0}")]
@@ -64,6 +65,7 @@ impl Fault {
             Fault::Refused { is_input: true, .. } => "input",
             Fault::Engine(_) | Fault::Refused { .. } => "engine",
             Fault::Read(_) => "input",
+            Fault::File(FileError::Missing(_) | FileError::Altered { .. }) => "file",
             Fault::Deadline(_) => "deadline",
             Fault::Panic(_) | Fault::Died(_) => "crash",
             _ => return None,

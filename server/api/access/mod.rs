@@ -5,9 +5,11 @@ mod caller;
 mod door;
 mod headers;
 mod limits;
+mod session;
 mod token;
 
 use std::collections::HashMap;
+use std::net::IpAddr;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
@@ -23,10 +25,15 @@ pub use caller::Caller;
 pub use door::enter;
 pub use headers::protect;
 pub use limits::Limits;
+pub use session::{sign_in, sign_out};
 pub use token::Token;
 
-/// Name of the cookie that holds a browser's key.
-pub const COOKIE: &str = "veloid_key";
+/// Name of the cookie that holds a browser's session.
+pub const COOKIE: &str = "veloid_session";
+/// Attempts to sign in per minute and address, of which ten seconds' worth may come at once.
+const ATTEMPTS: u32 = 60;
+/// Addresses whose attempts are counted; beyond it all begin anew.
+const ADDRESSES: usize = 10_000;
 /// The last use of a key is noted this often at most (ms).
 const NOTED_EVERY_MS: i64 = 60_000;
 
@@ -46,6 +53,8 @@ pub struct Access {
     pub limits: Limits,
     /// Requests that keys have left; gone with the process.
     buckets: Mutex<HashMap<Uuid, Bucket>>,
+    /// Attempts to sign in that addresses have left.
+    attempts: Mutex<HashMap<IpAddr, Bucket>>,
 }
 
 impl Access {
@@ -54,21 +63,22 @@ impl Access {
             mode,
             limits,
             buckets: Mutex::default(),
+            attempts: Mutex::default(),
         }
     }
 
     /// Whose request this is.
     async fn caller(&self, db: &Db, headers: &HeaderMap) -> Result<Caller, Problem> {
-        let row = match (bearer(headers), cookie(headers)) {
-            (Some(token), _) => Some(self.key(db, token).await?.ok_or_else(unknown)?),
-            // A browser whose key has ended is one without a key.
-            (None, Some(token)) => self.key(db, token).await?,
+        let found = match (bearer(headers), cookie(headers)) {
+            (Some(token), _) => Some((self.key(db, token).await?.ok_or_else(unknown)?, None)),
+            // A browser whose session or key has ended is one without a key.
+            (None, Some(token)) => session::of(db, token).await?,
             (None, None) => None,
         };
-        match row {
-            Some(row) => {
+        match found {
+            Some((row, session)) => {
                 note(db, &row);
-                Ok(Caller::with(row, self.limits))
+                Ok(Caller::with(row, session, self.limits))
             }
             None if self.mode == Mode::Keys => Err(Problem::new(
                 Kind::Unauthorized,
@@ -94,6 +104,22 @@ impl Access {
         let bucket = buckets.entry(key).or_insert_with(|| Bucket::new(rate, now));
         bucket.take(rate, now).map_err(|wait| {
             let detail = format!("the key may send {rate} requests per minute");
+            Problem::new(Kind::TooMany, detail).retry_after(wait)
+        })
+    }
+}
+
+impl Access {
+    /// Takes an attempt to sign in off what an address has left.
+    pub fn attempt(&self, address: IpAddr) -> Result<(), Problem> {
+        let mut attempts = self.attempts.lock().unwrap_or_else(PoisonError::into_inner);
+        if attempts.len() >= ADDRESSES {
+            attempts.clear();
+        }
+        let now = Instant::now();
+        let bucket = (attempts.entry(address)).or_insert_with(|| Bucket::new(ATTEMPTS, now));
+        bucket.take(ATTEMPTS, now).map_err(|wait| {
+            let detail = "too many attempts to sign in from this address";
             Problem::new(Kind::TooMany, detail).retry_after(wait)
         })
     }
@@ -147,12 +173,12 @@ mod tests {
     #[test]
     fn tokens_are_found_in_headers() {
         let mut headers = HeaderMap::new();
-        headers.insert(header::COOKIE, "a=b; veloid_key=abc".parse().unwrap());
+        headers.insert(header::COOKIE, "a=b; veloid_session=abc".parse().unwrap());
         assert_eq!((bearer(&headers), cookie(&headers)), (None, Some("abc")));
         headers.insert(header::AUTHORIZATION, "bearer  xyz".parse().unwrap());
         assert_eq!(bearer(&headers), Some("xyz"));
         headers.insert(header::AUTHORIZATION, "Basic xyz".parse().unwrap());
-        headers.insert(header::COOKIE, "veloid_keys=abc".parse().unwrap());
+        headers.insert(header::COOKIE, "veloid_sessions=abc".parse().unwrap());
         assert_eq!((bearer(&headers), cookie(&headers)), (None, None));
     }
 }
