@@ -12,7 +12,7 @@ use veloid_engine::ride::ReadError;
 
 use crate::facts::FactsError;
 use crate::files::FileError;
-use crate::jobs::Fault;
+use crate::jobs::{Fault, OverBudget};
 use crate::options::OptionsError;
 use crate::store;
 
@@ -259,6 +259,12 @@ impl From<Fault> for Problem {
             Fault::Queue(error) => error.into(),
             fault => Self::internal(fault),
         }
+    }
+}
+
+impl From<OverBudget> for Problem {
+    fn from(error: OverBudget) -> Self {
+        Self::new(Kind::TooLarge, error.to_string())
     }
 }
 

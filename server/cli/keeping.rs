@@ -13,6 +13,7 @@ use super::storage::Storage;
 use crate::api::Server;
 use crate::erasure::{DAY_MS, Erased, Policy, Prune};
 use crate::store::audit::Actor;
+use crate::store::scrub;
 
 /// How often a server erases what is to be erased.
 const EVERY: Duration = Duration::from_secs(3600);
@@ -65,6 +66,15 @@ pub async fn keep_tidy(server: Arc<Server>, storage: Storage, stop: Cancellation
                 tracing::info!(removed, "files that no process receives any more are gone")
             }
             Err(error) => tracing::error!(%error, "files on their way were not looked at"),
+        }
+        match scrub::first_fault(&server.db).await {
+            Ok(fault) => {
+                if let Some(fault) = &fault {
+                    tracing::error!(fault, "the database is damaged");
+                }
+                server.signs.note(fault);
+            }
+            Err(error) => tracing::error!(%error, "the database was not looked through"),
         }
         let pruned = stop.run_until_cancelled(prune(&server, &storage)).await;
         match pruned {

@@ -6,6 +6,7 @@ use std::time::Duration;
 use veloid_engine::EngineError;
 use veloid_engine::ride::ReadError;
 
+use super::budget::OverBudget;
 use super::isolate::Ended;
 use crate::files::FileError;
 use crate::store;
@@ -21,6 +22,8 @@ pub enum Fault {
     Refused { is_input: bool, message: String },
     #[error(transparent)]
     Read(#[from] ReadError),
+    #[error(transparent)]
+    Budget(#[from] OverBudget),
     #[error("the stage took longer than {} s", .0.as_secs())]
     Deadline(Duration),
     #[error("the computation broke down: {0}")]
@@ -66,6 +69,7 @@ impl Fault {
             Fault::Engine(_) | Fault::Refused { .. } => "engine",
             Fault::Read(_) => "input",
             Fault::File(FileError::Missing(_) | FileError::Altered { .. }) => "file",
+            Fault::Budget(_) => "memory",
             Fault::Deadline(_) => "deadline",
             Fault::Panic(_) | Fault::Died(_) => "crash",
             _ => return None,

@@ -2,6 +2,7 @@
 //! stores its result, completes its River row and queues what comes next in one transaction.
 
 mod anew;
+mod budget;
 mod cache;
 mod compute;
 mod conclude;
@@ -25,6 +26,7 @@ mod trial;
 mod work;
 
 pub use anew::begin_anew;
+pub use budget::{Budget, OverBudget};
 pub use cache::{RideCache, named, read};
 pub use compute::Compute;
 pub use fault::Fault;

@@ -32,6 +32,7 @@ impl Work {
     /// What a job is about.
     pub(super) async fn subject(&self, job: &JobRow) -> Result<Arc<Subject>, Fault> {
         let ride = self.rides.get(job).await?;
+        self.budget.bears(&ride, &job.request.options.settings)?;
         Ok(Arc::new(Subject {
             job: job.id,
             ride,

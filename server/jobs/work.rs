@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use super::budget::Budget;
 use super::cache::RideCache;
 use super::compute::Compute;
 use super::gate::Gate;
@@ -14,6 +15,8 @@ pub struct Work {
     pub db: Db,
     pub rides: RideCache,
     pub compute: Compute,
+    /// Memory that one job may take.
+    pub budget: Budget,
     pub gate: Gate,
     pub hub: Hub,
     /// Time that one stage may take.

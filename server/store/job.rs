@@ -90,7 +90,7 @@ pub struct Request {
 #[derive(Clone, Debug, Serialize, Deserialize, ToSchema)]
 pub struct Failure {
     /// `input` (trying again cannot help), `file` (the stored file is missing or was altered), `engine`, `deadline`,
-    /// `crash` or `internal`.
+    /// `memory` (it needs more than is allowed), `crash` or `internal`.
     pub kind: String,
     /// What went wrong, in words for the user.
     pub detail: String,

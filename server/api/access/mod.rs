@@ -18,7 +18,7 @@ use uuid::Uuid;
 
 use self::bucket::Bucket;
 use super::problem::{Kind, Problem};
-use crate::store::key::{self, KeyRow};
+use crate::store::key::{self, KeyRow, Scope};
 use crate::store::{Db, now_ms};
 
 pub use caller::Caller;
@@ -122,6 +122,21 @@ impl Access {
             let detail = "too many attempts to sign in from this address";
             Problem::new(Kind::TooMany, detail).retry_after(wait)
         })
+    }
+}
+
+/// Refuses whoever has no key with the scope `admin`, where there are no other limits.
+pub async fn admin(db: &Db, headers: &HeaderMap) -> Result<(), Problem> {
+    let token = bearer(headers).unwrap_or_default();
+    let row = key::find(db, &token::sha256(token))
+        .await?
+        .filter(KeyRow::is_valid);
+    match row.ok_or_else(unknown)?.scopes.allow(Scope::Admin) {
+        true => Ok(()),
+        false => Err(Problem::new(
+            Kind::Forbidden,
+            "this needs a key with the scope 'admin'",
+        )),
     }
 }
 
