@@ -6,6 +6,7 @@ use serde_json::Value;
 
 use crate::harness::Server;
 use crate::oracle::nothing_ran_twice;
+use crate::ride;
 use crate::skips::not_applicable;
 
 const JOBS: u64 = 64;
@@ -27,7 +28,7 @@ fn poisoned(poison: &str, args: &[&str]) -> Option<Server> {
         not_applicable("a release build has no poison");
         return None;
     }
-    let args = [&["--workers", "2", "--memory-budget", "1000000000"], args].concat();
+    let args = [&["--memory-budget", "1000000000"], args].concat();
     Some(Server::with_env(&args, &[("VELOID_POISON", poison)]))
 }
 
@@ -77,6 +78,23 @@ async fn poisoned_jobs_fail_alone_with_their_causes() {
     let again = "SELECT COUNT(*) FROM river_job WHERE attempt > 1";
     assert_eq!(server.count(again).await, 0, "whose fault it was is plain");
     nothing_ran_twice(&server).await;
+}
+
+#[tokio::test]
+async fn a_ride_beyond_the_budget_is_refused_with_what_it_needs() {
+    let server = Server::with(&["--workers", "0", "--memory-budget", "20000000"]);
+    let response = server
+        .upload(ride::example(), ride::BIKE, &ride::QUICK)
+        .await;
+    assert_eq!(response.status(), 413);
+    let problem: Value = response.json().await.unwrap();
+    let detail = problem["detail"].as_str().unwrap();
+    assert!(
+        detail.contains("needs about") && detail.contains("allowed"),
+        "{detail}"
+    );
+    let kept = server.folder.0.join("rides").read_dir().unwrap().count();
+    assert_eq!(kept, 0, "what is refused is not kept");
 }
 
 /// Whose child is killed from outside has one more try, alone.

@@ -168,7 +168,8 @@ async fn listen(errors: ChildStderr, said: Arc<Mutex<String>>) {
     let mut lines = BufReader::new(errors).lines();
     while let Ok(Some(line)) = lines.next_line().await {
         let line: String = line.trim().chars().take(LINE).collect();
-        if !line.is_empty() {
+        // The standard library's advice to set a variable is no cause.
+        if !line.is_empty() && !line.starts_with("note: ") {
             tracing::warn!(line, "a child process says");
             *said.lock().unwrap_or_else(PoisonError::into_inner) = line;
         }
