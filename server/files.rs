@@ -167,6 +167,7 @@ impl Files {
     pub async fn has_room(&self) -> io::Result<()> {
         let mut incoming = self.begin().await?;
         incoming.write(&[0; ROOM]).await?;
+        incoming.file.flush().await?;
         incoming.file.sync_data().await
     }
 

@@ -28,7 +28,7 @@ fn poisoned(poison: &str, args: &[&str]) -> Option<Server> {
         not_applicable("a release build has no poison");
         return None;
     }
-    let args = [&["--memory-budget", "1000000000"], args].concat();
+    let args = [&["--memory-budget", "200000000"], args].concat();
     Some(Server::with_env(&args, &[("VELOID_POISON", poison)]))
 }
 

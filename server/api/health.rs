@@ -1,43 +1,17 @@
 //! Whether the server lives and can work, and its figures.
 
-use std::sync::PoisonError;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use axum::extract::State;
 use axum::http::header;
 use axum::response::IntoResponse;
-use tokio::sync::Mutex;
 
 use super::problem::{Kind, Problem};
 use super::{App, Server};
 use crate::store::{job, worker};
 
-/// How long an answer of /readyz holds: who asks more often learns no more, and costs nothing.
-const HOLDS: Duration = Duration::from_secs(1);
 /// A disk that takes nothing for so long is full or gone.
 const PATIENCE: Duration = Duration::from_secs(3);
-
-/// Whether the server can work, as it was when it was looked at last.
-#[derive(Default)]
-pub struct Signs {
-    last: Mutex<Option<(Instant, Result<(), Problem>)>>,
-    /// What is wrong with the database's file.
-    corrupt: std::sync::Mutex<Option<String>>,
-}
-
-impl Signs {
-    /// Notes what is wrong with the database's file, or that nothing is.
-    pub fn note(&self, fault: Option<String>) {
-        *self.corrupt.lock().unwrap_or_else(PoisonError::into_inner) = fault;
-    }
-
-    fn corrupt(&self) -> Option<String> {
-        self.corrupt
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .clone()
-    }
-}
 
 /// Whether uploads could be kept and computed.
 async fn look(server: &Server) -> Result<(), Problem> {
@@ -68,16 +42,8 @@ pub async fn readyz(State(server): App) -> Result<&'static str, Problem> {
     if server.stop.is_cancelled() {
         return Err(Problem::new(Kind::Unavailable, "shutting down"));
     }
-    let mut last = server.signs.last.lock().await;
-    let outcome = match &*last {
-        Some((at, outcome)) if at.elapsed() < HOLDS => outcome.clone(),
-        _ => {
-            let outcome = look(&server).await;
-            *last = Some((Instant::now(), outcome.clone()));
-            outcome
-        }
-    };
-    outcome.map(|()| "ready\n")
+    server.signs.fresh(look(&server)).await?;
+    Ok("ready\n")
 }
 
 /// Figures for Prometheus.

@@ -18,6 +18,7 @@ pub mod problem;
 pub mod rides;
 mod router;
 mod security;
+pub mod signs;
 mod telemetry;
 pub mod time;
 
@@ -50,7 +51,7 @@ pub struct Server {
     pub readers: Semaphore,
     /// Long lists that may be made, and lie in memory, at the same time.
     pub exports: Arc<Semaphore>,
-    pub signs: health::Signs,
+    pub signs: signs::Signs,
     /// Memory that one job may take.
     pub budget: Budget,
     /// Largest upload (bytes).

@@ -15,7 +15,7 @@ use super::metrics;
 use super::storage::Storage;
 use super::worker::{WorkLimits, asked_to_stop, cores};
 use crate::api::access::{Access, Limits, Mode};
-use crate::api::health::Signs;
+use crate::api::signs::Signs;
 use crate::api::{self, Server};
 use crate::http::{self, HttpLimits};
 use crate::jobs::{self, Hub, Queue, RideCache};

@@ -16,8 +16,12 @@ impl Prune<'_> {
             found += 1;
             (self.tell)(&line);
         };
-        for fault in scrub::integrity(self.db).await? {
+        let faults = scrub::integrity(self.db).await?;
+        for fault in &faults {
             say(format!("database: {fault}"));
+        }
+        if !faults.is_empty() {
+            return Ok(found);
         }
         for job in scrub::without_report(self.db).await? {
             say(format!(

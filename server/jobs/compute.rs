@@ -14,7 +14,6 @@ use super::fault::Fault;
 use super::isolate::{Child, Children};
 use super::task::{Outcome, Subject, Task};
 use super::threads::Threads;
-use crate::crash;
 use crate::lru::Lru;
 
 /// Threads for the quick stages; they take turns with the others by the system's scheduler.
@@ -93,7 +92,7 @@ impl Lane {
             Place::Here(threads, swarms) => here(threads, swarms, control, subject, task).await,
             Place::Children(children, permits) => {
                 let (control, _permit) = control.permit(permits).await?;
-                crash::point("computing");
+                control.begins();
                 let hear = |iteration| control.hear(iteration);
                 tokio::select! {
                     outcome = children.perform(&subject, task, hear) => Ok(outcome?),

@@ -65,6 +65,11 @@ impl Control {
         tokio::time::sleep(DEAF).await;
     }
 
+    /// It is computed from now on.
+    pub fn begins(&self) {
+        crash::point("computing");
+    }
+
     pub fn hear(&self, iteration: Iteration) {
         crash::point("in_trial");
         self.hub.iteration(self.job, iteration);

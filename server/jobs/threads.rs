@@ -10,7 +10,6 @@ use veloid_engine::{EngineError, Progress};
 use super::control::Control;
 use super::fault::Fault;
 use super::panics::panic_text;
-use crate::crash;
 
 pub struct Threads {
     name: &'static str,
@@ -45,7 +44,7 @@ impl Threads {
         let held = Arc::clone(&permit);
         lock(&self.pool).spawn(move || {
             let outcome = catch_unwind(AssertUnwindSafe(|| {
-                crash::point("computing");
+                control.begins();
                 work(&control)
             }));
             lock(&held).take();

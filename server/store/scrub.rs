@@ -22,6 +22,10 @@ pub async fn integrity(db: &Db) -> sqlx::Result<Vec<String>> {
         .fetch_all(read)
         .await?;
     faults.retain(|fault| fault != "ok");
+    if !faults.is_empty() {
+        // Rows cannot be followed through damaged pages.
+        return Ok(faults);
+    }
     let orphans: Vec<(String, Option<i64>, String, i64)> =
         sqlx::query_as("PRAGMA foreign_key_check")
             .fetch_all(read)

@@ -7,6 +7,7 @@ use axum::http::{HeaderMap, HeaderValue, Method, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Redirect, Response};
 
+use super::credentials::cookie;
 use super::{Caller, Mode};
 use crate::api::problem::{Kind, Problem};
 use crate::api::{App, Server};
@@ -82,7 +83,7 @@ fn is_of_own_page(headers: &HeaderMap) -> bool {
         return site != b"cross-site" && site != b"same-site";
     }
     let Some(origin) = text("origin") else {
-        return super::cookie(headers).is_none();
+        return cookie(headers).is_none();
     };
     let page = (origin.strip_prefix(b"http://")).or_else(|| origin.strip_prefix(b"https://"));
     // A proxy may have put a name of its own in place of the one that the browser asked for.

@@ -2,6 +2,7 @@
 
 mod bucket;
 mod caller;
+mod credentials;
 mod door;
 mod headers;
 mod limits;
@@ -13,23 +14,23 @@ use std::net::IpAddr;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use axum::http::{HeaderMap, header};
+use axum::http::HeaderMap;
 use uuid::Uuid;
 
 use self::bucket::Bucket;
+use self::credentials::{bearer, cookie};
 use super::problem::{Kind, Problem};
 use crate::store::key::{self, KeyRow, Scope};
 use crate::store::{Db, now_ms};
 
 pub use caller::Caller;
+pub use credentials::COOKIE;
 pub use door::enter;
 pub use headers::protect;
 pub use limits::Limits;
 pub use session::{sign_in, sign_out};
 pub use token::Token;
 
-/// Name of the cookie that holds a browser's session.
-pub const COOKIE: &str = "veloid_session";
 /// Attempts to sign in per minute and address, of which ten seconds' worth may come at once.
 const ATTEMPTS: u32 = 60;
 /// Addresses whose attempts are counted; beyond it all begin anew.
@@ -144,21 +145,6 @@ fn unknown() -> Problem {
     Problem::new(Kind::Unauthorized, "the key is unknown, expired or revoked")
 }
 
-fn bearer(headers: &HeaderMap) -> Option<&str> {
-    let value = headers.get(header::AUTHORIZATION)?.to_str().ok()?;
-    let (scheme, token) = value.split_once(' ')?;
-    scheme.eq_ignore_ascii_case("bearer").then(|| token.trim())
-}
-
-fn cookie(headers: &HeaderMap) -> Option<&str> {
-    headers
-        .get_all(header::COOKIE)
-        .iter()
-        .filter_map(|value| value.to_str().ok())
-        .flat_map(|text| text.split(';'))
-        .find_map(|pair| pair.trim().strip_prefix(COOKIE)?.strip_prefix('='))
-}
-
 /// Notes the use of a key; nobody waits for it.
 fn note(db: &Db, row: &KeyRow) {
     if row
@@ -178,22 +164,4 @@ fn note(db: &Db, row: &KeyRow) {
             tracing::warn!(%error, key = %id, "the last use of a key was not noted");
         }
     });
-}
-
-#[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used)]
-    use super::*;
-
-    #[test]
-    fn tokens_are_found_in_headers() {
-        let mut headers = HeaderMap::new();
-        headers.insert(header::COOKIE, "a=b; veloid_session=abc".parse().unwrap());
-        assert_eq!((bearer(&headers), cookie(&headers)), (None, Some("abc")));
-        headers.insert(header::AUTHORIZATION, "bearer  xyz".parse().unwrap());
-        assert_eq!(bearer(&headers), Some("xyz"));
-        headers.insert(header::AUTHORIZATION, "Basic xyz".parse().unwrap());
-        headers.insert(header::COOKIE, "veloid_sessions=abc".parse().unwrap());
-        assert_eq!((bearer(&headers), cookie(&headers)), (None, None));
-    }
 }

@@ -4,7 +4,8 @@
 use axum::http::HeaderMap;
 use uuid::Uuid;
 
-use super::{Token, cookie, token};
+use super::credentials::cookie;
+use super::token::{self, Token};
 use crate::api::problem::Problem;
 use crate::store::key::{self, KeyRow};
 use crate::store::{Db, session};

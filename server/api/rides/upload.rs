@@ -92,8 +92,9 @@ pub async fn submit_upload(
 ) -> Result<Submitted, Problem> {
     let key = idempotency_key(request.headers());
     let outcome = async {
-        let key = key?;
         let received = receive(server, caller, request).await?;
+        // Now the client listens.
+        let key = key?;
         metrics::histogram!("veloid_upload_size_bytes").record(received.bytes() as f64);
         submit(server, caller, received, key.as_deref()).await
     }

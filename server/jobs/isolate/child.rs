@@ -51,6 +51,12 @@ impl Child {
         };
         // Writable memory, not addresses: those that an allocator keeps in store cost nothing.
         rustix::process::setrlimit(Resource::Data, limit)?;
+        // Nor does what it knew of a ride get onto the disk when it dies.
+        let none = Rlimit {
+            current: Some(0),
+            maximum: Some(0),
+        };
+        rustix::process::setrlimit(Resource::Core, none)?;
         rustix::process::nice(self.nice)?;
         // Where the system runs out of memory it should end this process rather than the parent.
         let _ = std::fs::write("/proc/self/oom_score_adj", "500");
