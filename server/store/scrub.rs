@@ -18,14 +18,14 @@ pub async fn integrity(db: &Db) -> sqlx::Result<Vec<String>> {
     let Db::Sqlite { read, .. } = db else {
         return Ok(Vec::new());
     };
+    // Nothing more can be asked of damaged pages.
+    if let Some(fault) = first_fault(db).await? {
+        return Ok(vec![fault]);
+    }
     let mut faults: Vec<String> = sqlx::query_scalar("PRAGMA integrity_check(100)")
         .fetch_all(read)
         .await?;
     faults.retain(|fault| fault != "ok");
-    if !faults.is_empty() {
-        // Rows cannot be followed through damaged pages.
-        return Ok(faults);
-    }
     let orphans: Vec<(String, Option<i64>, String, i64)> =
         sqlx::query_as("PRAGMA foreign_key_check")
             .fetch_all(read)
@@ -43,10 +43,21 @@ pub async fn first_fault(db: &Db) -> sqlx::Result<Option<String>> {
     let Db::Sqlite { read, .. } = db else {
         return Ok(None);
     };
-    let found: String = sqlx::query_scalar("PRAGMA quick_check(1)")
+    let found: sqlx::Result<String> = sqlx::query_scalar("PRAGMA quick_check(1)")
         .fetch_one(read)
-        .await?;
-    Ok((found != "ok").then_some(found))
+        .await;
+    match found {
+        Ok(found) => Ok((found != "ok").then_some(found)),
+        Err(error) if is_damage(&error) => Ok(Some(error.to_string())),
+        Err(error) => Err(error),
+    }
+}
+
+/// SQLite's corrupt, and no database.
+fn is_damage(error: &sqlx::Error) -> bool {
+    let code = error.as_database_error().and_then(|error| error.code());
+    let code = code.and_then(|code| code.parse::<i32>().ok());
+    code.is_some_and(|code| [11, 26].contains(&(code & 0xff)))
 }
 
 /// Files of rides with names after this one, in their order.
