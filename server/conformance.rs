@@ -532,7 +532,7 @@ async fn jobs_are_found_by_what_they_are() {
 #[tokio::test]
 async fn postgres_ends_what_takes_too_long() {
     on_each(async |db| {
-        let Db::Postgres { write, read } = &db else {
+        let Db::Postgres { write, read, .. } = &db else {
             return;
         };
         let of = async |pool, what: &str| -> String {

@@ -3,6 +3,9 @@
 //! unwinding or flushing anything, when the point of this label is passed for the Nth time (`:1` may
 //! be left out); `VELOID_PANIC_AT` panics there and `VELOID_HANG_AT` never returns. It happens once a
 //! process: no other passage counts. `tests/crashes.rs` says what state each point leaves behind.
+//!
+//! `VELOID_POISON=KIND:STAGE:SEED,...` makes that stage of the jobs with that seed do harm wherever it is
+//! computed: `abort`, `loop` (deaf), `memory` (10 GB), `stack` (endless recursion) or `kill`.
 
 use std::sync::LazyLock;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -48,5 +51,46 @@ pub fn point(label: &str) {
                 std::thread::sleep(Duration::from_secs(3600));
             },
         }
+    }
+}
+
+/// A stage of a job with this seed begins to be computed.
+pub fn poison(stage: &str, seed: u64) {
+    if !cfg!(debug_assertions) {
+        return;
+    }
+    static ORDERS: LazyLock<String> =
+        LazyLock::new(|| std::env::var("VELOID_POISON").unwrap_or_default());
+    let asked = |order: &&str| order.ends_with(&format!(":{stage}:{seed}"));
+    match ORDERS
+        .split(',')
+        .find(asked)
+        .and_then(|o| o.split(':').next())
+    {
+        Some("abort") => std::process::abort(),
+        Some("loop") => loop {
+            std::hint::spin_loop();
+        },
+        Some("memory") => hoard(),
+        Some("stack") => _ = sink(0),
+        Some("kill") => {
+            let id = rustix::process::getpid();
+            let _ = rustix::process::kill_process(id, rustix::process::Signal::KILL);
+        }
+        _ => {}
+    }
+}
+
+/// Takes 10 GB and uses them.
+fn hoard() {
+    let blocks: Vec<Vec<u8>> = (0..10_000).map(|_| vec![1; 1_000_000]).collect();
+    std::hint::black_box(blocks);
+}
+
+fn sink(depth: u64) -> u64 {
+    let frame = std::hint::black_box([depth; 64]);
+    match frame[0] {
+        u64::MAX => 0,
+        _ => sink(depth + 1) + frame[1],
     }
 }

@@ -5,7 +5,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
 
 use axum::body::Bytes;
 use futures_util::stream::BoxStream;
@@ -13,15 +13,29 @@ use futures_util::{Stream, StreamExt, TryStreamExt};
 use object_store::buffered::BufWriter;
 use object_store::local::LocalFileSystem;
 use object_store::prefix::PrefixStore;
-use object_store::{ObjectStore, ObjectStoreExt};
+use object_store::{GetResult, ObjectStore, ObjectStoreExt};
 use sha2::{Digest, Sha256};
 use tokio::fs::{self, File};
 use tokio::io::AsyncWriteExt;
+use tokio::task::spawn_blocking;
 use url::Url;
 use uuid::Uuid;
 
-/// A temporary file this old was left behind by a process that is gone.
-const STALE: Duration = Duration::from_secs(24 * 3600);
+/// A file is locked this soon after it was begun, for as long as it arrives.
+const BEGUN: Duration = Duration::from_secs(60);
+/// What a store that takes uploads has room for at least (bytes).
+const ROOM: usize = 64 << 10;
+
+/// Why a raw file cannot be had.
+#[derive(Debug, thiserror::Error)]
+pub enum FileError {
+    #[error("raw file {0} is missing in the store")]
+    Missing(String),
+    #[error("raw file {sha256} was altered in the store: its bytes have the SHA-256 {found}")]
+    Altered { sha256: String, found: String },
+    #[error("file store: {0}")]
+    Store(#[from] io::Error),
+}
 
 #[derive(Clone)]
 pub struct Files {
@@ -63,8 +77,11 @@ impl Files {
     /// Begins a file whose bytes are yet to come.
     pub async fn begin(&self) -> io::Result<Incoming> {
         let path = self.incoming.join(Uuid::now_v7().simple().to_string());
+        let file = std::fs::File::create_new(&path)?;
+        // Until it has arrived or its process is gone.
+        file.try_lock()?;
         Ok(Incoming {
-            file: File::create_new(&path).await?,
+            file: file.into(),
             path,
             sha256: Sha256::new(),
             bytes: 0,
@@ -112,10 +129,54 @@ impl Files {
         })
     }
 
-    pub async fn read(&self, sha256: &str) -> io::Result<Vec<u8>> {
-        Ok(self.kept.get(&name(sha256)).await?.bytes().await?.into())
+    /// The bytes of a file, if they are those that it is named by.
+    pub async fn read(&self, sha256: &str) -> Result<Vec<u8>, FileError> {
+        let bytes = self.open(sha256).await?.bytes().await;
+        let bytes = bytes.map_err(io::Error::from)?;
+        let (bytes, found) = spawn_blocking(move || {
+            let found = hex(&Sha256::digest(&bytes));
+            (bytes, found)
+        })
+        .await
+        .map_err(io::Error::other)?;
+        same(sha256, found)?;
+        Ok(bytes.into())
     }
 
+    /// Whether the bytes of a file are those that it is named by; how many they are.
+    pub async fn verify(&self, sha256: &str) -> Result<u64, FileError> {
+        let mut stream = self.open(sha256).await?.into_stream();
+        let (mut sum, mut bytes) = (Sha256::new(), 0);
+        while let Some(chunk) = stream.try_next().await.map_err(io::Error::from)? {
+            bytes += chunk.len() as u64;
+            sum.update(&chunk);
+        }
+        same(sha256, hex(&sum.finalize()))?;
+        Ok(bytes)
+    }
+
+    async fn open(&self, sha256: &str) -> Result<GetResult, FileError> {
+        match self.kept.get(&name(sha256)).await {
+            Ok(found) => Ok(found),
+            Err(object_store::Error::NotFound { .. }) => Err(FileError::Missing(sha256.to_owned())),
+            Err(error) => Err(FileError::Store(error.into())),
+        }
+    }
+
+    /// Whether there is room for an upload.
+    pub async fn has_room(&self) -> io::Result<()> {
+        let mut incoming = self.begin().await?;
+        incoming.write(&[0; ROOM]).await?;
+        incoming.file.flush().await?;
+        incoming.file.sync_data().await
+    }
+
+    /// Removes what arrived for processes that are gone; how many files.
+    pub async fn clear(&self) -> io::Result<u64> {
+        clear(&self.incoming).await
+    }
+
+    /// The bytes of a file, whatever they are.
     pub async fn stream(&self, sha256: &str) -> io::Result<BoxStream<'static, io::Result<Bytes>>> {
         let stream = self.kept.get(&name(sha256)).await?.into_stream();
         Ok(stream.map_err(io::Error::from).boxed())
@@ -135,21 +196,37 @@ fn name(sha256: &str) -> object_store::path::Path {
     object_store::path::Path::from(sha256)
 }
 
+/// Refuses bytes that are not those of their name.
+fn same(sha256: &str, found: String) -> Result<(), FileError> {
+    if found == sha256 {
+        return Ok(());
+    }
+    let sha256 = sha256.to_owned();
+    Err(FileError::Altered { sha256, found })
+}
+
 /// The folder of files on their way, cleared of what crashed uploads left.
 async fn incoming(root: &Path) -> io::Result<PathBuf> {
     let folder = root.join("incoming");
     fs::create_dir_all(&folder).await?;
-    let mut entries = fs::read_dir(&folder).await?;
+    clear(&folder).await?;
+    Ok(folder)
+}
+
+/// Removes the files that no process holds.
+async fn clear(folder: &Path) -> io::Result<u64> {
+    let (mut entries, mut removed) = (fs::read_dir(folder).await?, 0);
     while let Some(entry) = entries.next_entry().await? {
-        let modified = entry.metadata().await?.modified()?;
-        if SystemTime::now()
-            .duration_since(modified)
-            .is_ok_and(|age| age > STALE)
-        {
-            fs::remove_file(entry.path()).await?;
+        // Another process may have removed it, or be done with it, meanwhile.
+        let Ok(file) = std::fs::File::open(entry.path()) else {
+            continue;
+        };
+        let age = file.metadata()?.modified()?.elapsed();
+        if age.is_ok_and(|age| age > BEGUN) && file.try_lock().is_ok() {
+            removed += u64::from(fs::remove_file(entry.path()).await.is_ok());
         }
     }
-    Ok(folder)
+    Ok(removed)
 }
 
 /// A file that is safe.
@@ -230,7 +307,8 @@ mod tests {
         let left = std::fs::read_dir(&files.incoming).unwrap().count();
         assert_eq!(left, 0, "what is kept or abandoned is no longer on its way");
         let missing = files.read("0").await.unwrap_err();
-        assert_eq!(missing.kind(), io::ErrorKind::NotFound);
+        assert!(matches!(missing, FileError::Missing(name) if name == "0"));
+        assert_eq!(files.verify(&kept.sha256).await.unwrap(), 3);
     }
 
     #[tokio::test]
@@ -265,6 +343,42 @@ mod tests {
         );
         let memory = "memory:///".parse().unwrap();
         keeps_abc(&Files::at(&memory, &root).await.unwrap()).await;
+        std::fs::remove_dir_all(root).unwrap();
+    }
+
+    #[tokio::test]
+    async fn altered_bytes_are_not_given_out() {
+        let root = std::env::temp_dir().join(format!("veloid-files-{}", Uuid::now_v7()));
+        let files = Files::in_folder(&root).await.unwrap();
+        let mut incoming = files.begin().await.unwrap();
+        incoming.write(b"abc").await.unwrap();
+        let kept = files.keep(incoming).await.unwrap();
+        std::fs::write(root.join("rides").join(&kept.sha256), "abd").unwrap();
+        for fault in [
+            files.read(&kept.sha256).await.map(drop).unwrap_err(),
+            files.verify(&kept.sha256).await.map(drop).unwrap_err(),
+        ] {
+            assert!(matches!(fault, FileError::Altered { .. }), "{fault}");
+        }
+        std::fs::remove_dir_all(root).unwrap();
+    }
+
+    #[tokio::test]
+    async fn what_arrives_is_left_and_what_a_dead_process_left_goes() {
+        let root = std::env::temp_dir().join(format!("veloid-files-{}", Uuid::now_v7()));
+        let files = Files::in_folder(&root).await.unwrap();
+        let arriving = files.begin().await.unwrap();
+        let left = files.incoming.join("left");
+        let long_ago = std::time::SystemTime::now() - 2 * BEGUN;
+        for path in [&left, &arriving.path] {
+            let file = std::fs::File::options()
+                .create(true)
+                .append(true)
+                .open(path);
+            file.unwrap().set_modified(long_ago).unwrap();
+        }
+        assert_eq!(files.clear().await.unwrap(), 1);
+        assert!(arriving.path.exists() && !left.exists());
         std::fs::remove_dir_all(root).unwrap();
     }
 

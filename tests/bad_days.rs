@@ -120,6 +120,7 @@ async fn a_full_disk_costs_time_and_nothing_else() {
     let ballast = disk.fill();
     is_put_off(&server, "no storage space").await;
     lives(&server).await;
+    assert_eq!(server.get("/readyz").await.status(), 503);
     // Time for a trial to end, and to find that it cannot be stored.
     tokio::time::sleep(Duration::from_secs(5)).await;
     lives(&server).await;
@@ -130,6 +131,9 @@ async fn a_full_disk_costs_time_and_nothing_else() {
     let next = server.submit(&[]).await;
     server.succeeded(&next).await;
     nothing_ran_twice(&server).await;
+    // An answer holds for a second.
+    tokio::time::sleep(Duration::from_secs(1)).await;
+    assert_eq!(server.get("/readyz").await.status(), 200);
     let on_their_way = disk.0.join("incoming").read_dir().unwrap().count();
     assert_eq!(on_their_way, 0, "what was refused is gone");
 }
@@ -221,13 +225,14 @@ async fn a_clock_that_is_set_stops_nothing() {
     assert!(created < hour_ago, "the clock was set: {created}");
 }
 
-/// A server that panics or hangs where it is told to.
+/// A server that computes in its own process, and panics or hangs there where it is told to.
 fn faulty(variable: &str, point: &str, args: &[&str]) -> Option<Server> {
     if !cfg!(debug_assertions) {
         not_applicable("a release build has no points to fail at");
         return None;
     }
-    Some(Server::with_env(args, &[(variable, point)]))
+    let args = [args, &["--isolate", "off"]].concat();
+    Some(Server::with_env(&args, &[(variable, point)]))
 }
 
 /// The job has failed at its first attempt, and the next one succeeds on the same thread.

@@ -17,8 +17,7 @@ use crate::ride::LONG;
 const TWO_A_ROW: [(&str, &str); 2] = [("iterations", "200"), ("particles", "200")];
 
 /// Points that an upload or a stage passes, with the passages at which the process dies. A job of three
-/// trials, two to a row, computes five times, since swarms are prepared once, and publishes four times:
-/// observe, two rows of trials, conclude.
+/// trials, two to a row, computes and publishes four times: observe, two rows of trials, conclude.
 const IN_PASSING: [(&str, &[u32]); 9] = [
     // The file lies in its place; the database knows nothing of it.
     ("after_file", &[1]),
@@ -28,8 +27,8 @@ const IN_PASSING: [(&str, &[u32]); 9] = [
     ("after_commit", &[1]),
     // The job is `running`, its River row too; nothing is computed.
     ("in_observe", &[1]),
-    // A stage has its thread.
-    ("computing", &[1, 3, 5]),
+    // A stage has leave to compute.
+    ("computing", &[1, 3, 4]),
     // A swarm is under way.
     ("in_trial", &[1, 450]),
     // A stage has its result in memory.
@@ -42,7 +41,7 @@ const IN_PASSING: [(&str, &[u32]); 9] = [
 
 /// The same points once more, in a diagnosis.
 const IN_DIAGNOSIS: [&str; 4] = [
-    "computing:6",
+    "computing:5",
     "before_result:5",
     "between_completion_and_result:5",
     "after_result:5",
@@ -179,7 +178,8 @@ async fn a_cancel_holds_once_it_is_committed() {
 /// In the transaction that gives a job up because its computation broke down: it is undone.
 #[tokio::test]
 async fn a_failure_holds_once_it_is_committed() {
-    let Some(mut server) = doomed(&["--workers", "1"], "in_end") else {
+    let here = ["--workers", "1", "--isolate", "off"];
+    let Some(mut server) = doomed(&here, "in_end") else {
         return;
     };
     server.kill();

@@ -62,7 +62,7 @@ use crate::EngineError;
 use crate::bicycle::{Bike, PerAxle};
 
 /// A ride after reading: SI units, one clock, no blanks.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ride {
     /// Time of the first sample (s) and sample interval (s).
     pub start_s: f64,
@@ -87,7 +87,7 @@ pub struct Ride {
 }
 
 /// A way in which the road under the wheels may be wrong, because of the sensor that it was made from.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RoadDoubt {
     /// By how much it would be higher (m): if a clock were off by one standard error more, or with as much noise of the sensor again.
     pub change: PerAxle<Vec<f64>>,
@@ -96,7 +96,7 @@ pub struct RoadDoubt {
 }
 
 /// What was recorded on one axle.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AxleRecord {
     /// Road height u under the wheel (m); all zero where the ground is at rest.
     pub road: Vec<f64>,

@@ -1,10 +1,12 @@
 //! Sensors of a ride whose road was not recorded as a channel, as they stand in the file.
 
+use serde::{Deserialize, Serialize};
+
 use super::channel::Channel;
 use crate::bicycle::Axle;
 
 /// What a sensor measures of its axle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SensorKind {
     /// z'' (m/s^2).
     Acceleration,
@@ -17,7 +19,7 @@ pub enum SensorKind {
 }
 
 /// One sensor on the ride's clock.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SensorRecord {
     pub axle: Axle,
     pub kind: SensorKind,

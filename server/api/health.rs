@@ -1,12 +1,30 @@
 //! Whether the server lives and can work, and its figures.
 
+use std::time::Duration;
+
 use axum::extract::State;
 use axum::http::header;
 use axum::response::IntoResponse;
 
-use super::App;
 use super::problem::{Kind, Problem};
+use super::{App, Server};
 use crate::store::{job, worker};
+
+/// A disk that takes nothing for so long is full or gone.
+const PATIENCE: Duration = Duration::from_secs(3);
+
+/// Whether uploads could be kept and computed.
+async fn look(server: &Server) -> Result<(), Problem> {
+    let not_ready = |why: String| Problem::new(Kind::Unavailable, why);
+    if let Some(fault) = server.signs.corrupt() {
+        return Err(not_ready(format!("the database is damaged: {fault}")));
+    }
+    let answered = server.db.ping().await;
+    answered.map_err(|error| not_ready(format!("the database cannot be read: {error}")))?;
+    let kept = tokio::time::timeout(PATIENCE, server.files.has_room()).await;
+    let kept = kept.unwrap_or(Err(std::io::ErrorKind::TimedOut.into()));
+    kept.map_err(|error| not_ready(format!("uploads cannot be stored: {}", error.kind())))
+}
 
 /// The process is alive.
 #[utoipa::path(get, path = "/healthz", tag = "operations",
@@ -15,7 +33,7 @@ pub async fn healthz() -> &'static str {
     "ok\n"
 }
 
-/// The server can take uploads: the database answers, and it is not shutting down.
+/// The server can take uploads: the database answers and is whole, there is room for files, and it is not shutting down.
 #[utoipa::path(get, path = "/readyz", tag = "operations",
     responses(
         (status = 200, description = "Ready", body = String, content_type = "text/plain"),
@@ -24,7 +42,7 @@ pub async fn readyz(State(server): App) -> Result<&'static str, Problem> {
     if server.stop.is_cancelled() {
         return Err(Problem::new(Kind::Unavailable, "shutting down"));
     }
-    server.db.ping().await?;
+    server.signs.fresh(look(&server)).await?;
     Ok("ready\n")
 }
 

@@ -18,6 +18,7 @@ pub mod problem;
 pub mod rides;
 mod router;
 mod security;
+pub mod signs;
 mod telemetry;
 pub mod time;
 
@@ -33,7 +34,7 @@ pub use router::{document, router};
 use self::access::Access;
 use crate::erasure::Policy;
 use crate::files::Files;
-use crate::jobs::{Hub, Queue, RideCache};
+use crate::jobs::{Budget, Hub, Queue, RideCache};
 use crate::lru::Lru;
 use crate::store::Db;
 
@@ -48,6 +49,11 @@ pub struct Server {
     pub hub: Hub,
     /// Uploads that may be read, and so lie in memory, at the same time.
     pub readers: Semaphore,
+    /// Long lists that may be made, and lie in memory, at the same time.
+    pub exports: Arc<Semaphore>,
+    pub signs: signs::Signs,
+    /// Memory that one job may take.
+    pub budget: Budget,
     /// Largest upload (bytes).
     pub max_upload: u64,
     pub metrics: PrometheusHandle,

@@ -1,9 +1,16 @@
 //! Every identified parameter of every ride, as JSON, CSV or Parquet.
 
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::body::Body;
 use axum::extract::{OriginalUri, State};
 use axum::http::{Uri, header};
 use axum::response::{IntoResponse, Response};
+use futures_util::StreamExt;
 use serde::Deserialize;
+use tokio::sync::OwnedSemaphorePermit;
+use tokio::task::spawn_blocking;
 use utoipa::openapi::path::{Parameter, ParameterIn};
 use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
@@ -99,6 +106,10 @@ pub async fn list(
 
 /// Most rows of one answer.
 pub const MOST: i64 = 100_000;
+/// Rows up to which a list is made at once.
+const SHORT: i64 = 1000;
+/// Longest wait for leave to make a longer one.
+const PATIENCE: Duration = Duration::from_secs(10);
 
 /// The page that the parameters ask for.
 pub async fn respond(
@@ -108,29 +119,69 @@ pub async fn respond(
     params: &Params,
 ) -> Result<Response, Problem> {
     let limit = limit_to(params.limit, MOST)?;
+    let Some(permit) = leave(server, limit).await? else {
+        return page(server, group, uri, params, limit).await;
+    };
+    let response = page(server, group, uri, params, limit).await?;
+    // Until the last byte is on its way: what is sent slowly lies in memory too.
+    Ok(response.map(|body| {
+        let kept = body.into_data_stream().inspect(move |_| {
+            let _ = &permit;
+        });
+        Body::from_stream(kept)
+    }))
+}
+
+/// Leave to make a list, where it is so long that it needs one.
+async fn leave(server: &Server, limit: i64) -> Result<Option<OwnedSemaphorePermit>, Problem> {
+    if limit <= SHORT {
+        return Ok(None);
+    }
+    let permit = Arc::clone(&server.exports).acquire_owned();
+    match tokio::time::timeout(PATIENCE, permit).await {
+        Ok(permit) => Ok(Some(permit.map_err(Problem::internal)?)),
+        Err(_) => {
+            let detail = "others are fetching long lists; try again, or fetch shorter ones";
+            Err(Problem::new(Kind::Unavailable, detail).retry_after(PATIENCE))
+        }
+    }
+}
+
+async fn page(
+    server: &Server,
+    group: &str,
+    uri: &Uri,
+    params: &Params,
+    limit: i64,
+) -> Result<Response, Problem> {
     let rows = rows(server, group, params, limit).await?;
     let next = Page::cut(rows, limit, cursor, |row| row);
     let address = without_cursor(uri);
+    let after = next.next.clone();
     let (kind, name, body) = match params.format.unwrap_or_default() {
         Format::Json => {
-            let items = next.items.into_iter().map(ParameterView::from).collect();
-            let page: Page<ParameterView> = Page {
-                items,
-                next: next.next,
+            let address = address.clone();
+            let respond = move || {
+                let items = next.items.into_iter().map(ParameterView::from).collect();
+                let page: Page<ParameterView> = Page {
+                    items,
+                    next: next.next,
+                };
+                page.respond(&address)
             };
-            return Ok(page.respond(&address));
+            return Ok(spawn_blocking(respond).await?);
         }
         Format::Csv => {
-            let items: Vec<_> = next.items.into_iter().map(ParameterView::from).collect();
-            (
-                "text/csv; charset=utf-8",
-                "parameters.csv",
-                to_csv(&items).into_bytes(),
-            )
+            let csv = move || {
+                let items: Vec<_> = next.items.into_iter().map(ParameterView::from).collect();
+                to_csv(&items).into_bytes()
+            };
+            let csv = spawn_blocking(csv).await?;
+            ("text/csv; charset=utf-8", "parameters.csv", csv)
         }
         Format::Parquet => {
             let rows = next.items;
-            let file = tokio::task::spawn_blocking(move || parquet::file(rows)).await?;
+            let file = spawn_blocking(move || parquet::file(rows)).await?;
             let file = file.map_err(Problem::internal)?;
             ("application/vnd.apache.parquet", "parameters.parquet", file)
         }
@@ -141,7 +192,7 @@ pub async fn respond(
         (header::CONTENT_DISPOSITION, attachment),
     ];
     let mut response = (headers, body).into_response();
-    if let Some(link) = next_link(&address, next.next.as_deref()) {
+    if let Some(link) = next_link(&address, after.as_deref()) {
         response.headers_mut().insert(header::LINK, link);
     }
     Ok(response)

@@ -11,7 +11,8 @@ use veloid_engine::EngineError;
 use veloid_engine::ride::ReadError;
 
 use crate::facts::FactsError;
-use crate::jobs::Fault;
+use crate::files::FileError;
+use crate::jobs::{Fault, OverBudget};
 use crate::options::OptionsError;
 use crate::store;
 
@@ -59,6 +60,8 @@ pub enum Kind {
     IdempotencyKeyReused,
     #[serde(rename = "urn:veloid:problem:not-finished")]
     NotFinished,
+    #[serde(rename = "urn:veloid:problem:file-lost")]
+    FileLost,
     #[serde(rename = "urn:veloid:problem:wrong-state")]
     WrongState,
     #[serde(rename = "urn:veloid:problem:foreign")]
@@ -104,6 +107,10 @@ impl Kind {
                 "The idempotency key belongs to another request",
             ),
             Kind::NotFinished => (StatusCode::CONFLICT, "The job has no report yet"),
+            Kind::FileLost => (
+                StatusCode::GONE,
+                "The stored file is missing or was altered",
+            ),
             Kind::WrongState => (StatusCode::CONFLICT, "The job's state does not allow this"),
             Kind::Foreign => (StatusCode::FORBIDDEN, "Another site sent this request"),
             Kind::Unauthorized => (StatusCode::UNAUTHORIZED, "This needs a key"),
@@ -214,6 +221,19 @@ impl From<std::io::Error> for Problem {
     }
 }
 
+impl From<FileError> for Problem {
+    fn from(error: FileError) -> Self {
+        match error {
+            FileError::Store(error) => error.into(),
+            lost => {
+                tracing::error!(%lost, "a ride's file cannot be used");
+                let detail = format!("{lost}; uploaded again, the same file takes its place");
+                Self::new(Kind::FileLost, detail)
+            }
+        }
+    }
+}
+
 impl From<riverqueue::Error> for Problem {
     fn from(error: riverqueue::Error) -> Self {
         match error {
@@ -233,11 +253,18 @@ impl From<Fault> for Problem {
     fn from(fault: Fault) -> Self {
         match fault {
             Fault::Read(error) => error.into(),
+            Fault::File(error) => error.into(),
             Fault::Engine(error) => error.into(),
             Fault::Database(error) => error.into(),
             Fault::Queue(error) => error.into(),
             fault => Self::internal(fault),
         }
+    }
+}
+
+impl From<OverBudget> for Problem {
+    fn from(error: OverBudget) -> Self {
+        Self::new(Kind::TooLarge, error.to_string())
     }
 }
 

@@ -6,7 +6,7 @@ use veloid_engine::EngineError;
 use veloid_engine::ride::ReadError;
 
 use crate::erasure::EraseError;
-use crate::jobs::Fault;
+use crate::jobs::{ChildError, Fault};
 use crate::options::OptionsError;
 use crate::store::MigrateError;
 use crate::store::snapshot::SnapshotError;
@@ -49,6 +49,8 @@ pub enum CliError {
     RealRides(i64),
     #[error("there is no valid key {0}")]
     NoSuchKey(Uuid),
+    #[error("there is no session {0}")]
+    NoSuchSession(Uuid),
     #[error(
         "the database is PostgreSQL: pg_dump and pg_restore copy it, and whatever keeps the raw files has its own way, \
          as a bucket has its versions"
@@ -62,6 +64,8 @@ pub enum CliError {
         "{lost} of {of} raw files are missing or damaged, as said above; everything else was copied"
     )]
     FilesLost { lost: usize, of: usize },
+    #[error("{0} findings, as said above")]
+    Found(u64),
     #[error(transparent)]
     Snapshot(#[from] SnapshotError),
     #[error("database: {0}")]
@@ -72,6 +76,8 @@ pub enum CliError {
     Migrate(#[from] MigrateError),
     #[error(transparent)]
     Work(#[from] Fault),
+    #[error(transparent)]
+    Child(#[from] ChildError),
     #[error("compute threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
     #[error("metrics: {0}")]
@@ -96,6 +102,7 @@ impl CliError {
                 _ => 1,
             },
             CliError::Engine(error) if error.is_input() => 2,
+            CliError::Found(count) => u8::try_from(*count).unwrap_or(100).min(100),
             _ => 1,
         }
     }

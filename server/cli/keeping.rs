@@ -13,11 +13,12 @@ use super::storage::Storage;
 use crate::api::Server;
 use crate::erasure::{DAY_MS, Erased, Policy, Prune};
 use crate::store::audit::Actor;
+use crate::store::scrub;
 
 /// How often a server erases what is to be erased.
 const EVERY: Duration = Duration::from_secs(3600);
 
-#[derive(Args, Clone)]
+#[derive(Args, Clone, Default)]
 pub struct Keeping {
     /// Days for which what was deleted can be brought back; then it is erased.
     #[arg(long, env = "VELOID_GRACE_DAYS", default_value_t = 7, value_parser = clap::value_parser!(u32).range(..=36_500))]
@@ -59,6 +60,22 @@ pub async fn keep_tidy(server: Arc<Server>, storage: Storage, stop: Cancellation
     let mut ticks = tokio::time::interval(EVERY);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     while stop.run_until_cancelled(ticks.tick()).await.is_some() {
+        match server.files.clear().await {
+            Ok(0) => {}
+            Ok(removed) => {
+                tracing::info!(removed, "files that no process receives any more are gone")
+            }
+            Err(error) => tracing::error!(%error, "files on their way were not looked at"),
+        }
+        match scrub::first_fault(&server.db).await {
+            Ok(fault) => {
+                if let Some(fault) = &fault {
+                    tracing::error!(fault, "the database is damaged");
+                }
+                server.signs.note(fault);
+            }
+            Err(error) => tracing::error!(%error, "the database was not looked through"),
+        }
         let pruned = stop.run_until_cancelled(prune(&server, &storage)).await;
         match pruned {
             Some(Ok(Some(erased))) if erased != Erased::default() => {

@@ -11,6 +11,7 @@ use crate::api::access::Token;
 use crate::api::time;
 use crate::store::key::{self, HOME, KeyRow, Scope, Scopes};
 use crate::store::now_ms;
+use crate::store::session::{self, SessionRow};
 
 const DAY_MS: i64 = 86_400_000;
 
@@ -28,7 +29,14 @@ enum Action {
     Create(Create),
     /// Prints every key but the keys themselves, oldest first.
     List,
-    /// Closes the server to a key, at once and for good.
+    /// Prints the browsers that are signed in, oldest first.
+    Sessions,
+    /// Signs a browser out.
+    End {
+        /// The session's id, as `sessions` shows it.
+        id: Uuid,
+    },
+    /// Closes the server to a key and the browsers that signed in with it, at once and for good.
     Revoke {
         /// The key's id, as `list` shows it.
         id: Uuid,
@@ -87,6 +95,16 @@ impl Key {
                 writeln!(std::io::stdout(), "{}", token.0)?;
             }
             Action::List => list(&key::list(&db).await?)?,
+            Action::Sessions => sessions(&session::list(&db).await?)?,
+            Action::End { id } => {
+                let mut tx = db.begin().await?;
+                let ended = session::revoke(&mut tx, id).await?;
+                tx.commit().await?;
+                if !ended {
+                    return Err(CliError::NoSuchSession(id));
+                }
+                eprintln!("session {id} is over");
+            }
             Action::Revoke { id } => {
                 let mut tx = db.begin().await?;
                 let revoked = key::revoke(&mut tx, id).await?;
@@ -118,6 +136,21 @@ impl Create {
             revoked_at: None,
         }
     }
+}
+
+fn sessions(sessions: &[SessionRow]) -> std::io::Result<()> {
+    let mut out = std::io::stdout().lock();
+    writeln!(
+        out,
+        "{:36}  {:36}  {:20}  {:24}  {:24}",
+        "id", "key", "name", "since", "until"
+    )?;
+    for session in sessions {
+        let [since, until] = [session.created_at, session.expires_at].map(time::text);
+        let (id, key, name) = (session.id, session.key_id, &session.key_name);
+        writeln!(out, "{id}  {key}  {name:20}  {since:24}  {until:24}")?;
+    }
+    Ok(())
 }
 
 fn list(keys: &[KeyRow]) -> std::io::Result<()> {

@@ -2,6 +2,8 @@
 
 mod backup;
 mod bench;
+mod check;
+mod compute;
 mod demo;
 mod effects;
 mod error;
@@ -61,12 +63,15 @@ enum Command {
     Backup(backup::Backup),
     Restore(restore::Restore),
     Prune(prune::PruneNow),
+    Check(check::Check),
     Health(health::Health),
     Openapi(openapi::Openapi),
     Effects(effects::Effects),
     Key(key::Key),
     Bench(bench::Bench),
     Seed(seed::Seed),
+    #[command(hide = true)]
+    Compute(compute::Compute),
 }
 
 impl Cli {
@@ -81,12 +86,14 @@ impl Cli {
             Command::Backup(command) => runtime()?.block_on(command.run()),
             Command::Restore(command) => runtime()?.block_on(command.run()),
             Command::Prune(command) => runtime()?.block_on(command.run()),
+            Command::Check(command) => runtime()?.block_on(command.run()),
             Command::Health(command) => runtime()?.block_on(command.run()),
             Command::Openapi(command) => command.run(),
             Command::Effects(command) => command.run(),
             Command::Key(command) => runtime()?.block_on(command.run()),
             Command::Bench(command) => command.run(),
             Command::Seed(command) => runtime()?.block_on(command.run()),
+            Command::Compute(command) => command.run(),
         }
     }
 

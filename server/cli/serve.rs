@@ -15,6 +15,7 @@ use super::metrics;
 use super::storage::Storage;
 use super::worker::{WorkLimits, asked_to_stop, cores};
 use crate::api::access::{Access, Limits, Mode};
+use crate::api::signs::Signs;
 use crate::api::{self, Server};
 use crate::http::{self, HttpLimits};
 use crate::jobs::{self, Hub, Queue, RideCache};
@@ -25,6 +26,8 @@ use crate::store::key::{self, KeyRow};
 
 /// Uploads that are read, and so lie in memory, at the same time.
 const READERS: usize = 2;
+/// Long lists that are made at the same time; others wait.
+const EXPORTS: usize = 2;
 /// Jobs whose simulated motion is kept at hand.
 const SERIES: usize = 8;
 /// Time that answers in progress get, from the moment on in which the server is asked to stop.
@@ -130,6 +133,9 @@ impl Serve {
             queue,
             hub,
             readers: Semaphore::new(READERS),
+            exports: Arc::new(Semaphore::new(EXPORTS)),
+            signs: Signs::default(),
+            budget: self.limits.budget(),
             max_upload: self.max_upload,
             metrics,
             access,

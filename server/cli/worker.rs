@@ -3,9 +3,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use axum::Router;
-use axum::http::StatusCode;
+use axum::http::{HeaderMap, StatusCode};
 use axum::routing::get;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use metrics_exporter_prometheus::PrometheusHandle;
 use tokio::net::TcpListener;
 use tokio::signal::unix::{SignalKind, signal};
@@ -14,14 +14,12 @@ use tokio_util::sync::CancellationToken;
 use super::CliError;
 use super::metrics;
 use super::storage::Storage;
+use crate::api::access;
+use crate::api::problem::Problem;
 use crate::files::Files;
 use crate::http::{self, HttpLimits};
-use crate::jobs::{self, Compute, Gate, Hub, RideCache, Work};
-use crate::lru::Lru;
+use crate::jobs::{self, Budget, Compute, Gate, Hub, RideCache, Work};
 use crate::store::Db;
-
-/// Jobs whose swarms are kept ready: those that trials may be running of.
-const SWARMS: usize = 4;
 
 /// Works on queued jobs, without HTTP: for more machines on one PostgreSQL database.
 #[derive(Args)]
@@ -36,6 +34,9 @@ pub struct Worker {
     /// Address on which to answer /healthz, /readyz and /metrics; by default none.
     #[arg(long, env = "VELOID_LISTEN")]
     listen: Option<SocketAddr>,
+    /// Answer /metrics to everyone who reaches the address, without a key.
+    #[arg(long, env = "VELOID_OPEN")]
+    open: bool,
     #[command(flatten)]
     http: HttpLimits,
 }
@@ -45,9 +46,25 @@ pub struct WorkLimits {
     /// Time that one stage of a job may take (s).
     #[arg(long, env = "VELOID_STAGE_TIMEOUT", default_value_t = 1800)]
     stage_timeout: u64,
+    /// Whether stages are computed in child processes, so that what a ride does to its process harms nobody else.
+    #[arg(long, env = "VELOID_ISOLATE", value_enum, default_value_t = Isolate::On)]
+    isolate: Isolate,
+    /// Memory that one job may take (bytes).
+    #[arg(long, env = "VELOID_MEMORY_BUDGET", default_value_t = 4 << 30)]
+    memory_budget: u64,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Isolate {
+    On,
+    Off,
 }
 
 impl WorkLimits {
+    pub fn budget(self) -> Budget {
+        Budget(self.memory_budget)
+    }
+
     /// All that a working process needs.
     pub fn work(
         self,
@@ -56,11 +73,12 @@ impl WorkLimits {
         hub: &Hub,
         threads: usize,
     ) -> Result<Arc<Work>, CliError> {
+        let isolated = (self.isolate == Isolate::On).then_some(self.memory_budget);
         Ok(Arc::new(Work {
             db: db.clone(),
             rides: rides.clone(),
-            swarms: Lru::new(SWARMS),
-            compute: Compute::new(threads)?,
+            compute: Compute::new(threads, isolated)?,
+            budget: self.budget(),
             gate: Gate::default(),
             hub: hub.clone(),
             limit: Duration::from_secs(self.stage_timeout),
@@ -85,7 +103,13 @@ impl Worker {
             let listener = TcpListener::bind(address).await?;
             let never = CancellationToken::new();
             let limits = self.http.granted();
-            tokio::spawn(http::serve(listener, signs(db, metrics), limits, never));
+            let asks = !self.open && !address.ip().is_loopback();
+            tokio::spawn(http::serve(
+                listener,
+                signs(db, metrics, asks),
+                limits,
+                never,
+            ));
         }
         eprintln!("veloid works with {threads} threads");
         asked_to_stop().await?;
@@ -93,8 +117,15 @@ impl Worker {
     }
 }
 
-/// The signs of life of a worker.
-fn signs(db: Db, metrics: PrometheusHandle) -> Router {
+/// The signs of life of a worker, and its figures, for which it may ask for a key.
+fn signs(db: Db, metrics: PrometheusHandle, asks: bool) -> Router {
+    let of_keys = db.clone();
+    let figures = async move |headers: HeaderMap| {
+        if asks {
+            access::admin(&of_keys, &headers).await?;
+        }
+        Ok::<_, Problem>(metrics.render())
+    };
     let ready = async move || match db.ping().await {
         Ok(()) => (StatusCode::OK, "ready\n"),
         Err(_) => (StatusCode::SERVICE_UNAVAILABLE, "the database is away\n"),
@@ -102,7 +133,7 @@ fn signs(db: Db, metrics: PrometheusHandle) -> Router {
     Router::new()
         .route("/healthz", get(|| async { "ok\n" }))
         .route("/readyz", get(ready))
-        .route("/metrics", get(async move || metrics.render()))
+        .route("/metrics", get(figures))
 }
 
 /// Cores of this machine.

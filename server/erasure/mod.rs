@@ -4,6 +4,7 @@
 mod mark;
 mod policy;
 mod prune;
+mod scrub;
 
 pub use mark::{delete, restore_bike, restore_ride};
 pub use policy::{DAY_MS, Policy};

@@ -133,7 +133,7 @@ impl Prune<'_> {
     }
 
     /// Removes files that have lain there for a while without a ride.
-    async fn orphans(&self) -> Result<u64, EraseError> {
+    pub async fn orphans(&self) -> Result<u64, EraseError> {
         let mut removed = 0;
         let mut chunks = std::pin::pin!(self.files.kept_for(ARRIVING).try_chunks(FILES));
         while let Some(files) = chunks.try_next().await.map_err(|error| error.1)? {

@@ -5,6 +5,7 @@ mod limits;
 mod pace;
 
 use std::convert::Infallible;
+use std::net::IpAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -32,6 +33,10 @@ const HEAD: usize = 128 << 10;
 /// Wait before another connection is taken after one could not be, most likely for want of a descriptor.
 const PAUSE: Duration = Duration::from_millis(100);
 
+/// Address from which a request came.
+#[derive(Clone, Copy)]
+pub struct Peer(pub IpAddr);
+
 /// Serves until it is told to stop, and then until the answers in progress are sent.
 pub async fn serve(
     listener: TcpListener,
@@ -52,7 +57,15 @@ pub async fn serve(
         };
         match Connections::admit(&connections, peer.ip()) {
             Some(seat) => {
-                answers.spawn(answer(stream, seat, router.clone(), limits, stop.clone()));
+                let router = router.clone();
+                answers.spawn(answer(
+                    stream,
+                    peer.ip(),
+                    seat,
+                    router,
+                    limits,
+                    stop.clone(),
+                ));
             }
             None => {
                 metrics::counter!("veloid_connections_refused_total").increment(1);
@@ -67,6 +80,7 @@ pub async fn serve(
 /// Answers what comes on one connection.
 async fn answer(
     stream: TcpStream,
+    peer: IpAddr,
     seat: Seat,
     router: Router,
     limits: HttpLimits,
@@ -76,8 +90,9 @@ async fn answer(
     let gone = seat.gone();
     let pace = Pace::from(&limits);
     let stops = stop.clone();
-    let service = service_fn(move |request: Request<Incoming>| {
+    let service = service_fn(move |mut request: Request<Incoming>| {
         seat.asks();
+        request.extensions_mut().insert(Peer(peer));
         let seat = Arc::clone(&seat);
         let paced = |body| Body::new(Paced::new(body, pace, stops.clone()));
         let response = router.call(request.map(paced));

@@ -1,12 +1,14 @@
+use std::sync::Arc;
+
 use riverqueue::jiff::Timestamp;
 use riverqueue::{BoxError, Job, WorkContext, WorkError, WorkOutcome, Worker};
 use uuid::Uuid;
-use veloid_engine::Observed;
 
 use super::fault::Fault;
 use super::finish::finish;
 use super::queue::{Conclude, DIAGNOSIS};
 use super::stage::{backoff, complete, queue};
+use super::task::{Outcome, Task};
 use super::work::Stages;
 use crate::store::job::{self, Stage};
 use crate::store::{result, trial};
@@ -42,45 +44,32 @@ impl Stages {
         let Some(job) = work.active(id).await? else {
             return Ok(());
         };
-        let ride = work.ride(&job).await?;
-        let observed: Observed = result::get(&work.db, id, result::OBSERVED).await?;
+        let subject = work.subject(&job).await?;
+        let observed = result::get(&work.db, id, result::OBSERVED).await?;
         let trials = trial::list(&work.db, id)
             .await?
             .into_iter()
             .filter_map(|row| row.result.map(|json| json.0))
             .collect();
-        let request = job.request.0;
-        let diagnosed = request.options.settings.diagnosis;
-        let computed = work
-            .compute
-            .quick
-            .run(work.control(context, id), move |_| {
-                let (bike, settings) = (&request.bike, &request.options.settings);
-                let conclusion = veloid_engine::conclude(&ride, bike, settings, &observed, trials)?;
-                let report = (!diagnosed).then(|| {
-                    veloid_engine::assemble(
-                        &ride,
-                        bike,
-                        settings,
-                        observed,
-                        conclusion.clone(),
-                        None,
-                    )
-                });
-                Ok((conclusion, report.transpose()?))
-            })
+        let task = Task::Conclude {
+            observed: Arc::new(observed),
+            trials,
+        };
+        let performed = (work.compute.quick)
+            .perform(work.control(context, id), subject, task)
             .await?;
+        let Outcome::Concluded(conclusion, report) = performed else {
+            return Err(Fault::Mismatch);
+        };
 
         let queue = queue(context)?;
         work.publish(context, || async {
             let mut tx = work.db.begin().await?;
             complete(context, &mut tx, id).await?;
-            match &computed {
-                (_, Some(report)) => {
-                    finish(&mut tx, id, &job.group_name, &job.bike, report).await?
-                }
-                (conclusion, None) => {
-                    result::put(&mut tx, id, result::CONCLUSION, conclusion).await?;
+            match &report {
+                Some(report) => finish(&mut tx, id, &job.group_name, &job.bike, report).await?,
+                None => {
+                    result::put(&mut tx, id, result::CONCLUSION, &conclusion).await?;
                     let row = queue.diagnose(&mut tx, id).await?;
                     job::enter(&mut tx, id, Stage::Diagnose, row).await?;
                 }
@@ -88,11 +77,11 @@ impl Stages {
             Ok(tx.commit().await?)
         })
         .await?;
-        if diagnosed {
+        if report.is_some() {
+            work.hub.close(id);
+        } else {
             queue.wake(DIAGNOSIS);
             work.hub.changed(id);
-        } else {
-            work.hub.close(id);
         }
         Ok(())
     }

@@ -1,12 +1,14 @@
+use std::sync::Arc;
+
 use riverqueue::jiff::Timestamp;
 use riverqueue::{BoxError, Job, WorkContext, WorkError, WorkOutcome, Worker};
 use uuid::Uuid;
-use veloid_engine::{Conclusion, Observed};
 
 use super::fault::Fault;
 use super::finish::finish;
 use super::queue::Diagnose;
 use super::stage::{backoff, complete};
+use super::task::{Outcome, Task};
 use super::work::Stages;
 use crate::crash;
 use crate::store::result;
@@ -42,27 +44,19 @@ impl Stages {
             return Ok(());
         };
         crash::point("in_diagnose");
-        let ride = work.ride(&job).await?;
-        let observed: Observed = result::get(&work.db, id, result::OBSERVED).await?;
-        let conclusion: Conclusion = result::get(&work.db, id, result::CONCLUSION).await?;
-        let request = job.request.0;
-        let report = work
-            .compute
-            .diagnosis
-            .run(work.control(context, id), move |progress| {
-                let (bike, settings) = (&request.bike, &request.options.settings);
-                let diagnosis =
-                    veloid_engine::diagnose(&ride, bike, settings, &conclusion, progress)?;
-                veloid_engine::assemble(
-                    &ride,
-                    bike,
-                    settings,
-                    observed,
-                    conclusion,
-                    Some(diagnosis),
-                )
-            })
+        let subject = work.subject(&job).await?;
+        let observed = result::get(&work.db, id, result::OBSERVED).await?;
+        let conclusion = result::get(&work.db, id, result::CONCLUSION).await?;
+        let task = Task::Diagnose {
+            observed: Arc::new(observed),
+            conclusion: Box::new(conclusion),
+        };
+        let performed = (work.compute.diagnosis)
+            .perform(work.control(context, id), subject, task)
             .await?;
+        let Outcome::Diagnosed(report) = performed else {
+            return Err(Fault::Mismatch);
+        };
 
         work.publish(context, || async {
             let mut tx = work.db.begin().await?;

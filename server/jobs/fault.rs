@@ -6,6 +6,9 @@ use std::time::Duration;
 use veloid_engine::EngineError;
 use veloid_engine::ride::ReadError;
 
+use super::budget::OverBudget;
+use super::isolate::Ended;
+use crate::files::FileError;
 use crate::store;
 use crate::store::job::Failure;
 
@@ -14,12 +17,31 @@ use crate::store::job::Failure;
 pub enum Fault {
     #[error(transparent)]
     Engine(EngineError),
+    /// The same, as a child process tells it.
+    #[error("{message}")]
+    Refused { is_input: bool, message: String },
     #[error(transparent)]
     Read(#[from] ReadError),
+    #[error(transparent)]
+    Budget(#[from] OverBudget),
     #[error("the stage took longer than {} s", .0.as_secs())]
     Deadline(Duration),
     #[error("the computation broke down: {0}")]
     Panic(String),
+    /// The child process that computed it ended by itself.
+    #[error("{0}")]
+    Died(String),
+    /// It was ended from outside, by the system for want of memory perhaps: whose fault that was shows when
+    /// the job has this process to itself.
+    #[error("{0}")]
+    Killed(String),
+    /// It was asked to end, as all processes of a service are.
+    #[error("the process that computed it was asked to end")]
+    Interrupted,
+    #[error("the child process answered another question")]
+    Mismatch,
+    #[error("child process: {0}")]
+    Child(io::Error),
     /// Asked to stop: the job was cancelled, or this process shuts down.
     #[error("stopped")]
     Stopped,
@@ -28,8 +50,8 @@ pub enum Fault {
     GivesWay,
     #[error("the queue's row has no client")]
     NoClient,
-    #[error("file store: {0}")]
-    Files(#[from] io::Error),
+    #[error(transparent)]
+    File(#[from] FileError),
     #[error("database: {0}")]
     Database(#[from] sqlx::Error),
     #[error("queue: {0}")]
@@ -43,13 +65,24 @@ impl Fault {
     pub(super) fn lasting(&self) -> Option<Failure> {
         let kind = match self {
             Fault::Engine(error) if error.is_input() => "input",
-            Fault::Engine(_) => "engine",
+            Fault::Refused { is_input: true, .. } => "input",
+            Fault::Engine(_) | Fault::Refused { .. } => "engine",
             Fault::Read(_) => "input",
+            Fault::File(FileError::Missing(_) | FileError::Altered { .. }) => "file",
+            Fault::Budget(_) => "memory",
             Fault::Deadline(_) => "deadline",
-            Fault::Panic(_) => "crash",
+            Fault::Panic(_) | Fault::Died(_) => "crash",
             _ => return None,
         };
         Some(Failure::new(kind, self.to_string()))
+    }
+
+    /// What it means where nothing else was computed.
+    pub(super) fn when_alone(self) -> Self {
+        match self {
+            Fault::Killed(why) => Fault::Died(format!("{why}, twice, the second time alone")),
+            fault => fault,
+        }
     }
 
     pub(super) fn is_outage(&self) -> bool {
@@ -58,6 +91,19 @@ impl Fault {
                 store::is_outage(error)
             }
             _ => false,
+        }
+    }
+}
+
+impl From<Ended> for Fault {
+    fn from(ended: Ended) -> Self {
+        match ended {
+            Ended::Refused { is_input, message } => Fault::Refused { is_input, message },
+            Ended::Panicked(text) => Fault::Panic(text),
+            Ended::Died(why) => Fault::Died(why),
+            Ended::Killed(why) => Fault::Killed(why),
+            Ended::Asked => Fault::Interrupted,
+            Ended::Pipe(error) => Fault::Child(error),
         }
     }
 }

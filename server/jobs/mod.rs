@@ -1,30 +1,38 @@
-//! The work: one River kind per stage of an identification. A stage computes on a rayon pool, then
+//! The work: one River kind per stage of an identification. A stage computes in a child process or on threads of its own, then
 //! stores its result, completes its River row and queues what comes next in one transaction.
 
 mod anew;
+mod budget;
 mod cache;
 mod compute;
 mod conclude;
+mod control;
 mod diagnose;
 mod fault;
 mod finish;
 mod gate;
 mod hub;
+mod isolate;
 mod observe;
+mod panics;
 mod queue;
 mod repair;
 mod run;
 mod stage;
 mod takeover;
+mod task;
+mod threads;
 mod trial;
 mod work;
 
 pub use anew::begin_anew;
+pub use budget::{Budget, OverBudget};
 pub use cache::{RideCache, named, read};
 pub use compute::Compute;
 pub use fault::Fault;
 pub use gate::Gate;
 pub use hub::{Hub, HubEvent};
+pub use isolate::{Child, ChildError};
 pub use queue::{QUICK, Queue};
 #[cfg(test)]
 pub use repair::repair;

@@ -7,6 +7,7 @@ use veloid_engine::ride::Ride;
 use super::fault::Fault;
 use super::queue::{Observe, SWARM};
 use super::stage::{backoff, complete, queue};
+use super::task::{Outcome, Task};
 use super::work::Stages;
 use crate::crash;
 use crate::store::{job, result, river, trial};
@@ -54,17 +55,15 @@ impl Stages {
         crash::point("in_observe");
         work.hub.changed(id);
 
-        let ride = work.ride(&job).await?;
-        let request = job.request.0;
-        let settings = request.options.settings.clone();
-        let share = share(&ride, &settings);
-        let observed = work
-            .compute
-            .quick
-            .run(work.control(context, id), move |_| {
-                veloid_engine::observe(&ride, &request.bike, &request.options.settings)
-            })
+        let subject = work.subject(&job).await?;
+        let settings = subject.settings.clone();
+        let share = share(&subject.ride, &settings);
+        let performed = (work.compute.quick)
+            .perform(work.control(context, id), subject, Task::Observe)
             .await?;
+        let Outcome::Observed(observed) = performed else {
+            return Err(Fault::Mismatch);
+        };
 
         let queue = queue(context)?;
         work.publish(context, || async {

@@ -5,12 +5,12 @@ use std::time::Duration;
 
 use riverqueue::{BoxError, JobRow as RiverRow, WorkCancelled, WorkContext, WorkOutcome};
 use uuid::Uuid;
-use veloid_engine::ride::Ride;
 
-use super::compute::Control;
+use super::control::Control;
 use super::fault::Fault;
 use super::gate::Leave;
 use super::queue::Queue;
+use super::task::Subject;
 use super::work::Work;
 use crate::crash;
 use crate::store::job::{self, Failure, JobRow};
@@ -29,8 +29,16 @@ impl Work {
             .filter(|job| !job.state.is_final()))
     }
 
-    pub(super) async fn ride(&self, job: &JobRow) -> Result<Arc<Ride>, Fault> {
-        self.rides.get(job).await
+    /// What a job is about.
+    pub(super) async fn subject(&self, job: &JobRow) -> Result<Arc<Subject>, Fault> {
+        let ride = self.rides.get(job).await?;
+        self.budget.bears(&ride, &job.request.options.settings)?;
+        Ok(Arc::new(Subject {
+            job: job.id,
+            ride,
+            bike: job.request.bike.clone(),
+            settings: job.request.options.settings.clone(),
+        }))
     }
 
     pub(super) fn control(&self, context: &WorkContext, job: Uuid) -> Control {
@@ -84,7 +92,7 @@ impl Work {
         let fault = match outcome {
             Ok(()) => return Ok(WorkOutcome::Complete),
             Err(Fault::Stopped) => return Err(WorkCancelled.into()),
-            Err(Fault::GivesWay) => return Ok(WorkOutcome::Snooze(PAUSE)),
+            Err(Fault::GivesWay | Fault::Interrupted) => return Ok(WorkOutcome::Snooze(PAUSE)),
             // The attempt is not to blame.
             Err(fault) if fault.is_outage() => return Ok(WorkOutcome::Snooze(PAUSE)),
             Err(Fault::Queue(riverqueue::Error::JobNotRunning { state })) => {
@@ -129,16 +137,30 @@ impl Work {
         let outcome = match entered.unwrap_or(Err(Fault::Stopped)) {
             Ok(leave) => {
                 let outcome = stage.await;
-                if matches!(leave, Leave::Alone(_))
-                    && let Err(error) = self.survived(job, row.id).await
-                {
-                    tracing::warn!(%error, %job, "that the process lives was not noted");
+                match (leave, outcome) {
+                    (Leave::Alone(_), outcome) => {
+                        if let Err(error) = self.survived(job, row.id).await {
+                            tracing::warn!(%error, %job, "that the process lives was not noted");
+                        }
+                        outcome.map_err(Fault::when_alone)
+                    }
+                    (Leave::Beside(_), Err(Fault::Killed(why))) => {
+                        self.suspect(job).await?;
+                        Err(Fault::Killed(why))
+                    }
+                    (Leave::Beside(_), outcome) => outcome,
                 }
-                outcome
             }
             Err(fault) => Err(fault),
         };
         self.settle(context, row, job, outcome).await
+    }
+
+    /// Has the job's next attempt made with nothing beside it.
+    async fn suspect(&self, job: Uuid) -> sqlx::Result<()> {
+        let mut tx = self.db.begin_lax().await?;
+        loss::suspect(&mut tx, job).await?;
+        tx.commit().await
     }
 
     async fn survived(&self, job: Uuid, row: i64) -> sqlx::Result<()> {

@@ -1,15 +1,14 @@
 use std::ops::Range;
+use std::sync::Arc;
 
-use rayon::prelude::*;
 use riverqueue::jiff::Timestamp;
 use riverqueue::{BoxError, Job, WorkContext, WorkError, WorkOutcome, Worker};
 use uuid::Uuid;
-use veloid_engine::swarm::Swarm;
-use veloid_engine::{Observed, Progress};
 
 use super::fault::Fault;
 use super::queue::{QUICK, Trial};
 use super::stage::{backoff, complete, queue};
+use super::task::{Outcome, Task};
 use super::work::Stages;
 use crate::store::job::{self, Stage};
 use crate::store::{result, trial};
@@ -43,30 +42,23 @@ impl Stages {
         indices: Range<usize>,
     ) -> Result<(), Fault> {
         let work = &self.0;
-        let swarm = work.swarms.get(id.to_string(), async || {
-            let job = work.active(id).await?.ok_or(Fault::Stopped)?;
-            let ride = work.ride(&job).await?;
-            let observed: Observed = result::get(&work.db, id, result::OBSERVED).await?;
-            let request = job.request.0.clone();
-            let control = work.control(context, id);
-            let make = move |_: &dyn Progress| {
-                Swarm::new(&ride, &request.bike, &request.options.settings, &observed)
-            };
-            work.compute.swarm.run(control, make).await
-        });
-        let swarm = swarm.await?;
+        let job = work.active(id).await?.ok_or(Fault::Stopped)?;
+        let subject = work.subject(&job).await?;
+        let observed = result::get(&work.db, id, result::OBSERVED).await?;
         for index in indices.clone() {
             work.hub.open(id, index);
         }
         let first = indices.start;
-        let found: Vec<_> = work
-            .compute
-            .swarm
-            .run(work.control(context, id), move |progress| {
-                let trials = indices.into_par_iter();
-                trials.map(|index| swarm.trial(index, progress)).collect()
-            })
+        let task = Task::Trials {
+            observed: Arc::new(observed),
+            indices,
+        };
+        let performed = (work.compute.swarm)
+            .perform(work.control(context, id), subject, task)
             .await?;
+        let Outcome::Trials(found) = performed else {
+            return Err(Fault::Mismatch);
+        };
 
         let queue = queue(context)?;
         let publish = work.publish(context, || async {

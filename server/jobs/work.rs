@@ -3,22 +3,20 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use veloid_engine::swarm::Swarm;
-
+use super::budget::Budget;
 use super::cache::RideCache;
 use super::compute::Compute;
 use super::gate::Gate;
 use super::hub::Hub;
-use crate::lru::Lru;
 use crate::store::Db;
 
 /// What the stages work with.
 pub struct Work {
     pub db: Db,
     pub rides: RideCache,
-    /// What the trials of a job share.
-    pub swarms: Lru<Swarm>,
     pub compute: Compute,
+    /// Memory that one job may take.
+    pub budget: Budget,
     pub gate: Gate,
     pub hub: Hub,
     /// Time that one stage may take.

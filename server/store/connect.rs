@@ -40,7 +40,7 @@ impl Db {
         if is_postgres(url) {
             let options = PgConnectOptions::from_str(url)?.options(SESSION);
             let port = options.get_port();
-            let pool = |most, options| {
+            let pool = |most| {
                 PgPoolOptions::new()
                     .max_connections(most)
                     .acquire_timeout(ACQUIRE_TIMEOUT)
@@ -57,11 +57,14 @@ impl Db {
                             Ok(true)
                         })
                     })
-                    .connect_with(options)
             };
+            let reading = options.clone().options([READING]);
             return Ok(Db::Postgres {
-                write: pool(WRITERS, options.clone().options([WRITING])).await?,
-                read: pool(READERS, options.options([READING])).await?,
+                write: pool(WRITERS)
+                    .connect_with(options.options([WRITING]))
+                    .await?,
+                read: pool(READERS).connect_with(reading.clone()).await?,
+                signs: pool(1).connect_lazy_with(reading),
             });
         }
         let options = SqliteConnectOptions::from_str(url)?
@@ -92,8 +95,12 @@ impl Db {
             })
             .connect_with(options.clone())
             .await?;
-        let read = pool(8).connect_with(options.read_only(true)).await?;
-        Ok(Db::Sqlite { write, read })
+        let reading = options.read_only(true);
+        Ok(Db::Sqlite {
+            write,
+            read: pool(8).connect_with(reading.clone()).await?,
+            signs: pool(1).connect_lazy_with(reading),
+        })
     }
 }
 

@@ -89,7 +89,8 @@ pub struct Request {
 /// Why a job failed.
 #[derive(Clone, Debug, Serialize, Deserialize, ToSchema)]
 pub struct Failure {
-    /// `input` (trying again cannot help), `engine`, `deadline`, `crash` or `internal`.
+    /// `input` (trying again cannot help), `file` (the stored file is missing or was altered), `engine`, `deadline`,
+    /// `memory` (it needs more than is allowed), `crash` or `internal`.
     pub kind: String,
     /// What went wrong, in words for the user.
     pub detail: String,

@@ -46,6 +46,12 @@ pub async fn standing(db: &Db, job: Uuid) -> sqlx::Result<Standing> {
     Ok(found.unwrap_or_default())
 }
 
+/// Makes a job a suspect, as if processes had died beside others with its work.
+pub async fn suspect(tx: &mut Tx, job: Uuid) -> sqlx::Result<()> {
+    const SQL: &str = "UPDATE job SET lost = $2 WHERE id = $1 AND lost < $2";
+    on!(tx, t => sqlx::query(SQL).bind(job).bind(TOGETHER).execute(&mut **t).await.map(drop))
+}
+
 /// Notes that a River row of a suspect has this process to itself; false while another row of the job
 /// has another process.
 pub async fn alone(tx: &mut Tx, job: Uuid, row: i64) -> sqlx::Result<bool> {

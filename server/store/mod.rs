@@ -41,7 +41,9 @@ pub mod repair;
 pub mod result;
 pub mod ride;
 pub mod river;
+pub mod scrub;
 pub mod season;
+pub mod session;
 pub mod snapshot;
 mod transaction;
 pub mod trial;
@@ -59,13 +61,22 @@ use sqlx::{PgPool, Postgres, Sqlite, SqlitePool, Transaction};
 /// Longest wait for a sign of life.
 const PING: Duration = Duration::from_secs(3);
 
-/// The database: native pools, since sqlx's `Any` knows neither UUID nor JSON.
+/// The database: native pools, since sqlx's `Any` knows neither UUID nor JSON. `signs` is one connection, opened when
+/// it is needed, by which the database is asked whether it lives however many wait for the others.
 #[derive(Clone)]
 pub enum Db {
     /// One connection writes, so that writers queue in the pool instead of meeting `SQLITE_BUSY`.
-    Sqlite { write: SqlitePool, read: SqlitePool },
+    Sqlite {
+        write: SqlitePool,
+        read: SqlitePool,
+        signs: SqlitePool,
+    },
     /// Apart, so that however many pages are looked at, the queue has its connections.
-    Postgres { write: PgPool, read: PgPool },
+    Postgres {
+        write: PgPool,
+        read: PgPool,
+        signs: PgPool,
+    },
 }
 
 /// A transaction that may write.
@@ -117,8 +128,14 @@ impl Db {
 
     /// Whether the database answers, and soon.
     pub async fn ping(&self) -> sqlx::Result<()> {
-        let answer =
-            async { on!(read self, p => sqlx::query("SELECT 1").execute(p).await.map(drop)) };
+        // A table, since a number needs nothing of a file that cannot be read.
+        const SQL: &str = "SELECT COUNT(*) FROM worker";
+        let answer = async {
+            match self {
+                Db::Sqlite { signs, .. } => sqlx::query(SQL).execute(signs).await.map(drop),
+                Db::Postgres { signs, .. } => sqlx::query(SQL).execute(signs).await.map(drop),
+            }
+        };
         let soon = tokio::time::timeout(PING, answer).await;
         soon.unwrap_or(Err(sqlx::Error::PoolTimedOut))
     }

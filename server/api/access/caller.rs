@@ -8,7 +8,7 @@ use super::limits::Limits;
 use crate::api::problem::{Kind, Problem};
 use crate::store::audit::Actor;
 use crate::store::key::{self, HOME, KeyRow, Scope, Scopes};
-use crate::store::{Db, Tx, job};
+use crate::store::{Db, Tx, job, session};
 
 /// Wait that is asked for where jobs have to end first.
 const JOBS_WAIT: Duration = Duration::from_secs(10);
@@ -20,6 +20,8 @@ pub struct Caller {
     /// None where none is needed.
     pub key: Option<Uuid>,
     pub requests_per_minute: Option<u32>,
+    /// Where a browser calls.
+    session: Option<Uuid>,
     scopes: Scopes,
     max_upload: Option<u64>,
     unfinished_jobs: Option<i64>,
@@ -33,6 +35,7 @@ impl Caller {
             group: HOME.to_owned(),
             key: None,
             requests_per_minute: None,
+            session: None,
             scopes: Scopes(vec![Scope::Admin]),
             max_upload: None,
             unfinished_jobs: None,
@@ -40,12 +43,13 @@ impl Caller {
         }
     }
 
-    pub(super) fn with(row: KeyRow, limits: Limits) -> Self {
+    pub(super) fn with(row: KeyRow, session: Option<Uuid>, limits: Limits) -> Self {
         let rate = row.requests_per_minute.and_then(|n| n.try_into().ok());
         Self {
             group: row.group_name,
             key: Some(row.id),
             requests_per_minute: Some(rate.unwrap_or(limits.requests_per_minute)),
+            session,
             scopes: row.scopes,
             max_upload: row.max_upload_bytes.and_then(|n| n.try_into().ok()),
             unfinished_jobs: Some(row.unfinished_jobs.unwrap_or(limits.unfinished_jobs)),
@@ -72,8 +76,13 @@ impl Caller {
         ))
     }
 
-    /// Whether the caller may still be here: a key may end while an answer is being sent.
+    /// Whether the caller may still be here: a key or a session may end while an answer is being sent.
     pub async fn is_admitted(&self, db: &Db) -> bool {
+        if let Some(session) = self.session
+            && !session::goes_on(db, session).await.unwrap_or(false)
+        {
+            return false;
+        }
         let Some(key) = self.key else { return true };
         let row = key::by_id(db, key).await;
         row.is_ok_and(|row| row.is_some_and(|row| row.is_valid()))

@@ -3,10 +3,11 @@
 use std::net::IpAddr;
 
 use axum::extract::{Request, State};
-use axum::http::{HeaderMap, Method, header};
+use axum::http::{HeaderMap, HeaderValue, Method, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Redirect, Response};
 
+use super::credentials::cookie;
 use super::{Caller, Mode};
 use crate::api::problem::{Kind, Problem};
 use crate::api::{App, Server};
@@ -67,13 +68,32 @@ fn needed(method: &Method, path: &str) -> Option<Scope> {
 
 /// Refuses what a page of another site makes a browser do.
 fn own_site(request: &Request) -> Result<(), Problem> {
-    let site = request.headers().get("sec-fetch-site");
-    let foreign = site.is_some_and(|site| site == "cross-site" || site == "same-site");
-    if foreign && !request.method().is_safe() {
-        let detail = "changes are only taken from this server's own pages";
-        return Err(Problem::new(Kind::Foreign, detail));
+    if request.method().is_safe() || is_of_own_page(request.headers()) {
+        return Ok(());
     }
-    Ok(())
+    let detail = "changes are only taken from this server's own pages";
+    Err(Problem::new(Kind::Foreign, detail))
+}
+
+/// Browsers say where a request comes from: to servers with TLS and on the same machine by `Sec-Fetch-Site`, to all
+/// by `Origin`. Whoever says neither is no browser, and has no cookie.
+fn is_of_own_page(headers: &HeaderMap) -> bool {
+    let text = |name: &str| headers.get(name).map(HeaderValue::as_bytes);
+    if let Some(site) = text("sec-fetch-site") {
+        return site != b"cross-site" && site != b"same-site";
+    }
+    let Some(origin) = text("origin") else {
+        return cookie(headers).is_none();
+    };
+    let page = (origin.strip_prefix(b"http://")).or_else(|| origin.strip_prefix(b"https://"));
+    // A proxy may have put a name of its own in place of the one that the browser asked for.
+    let names = [text("host"), text("x-forwarded-host")];
+    page.is_some_and(|page| {
+        names
+            .into_iter()
+            .flatten()
+            .any(|n| n.eq_ignore_ascii_case(page))
+    })
 }
 
 /// A server that asks for no keys answers to this machine's names only. Else another site could have
@@ -122,6 +142,8 @@ fn refuse(request: &Request, problem: Problem) -> Response {
 
 #[cfg(test)]
 mod tests {
+    use axum::http::HeaderName;
+
     use super::*;
 
     #[test]
@@ -142,6 +164,45 @@ mod tests {
         ] {
             assert!(!is_own(host), "{host}");
         }
+    }
+
+    #[test]
+    fn only_own_pages_and_programs_may_change_something() {
+        let own = |fields: &[(&'static str, &'static str)]| {
+            let fields = fields.iter().map(|(name, value)| {
+                (
+                    HeaderName::from_static(name),
+                    HeaderValue::from_static(value),
+                )
+            });
+            is_of_own_page(&fields.collect())
+        };
+        let cookie = ("cookie", "veloid_session=abc");
+        let host = ("host", "bench.lan:8080");
+        assert!(own(&[host]), "a program");
+        assert!(own(&[host, cookie, ("origin", "http://bench.lan:8080")]));
+        assert!(own(&[
+            ("host", "10.0.0.2:80"),
+            ("x-forwarded-host", "veloid.example"),
+            ("origin", "https://veloid.example")
+        ]));
+        assert!(own(&[host, cookie, ("sec-fetch-site", "same-origin")]));
+        assert!(own(&[host, cookie, ("sec-fetch-site", "none")]));
+        assert!(!own(&[host, cookie]), "no browser leaves out both");
+        for origin in [
+            "http://evil.example",
+            "http://bench.lan",
+            "http://bench.lan:8081",
+            "null",
+            "",
+        ] {
+            assert!(!own(&[host, ("origin", origin)]), "{origin}");
+        }
+        assert!(!own(&[
+            host,
+            ("sec-fetch-site", "cross-site"),
+            ("origin", "http://bench.lan:8080")
+        ]));
     }
 
     #[test]

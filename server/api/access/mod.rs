@@ -2,31 +2,39 @@
 
 mod bucket;
 mod caller;
+mod credentials;
 mod door;
 mod headers;
 mod limits;
+mod session;
 mod token;
 
 use std::collections::HashMap;
+use std::net::IpAddr;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use axum::http::{HeaderMap, header};
+use axum::http::HeaderMap;
 use uuid::Uuid;
 
 use self::bucket::Bucket;
+use self::credentials::{bearer, cookie};
 use super::problem::{Kind, Problem};
-use crate::store::key::{self, KeyRow};
+use crate::store::key::{self, KeyRow, Scope};
 use crate::store::{Db, now_ms};
 
 pub use caller::Caller;
+pub use credentials::COOKIE;
 pub use door::enter;
 pub use headers::protect;
 pub use limits::Limits;
+pub use session::{sign_in, sign_out};
 pub use token::Token;
 
-/// Name of the cookie that holds a browser's key.
-pub const COOKIE: &str = "veloid_key";
+/// Attempts to sign in per minute and address, of which ten seconds' worth may come at once.
+const ATTEMPTS: u32 = 60;
+/// Addresses whose attempts are counted; beyond it all begin anew.
+const ADDRESSES: usize = 10_000;
 /// The last use of a key is noted this often at most (ms).
 const NOTED_EVERY_MS: i64 = 60_000;
 
@@ -46,6 +54,8 @@ pub struct Access {
     pub limits: Limits,
     /// Requests that keys have left; gone with the process.
     buckets: Mutex<HashMap<Uuid, Bucket>>,
+    /// Attempts to sign in that addresses have left.
+    attempts: Mutex<HashMap<IpAddr, Bucket>>,
 }
 
 impl Access {
@@ -54,21 +64,22 @@ impl Access {
             mode,
             limits,
             buckets: Mutex::default(),
+            attempts: Mutex::default(),
         }
     }
 
     /// Whose request this is.
     async fn caller(&self, db: &Db, headers: &HeaderMap) -> Result<Caller, Problem> {
-        let row = match (bearer(headers), cookie(headers)) {
-            (Some(token), _) => Some(self.key(db, token).await?.ok_or_else(unknown)?),
-            // A browser whose key has ended is one without a key.
-            (None, Some(token)) => self.key(db, token).await?,
+        let found = match (bearer(headers), cookie(headers)) {
+            (Some(token), _) => Some((self.key(db, token).await?.ok_or_else(unknown)?, None)),
+            // A browser whose session or key has ended is one without a key.
+            (None, Some(token)) => session::of(db, token).await?,
             (None, None) => None,
         };
-        match row {
-            Some(row) => {
+        match found {
+            Some((row, session)) => {
                 note(db, &row);
-                Ok(Caller::with(row, self.limits))
+                Ok(Caller::with(row, session, self.limits))
             }
             None if self.mode == Mode::Keys => Err(Problem::new(
                 Kind::Unauthorized,
@@ -99,23 +110,39 @@ impl Access {
     }
 }
 
+impl Access {
+    /// Takes an attempt to sign in off what an address has left.
+    pub fn attempt(&self, address: IpAddr) -> Result<(), Problem> {
+        let mut attempts = self.attempts.lock().unwrap_or_else(PoisonError::into_inner);
+        if attempts.len() >= ADDRESSES {
+            attempts.clear();
+        }
+        let now = Instant::now();
+        let bucket = (attempts.entry(address)).or_insert_with(|| Bucket::new(ATTEMPTS, now));
+        bucket.take(ATTEMPTS, now).map_err(|wait| {
+            let detail = "too many attempts to sign in from this address";
+            Problem::new(Kind::TooMany, detail).retry_after(wait)
+        })
+    }
+}
+
+/// Refuses whoever has no key with the scope `admin`, where there are no other limits.
+pub async fn admin(db: &Db, headers: &HeaderMap) -> Result<(), Problem> {
+    let token = bearer(headers).unwrap_or_default();
+    let row = key::find(db, &token::sha256(token))
+        .await?
+        .filter(KeyRow::is_valid);
+    match row.ok_or_else(unknown)?.scopes.allow(Scope::Admin) {
+        true => Ok(()),
+        false => Err(Problem::new(
+            Kind::Forbidden,
+            "this needs a key with the scope 'admin'",
+        )),
+    }
+}
+
 fn unknown() -> Problem {
     Problem::new(Kind::Unauthorized, "the key is unknown, expired or revoked")
-}
-
-fn bearer(headers: &HeaderMap) -> Option<&str> {
-    let value = headers.get(header::AUTHORIZATION)?.to_str().ok()?;
-    let (scheme, token) = value.split_once(' ')?;
-    scheme.eq_ignore_ascii_case("bearer").then(|| token.trim())
-}
-
-fn cookie(headers: &HeaderMap) -> Option<&str> {
-    headers
-        .get_all(header::COOKIE)
-        .iter()
-        .filter_map(|value| value.to_str().ok())
-        .flat_map(|text| text.split(';'))
-        .find_map(|pair| pair.trim().strip_prefix(COOKIE)?.strip_prefix('='))
 }
 
 /// Notes the use of a key; nobody waits for it.
@@ -137,22 +164,4 @@ fn note(db: &Db, row: &KeyRow) {
             tracing::warn!(%error, key = %id, "the last use of a key was not noted");
         }
     });
-}
-
-#[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used)]
-    use super::*;
-
-    #[test]
-    fn tokens_are_found_in_headers() {
-        let mut headers = HeaderMap::new();
-        headers.insert(header::COOKIE, "a=b; veloid_key=abc".parse().unwrap());
-        assert_eq!((bearer(&headers), cookie(&headers)), (None, Some("abc")));
-        headers.insert(header::AUTHORIZATION, "bearer  xyz".parse().unwrap());
-        assert_eq!(bearer(&headers), Some("xyz"));
-        headers.insert(header::AUTHORIZATION, "Basic xyz".parse().unwrap());
-        headers.insert(header::COOKIE, "veloid_keys=abc".parse().unwrap());
-        assert_eq!((bearer(&headers), cookie(&headers)), (None, None));
-    }
 }

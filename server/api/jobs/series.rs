@@ -40,6 +40,7 @@ pub struct Params {
         (status = 304, description = "The client has it"),
         (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
+        (status = 410, description = "The ride's stored file is missing or was altered", body = Problem, content_type = "application/problem+json"),
         (status = 409, description = "The job has no report (yet)", body = Problem, content_type = "application/problem+json")))]
 pub async fn series(
     State(server): App,

@@ -33,7 +33,8 @@ pub struct Params {
         (status = 300, description = "The ride has several files, these", body = Vec<FileView>),
         (status = 304, description = "The client has it"),
         (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such ride", body = Problem, content_type = "application/problem+json")))]
+        (status = 404, description = "No such ride", body = Problem, content_type = "application/problem+json"),
+        (status = 410, description = "The stored file is missing or was altered", body = Problem, content_type = "application/problem+json")))]
 pub async fn file(
     State(server): App,
     caller: Caller,
@@ -61,6 +62,7 @@ pub async fn file(
     if matches(&headers, &etag) {
         return Ok(not_modified(&etag));
     }
+    server.files.verify(&file.sha256).await?;
     let body = Body::from_stream(server.files.stream(&file.sha256).await?);
     let headers = [
         (header::CONTENT_TYPE, "application/octet-stream".to_owned()),

@@ -69,6 +69,7 @@ pub async fn submit(
     let parsed = jobs::read(contents, request.clone()).await??;
     drop(permit);
     parsed.fits(&request.bike)?;
+    server.budget.bears(&parsed, &request.options.settings)?;
 
     let facts = Given {
         of_file: facts::of_file(comments, parsed.time_s(0))?,

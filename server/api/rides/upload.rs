@@ -10,7 +10,7 @@ use super::receive::receive;
 use super::submit::{Submitted, submit};
 use crate::api::access::Caller;
 use crate::api::jobs::view::{JobView, find};
-use crate::api::problem::Problem;
+use crate::api::problem::{Kind, Problem};
 use crate::api::{App, Server};
 
 const KNOWN: HeaderName = HeaderName::from_static("veloid-known");
@@ -93,6 +93,8 @@ pub async fn submit_upload(
     let key = idempotency_key(request.headers());
     let outcome = async {
         let received = receive(server, caller, request).await?;
+        // Now the client listens.
+        let key = key?;
         metrics::histogram!("veloid_upload_size_bytes").record(received.bytes() as f64);
         submit(server, caller, received, key.as_deref()).await
     }
@@ -106,8 +108,22 @@ pub async fn submit_upload(
     outcome
 }
 
+/// Most characters of an idempotency key.
+const LONGEST_KEY: usize = 200;
+
 /// The key without the quotes that the draft asks for and few send.
-fn idempotency_key(headers: &HeaderMap) -> Option<String> {
-    let value = headers.get("idempotency-key")?.to_str().ok()?;
-    Some(value.trim_matches('"').chars().take(200).collect())
+fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, Problem> {
+    let Some(value) = headers.get("idempotency-key") else {
+        return Ok(None);
+    };
+    let expected = format!("Idempotency-Key: expected 1 to {LONGEST_KEY} characters of ASCII");
+    let key = value.to_str().map(|text| text.trim_matches('"'));
+    match key {
+        Ok(key) if (1..=LONGEST_KEY).contains(&key.len()) => Ok(Some(key.to_owned())),
+        Ok(key) => Err(Problem::new(
+            Kind::BadRequest,
+            format!("{expected}, not {}", key.len()),
+        )),
+        Err(_) => Err(Problem::new(Kind::BadRequest, expected)),
+    }
 }

@@ -1,0 +1,48 @@
+//! What is known of the server's state.
+
+use std::sync::PoisonError;
+use std::time::{Duration, Instant};
+
+use tokio::sync::Mutex;
+
+use super::problem::Problem;
+
+/// How long an answer of /readyz holds: who asks more often learns no more, and costs nothing.
+const HOLDS: Duration = Duration::from_secs(1);
+/// Whether the server can work, as it was when it was looked at last.
+#[derive(Default)]
+pub struct Signs {
+    last: Mutex<Option<(Instant, Result<(), Problem>)>>,
+    /// What is wrong with the database's file.
+    corrupt: std::sync::Mutex<Option<String>>,
+}
+
+impl Signs {
+    /// Notes what is wrong with the database's file, or that nothing is.
+    pub fn note(&self, fault: Option<String>) {
+        *self.corrupt.lock().unwrap_or_else(PoisonError::into_inner) = fault;
+    }
+
+    /// What is known of late, or what `look` finds.
+    pub async fn fresh(
+        &self,
+        look: impl Future<Output = Result<(), Problem>>,
+    ) -> Result<(), Problem> {
+        let mut last = self.last.lock().await;
+        match &*last {
+            Some((at, outcome)) if at.elapsed() < HOLDS => outcome.clone(),
+            _ => {
+                let outcome = look.await;
+                *last = Some((Instant::now(), outcome.clone()));
+                outcome
+            }
+        }
+    }
+
+    pub fn corrupt(&self) -> Option<String> {
+        self.corrupt
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .clone()
+    }
+}

@@ -1,0 +1,48 @@
+use std::io::Write;
+
+use clap::Args;
+
+use super::CliError;
+use super::keeping::Keeping;
+use super::storage::Storage;
+use crate::erasure::Prune;
+use crate::jobs::Queue;
+use crate::store::audit::Actor;
+
+/// Holds raw files and rows against each other, and SQLite's database against itself.
+///
+/// Says in a line each: files that are missing, were altered or belong to no ride, jobs that succeeded without a
+/// report, faults of the database. Exit status: how many, at most 100. A server may run meanwhile.
+#[derive(Args)]
+pub struct Check {
+    #[command(flatten)]
+    storage: Storage,
+    /// Remove files that no ride has for an hour. What else is found needs somebody who knows more: a lost file is
+    /// back when it is uploaded again.
+    #[arg(long)]
+    repair: bool,
+}
+
+impl Check {
+    pub async fn run(self) -> Result<(), CliError> {
+        let (db, files) = self.storage.open().await?;
+        let _lock = self.storage.lock_for_erasure()?;
+        let prune = Prune {
+            queue: &Queue(db.river().build()?),
+            db: &db,
+            files: &files,
+            policy: &Keeping::default().policy(),
+            actor: Actor::Command,
+            dry_run: !self.repair,
+            // Nobody may be reading; what is found does not depend on it.
+            tell: &|line| drop(writeln!(std::io::stdout(), "{line}")),
+        };
+        match prune.scrub().await? {
+            0 => {
+                println!("nothing is wrong");
+                Ok(())
+            }
+            found => Err(CliError::Found(found)),
+        }
+    }
+}

@@ -1,0 +1,52 @@
+//! Holds files and rows against each other.
+
+use super::prune::{EraseError, Prune};
+use crate::files::FileError;
+use crate::store::scrub;
+
+/// Files that are asked for at once.
+const PAGE: i64 = 500;
+
+impl Prune<'_> {
+    /// Says every finding in a line and how many there are; removes files that no ride has, unless this is a
+    /// dry run.
+    pub async fn scrub(&self) -> Result<u64, EraseError> {
+        let mut found = 0;
+        let mut say = |line: String| {
+            found += 1;
+            (self.tell)(&line);
+        };
+        let faults = scrub::integrity(self.db).await?;
+        for fault in &faults {
+            say(format!("database: {fault}"));
+        }
+        if !faults.is_empty() {
+            return Ok(found);
+        }
+        for job in scrub::without_report(self.db).await? {
+            say(format!(
+                "job {job} succeeded and has no report; it can be begun anew"
+            ));
+        }
+        let mut last = String::new();
+        loop {
+            let page = scrub::files(self.db, &last, PAGE).await?;
+            let Some(end) = page.last() else { break };
+            last.clone_from(&end.sha256);
+            for file in &page {
+                match self.files.verify(&file.sha256).await {
+                    Ok(bytes) if bytes.cast_signed() == file.bytes => {}
+                    Ok(bytes) => say(format!(
+                        "raw file {} has {bytes} bytes, its rides say {}",
+                        file.sha256, file.bytes
+                    )),
+                    Err(FileError::Store(error)) => return Err(error.into()),
+                    Err(lost) => say(format!(
+                        "{lost}; uploaded again, the same file takes its place"
+                    )),
+                }
+            }
+        }
+        Ok(found + self.orphans().await?)
+    }
+}

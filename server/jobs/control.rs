@@ -1,0 +1,91 @@
+//! What a computation hears of those who wait for it, and they of it.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio_util::sync::CancellationToken;
+use uuid::Uuid;
+use veloid_engine::Progress;
+
+use super::fault::Fault;
+use super::hub::{Hub, Iteration};
+use crate::crash;
+
+/// A computation that goes on for so long after it was to end is deaf, and is given up.
+const DEAF: Duration = Duration::from_secs(1);
+
+/// What a computation may ask while it runs, and where it tells how far it is.
+#[derive(Clone)]
+pub struct Control {
+    pub hub: Hub,
+    pub job: Uuid,
+    pub token: CancellationToken,
+    /// Time that the stage may take.
+    pub limit: Duration,
+    pub deadline: Option<Instant>,
+}
+
+impl Control {
+    /// Waits for one of the permits; from then on the time counts.
+    pub async fn permit(
+        mut self,
+        permits: &Arc<Semaphore>,
+    ) -> Result<(Self, OwnedSemaphorePermit), Fault> {
+        let permit = Arc::clone(permits).acquire_owned();
+        let permit = (self.token.run_until_cancelled(permit).await)
+            .and_then(Result::ok)
+            .ok_or(Fault::Stopped)?;
+        self.deadline = Some(Instant::now() + self.limit);
+        Ok((self, permit))
+    }
+
+    fn late(&self) -> bool {
+        self.deadline
+            .is_some_and(|deadline| Instant::now() >= deadline)
+    }
+
+    /// Why a computation ends before its time.
+    pub fn fault(&self) -> Fault {
+        if self.late() {
+            Fault::Deadline(self.limit)
+        } else {
+            Fault::Stopped
+        }
+    }
+
+    /// Returns when the computation is to end.
+    pub async fn over(&self) {
+        let _ = tokio::time::timeout(self.limit, self.token.cancelled()).await;
+    }
+
+    /// Returns when the computation should have ended for some time.
+    pub async fn unheard(&self) {
+        self.over().await;
+        tokio::time::sleep(DEAF).await;
+    }
+
+    /// It is computed from now on.
+    pub fn begins(&self) {
+        crash::point("computing");
+    }
+
+    pub fn hear(&self, iteration: Iteration) {
+        crash::point("in_trial");
+        self.hub.iteration(self.job, iteration);
+    }
+}
+
+impl Progress for Control {
+    fn iteration(&self, trial: usize, iteration: usize, best_cost: f64) {
+        self.hear(Iteration {
+            trial,
+            iteration,
+            best_cost,
+        });
+    }
+
+    fn cancelled(&self) -> bool {
+        self.token.is_cancelled() || self.late()
+    }
+}

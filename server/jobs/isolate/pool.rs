@@ -1,0 +1,53 @@
+//! The children of one lane, kept for the next task once they have done one.
+
+use std::io;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use super::child::Child;
+use super::process::{Ended, Process};
+use crate::jobs::hub::Iteration;
+use crate::jobs::task::{Outcome, Subject, Task};
+
+pub struct Children {
+    as_what: Child,
+    idle: Mutex<Vec<Process>>,
+}
+
+impl Children {
+    pub fn new(as_what: Child) -> Self {
+        Self {
+            as_what,
+            idle: Mutex::default(),
+        }
+    }
+
+    /// Has a task carried out by a child that knows its job, by another, or by a new one. Dropped before
+    /// that, it ends the child.
+    pub async fn perform(
+        &self,
+        subject: &Arc<Subject>,
+        task: Task,
+        hear: impl Fn(Iteration),
+    ) -> Result<Outcome, Ended> {
+        let mut child = self.take(subject)?;
+        let outcome = child.perform(subject, task, hear).await;
+        if matches!(outcome, Ok(_) | Err(Ended::Refused { .. })) {
+            self.idle().push(child);
+        }
+        outcome
+    }
+
+    fn take(&self, subject: &Subject) -> io::Result<Process> {
+        let mut idle = self.idle();
+        idle.retain_mut(Process::lives);
+        let knows = |child: &Process| child.holds == Some(subject.job);
+        match idle.iter().position(knows) {
+            Some(index) => Ok(idle.swap_remove(index)),
+            None => idle.pop().map_or_else(|| Process::start(&self.as_what), Ok),
+        }
+    }
+
+    fn idle(&self) -> MutexGuard<'_, Vec<Process>> {
+        self.idle.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

@@ -1,0 +1,177 @@
+//! One child, seen from its parent.
+
+use std::io;
+use std::os::unix::process::ExitStatusExt;
+use std::process::{ExitStatus, Stdio};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use rustix::process::Signal;
+use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader};
+use tokio::process::{ChildStderr, ChildStdin, ChildStdout, Command};
+use tokio::task::{JoinHandle, spawn_blocking};
+use uuid::Uuid;
+
+use super::child::Child;
+use super::frame;
+use super::word::{Order, Word};
+use crate::jobs::hub::Iteration;
+use crate::jobs::task::{Outcome, Subject, Task};
+
+/// Time in which a child that closed its pipes is gone, and what it said has arrived.
+const GONE: Duration = Duration::from_secs(1);
+/// Memory that the allocator asks the system for at a time (KiB); its own 1 GiB would count as the job's.
+const STEP_KIB: &str = "32768";
+/// What of its parent's environment it gets.
+const KEPT: [&str; 2] = ["LD_LIBRARY_PATH", "VELOID_POISON"];
+/// Longest part of a line that is kept of what a child says (characters).
+const LINE: usize = 300;
+
+/// Why a task did not come to its end in a child.
+#[derive(Debug, thiserror::Error)]
+pub enum Ended {
+    #[error("{message}")]
+    Refused { is_input: bool, message: String },
+    #[error("{0}")]
+    Panicked(String),
+    /// It ended by itself, which nothing but its work can have brought about.
+    #[error("{0}")]
+    Died(String),
+    /// It was ended from outside; by the system for want of memory, perhaps.
+    #[error("{0}")]
+    Killed(String),
+    #[error("asked to end")]
+    Asked,
+    #[error("child process: {0}")]
+    Pipe(#[from] io::Error),
+}
+
+/// Drop ends it, deaf or not.
+pub struct Process {
+    child: tokio::process::Child,
+    orders: ChildStdin,
+    words: BufReader<ChildStdout>,
+    /// What it said last on its standard error.
+    said: Arc<Mutex<String>>,
+    listener: JoinHandle<()>,
+    /// The job that it knows.
+    pub holds: Option<Uuid>,
+}
+
+impl Process {
+    pub fn start(as_what: &Child) -> io::Result<Self> {
+        let mut command = Command::new(program()?);
+        command
+            .arg("compute")
+            .args(["--threads", &as_what.threads.to_string()])
+            .args(["--nice", &as_what.nice.to_string()])
+            .args(["--memory", &as_what.memory.to_string()])
+            // Nor does it know how to reach the database.
+            .env_clear()
+            .envs(
+                KEPT.iter()
+                    .filter_map(|name| Some((name, std::env::var_os(name)?))),
+            )
+            .env("MIMALLOC_ARENA_RESERVE", STEP_KIB)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            // Ctrl-C is for the parent to hear.
+            .process_group(0)
+            .kill_on_drop(true);
+        let mut child = command.spawn()?;
+        let closed = || io::Error::from(io::ErrorKind::BrokenPipe);
+        let said = Arc::default();
+        let errors = child.stderr.take().ok_or_else(closed)?;
+        Ok(Self {
+            orders: child.stdin.take().ok_or_else(closed)?,
+            words: BufReader::new(child.stdout.take().ok_or_else(closed)?),
+            listener: tokio::spawn(listen(errors, Arc::clone(&said))),
+            said,
+            holds: None,
+            child,
+        })
+    }
+
+    /// Whether it can take an order.
+    pub fn lives(&mut self) -> bool {
+        matches!(self.child.try_wait(), Ok(None))
+    }
+
+    /// Has a task carried out, and passes on the iterations that are told meanwhile.
+    pub async fn perform(
+        &mut self,
+        subject: &Arc<Subject>,
+        task: Task,
+        hear: impl Fn(Iteration),
+    ) -> Result<Outcome, Ended> {
+        let known = self.holds.replace(subject.job) == Some(subject.job);
+        let subject = (!known).then(|| Arc::clone(subject));
+        let order = spawn_blocking(move || frame::encode(&Order { subject, task }));
+        let order = order.await.map_err(io::Error::other)??;
+        if self.orders.write_all(&order).await.is_err() {
+            return Err(self.end().await);
+        }
+        drop(order);
+        loop {
+            let Ok(bytes) = frame::receive(&mut self.words).await else {
+                return Err(self.end().await);
+            };
+            let word = spawn_blocking(move || frame::decode(&bytes));
+            match word.await.map_err(io::Error::other)?? {
+                Word::Iterations(iterations) => iterations.into_iter().for_each(&hear),
+                Word::Done(outcome) => return Ok(outcome),
+                Word::Refused { is_input, message } => {
+                    return Err(Ended::Refused { is_input, message });
+                }
+                Word::Panicked(text) => return Err(Ended::Panicked(text)),
+            }
+        }
+    }
+
+    /// How it ended, once its pipes are closed.
+    async fn end(&mut self) -> Ended {
+        let Ok(status) = tokio::time::timeout(GONE, self.child.wait()).await else {
+            return Ended::Pipe(io::ErrorKind::BrokenPipe.into());
+        };
+        let _ = tokio::time::timeout(GONE, &mut self.listener).await;
+        let said = self.said.lock().unwrap_or_else(PoisonError::into_inner);
+        match status {
+            Ok(status) => ended(status, &said),
+            Err(error) => Ended::Pipe(error),
+        }
+    }
+}
+
+fn ended(status: ExitStatus, said: &str) -> Ended {
+    let why = match said {
+        "" => format!("the process that computed it ended: {status}"),
+        said => format!("the process that computed it ended: {said} ({status})"),
+    };
+    match status.signal().and_then(Signal::from_named_raw) {
+        Some(Signal::HUP | Signal::INT | Signal::TERM) => Ended::Asked,
+        Some(Signal::KILL) => Ended::Killed(why),
+        _ => Ended::Died(why),
+    }
+}
+
+/// This program, even where a newer one has taken its place on the disk.
+fn program() -> io::Result<std::path::PathBuf> {
+    match cfg!(target_os = "linux") {
+        true => Ok("/proc/self/exe".into()),
+        false => std::env::current_exe(),
+    }
+}
+
+/// Logs what a child says on its standard error, and keeps the last line.
+async fn listen(errors: ChildStderr, said: Arc<Mutex<String>>) {
+    let mut lines = BufReader::new(errors).lines();
+    while let Ok(Some(line)) = lines.next_line().await {
+        let line: String = line.trim().chars().take(LINE).collect();
+        // The standard library's advice to set a variable is no cause.
+        if !line.is_empty() && !line.starts_with("note: ") {
+            tracing::warn!(line, "a child process says");
+            *said.lock().unwrap_or_else(PoisonError::into_inner) = line;
+        }
+    }
+}
