@@ -39,9 +39,14 @@ mod skips;
 pub mod swarm;
 mod synchronise;
 
+pub use bicycle::Bike;
+pub use diagnosis::impose::{Imposed, ride as simulate};
 pub use error::EngineError;
 pub use identify::{assemble, conclude, diagnose, identify, observe};
 pub use progress::{Progress, Silent};
+pub use report::Report;
+pub use report::diagnosis::Diagnosis;
 pub use report::stages::{Conclusion, Observed};
+pub use ride::Ride;
 pub use settings::{Objective, Settings};
 pub use synchronise::read;

@@ -1,8 +1,10 @@
 //! A ride on one uniform clock, as every later step uses it.
 
+mod arrays;
 mod axles;
 mod band;
 mod channel;
+mod channels;
 mod checks;
 mod clock;
 mod clock_notes;
@@ -51,7 +53,7 @@ pub use comments::comments;
 pub use decimate::decimated;
 pub(crate) use delay::distance;
 pub use error::{Problem, ReadError};
-pub use file::{FileSummary, RideFile, sha256_of};
+pub use file::{Arrays, Content, FileSummary, RideFile, sha256_of};
 pub use options::{FileOptions, Limits, ReadOptions};
 pub use rates::RATES_HZ;
 pub use read::{Preview, PreviewGap, parse_only, preview, read, read_on_clocks};

@@ -7,7 +7,7 @@ use super::clock_notes::{apart, tell};
 use super::common::{Common, basis, has_only_accelerometers};
 use super::error::ReadError;
 use super::file::{FileSummary, RideFile, sha256_of};
-use super::format::table;
+use super::format::of_bytes;
 use super::recording::Recording;
 use super::several::{Opened, join, open};
 use super::{Column, ReadOptions, Ride, RideSummary, SensorClock, axles, decay, sensed};
@@ -23,8 +23,7 @@ pub fn read(
     bike: &Bike,
     options: &ReadOptions,
 ) -> Result<Ride, ReadError> {
-    let file = RideFile { name: file, bytes };
-    read_on_clocks(&[file], bike, options, &[])
+    read_on_clocks(&[RideFile::new(file, bytes)], bike, options, &[])
 }
 
 /// Reads a ride of one file or several, with the time stamps of sensors set right whose clocks are known to be off.
@@ -169,7 +168,7 @@ fn gaps(recording: &Recording) -> Vec<PreviewGap> {
 
 /// Parses without making a ride of it; the number of rows. For benchmarks.
 pub fn parse_only(bytes: &[u8], options: &ReadOptions) -> Result<usize, ReadError> {
-    table(bytes, options).map(|table| table.rows)
+    of_bytes(bytes, options).map(|table| table.rows)
 }
 
 fn ride(

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::linear::{Input, simulate};
 use super::road::{Bump, Profile, Roughness};
@@ -15,7 +15,8 @@ use crate::ride::{AxleRecord, RATES_HZ, Ride, RideSummary};
 use crate::settings::within;
 
 /// One axle of the simulated bicycle.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Spring {
     pub mass_kg: f64,
     pub k_n_m: f64,
@@ -23,8 +24,8 @@ pub struct Spring {
 }
 
 /// What excites the bicycle.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Excitation {
     /// Riding over a road with bumps, rough or else flat.
     Road {
@@ -42,14 +43,16 @@ pub enum Excitation {
 }
 
 /// The speed swings around its mean: V (1 + share sin(2 pi t / period)).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SpeedChange {
     pub share: f64,
     pub period_s: f64,
 }
 
 /// A ride to simulate. The default is the paper's bicycle for a minute on an ISO class B road.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Outing {
     pub duration_s: f64,
     pub rate_hz: f64,

@@ -28,7 +28,7 @@ fn seconds(from: f64) -> impl Fn(usize) -> String {
 fn files<'a>(named: &[(&'a str, &'a [u8])]) -> Vec<RideFile<'a>> {
     named
         .iter()
-        .map(|(name, bytes)| RideFile { name, bytes })
+        .map(|(name, bytes)| RideFile::new(name, bytes))
         .collect()
 }
 
