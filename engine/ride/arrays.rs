@@ -96,7 +96,7 @@ mod tests {
     fn arrays_are_the_ride_of_a_file_with_the_same_numbers() {
         let [t, u, mut z] = waves();
         z[100] = f64::NAN;
-        let notes = vec![0.0; 7];
+        let notes = [0.0; 7];
         let columns = [
             ("note", &notes[..]),
             ("t", &t),

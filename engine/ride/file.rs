@@ -8,14 +8,16 @@ use sha2::{Digest, Sha256};
 pub struct RideFile<'a> {
     /// Only used to name the file in options and messages.
     pub name: &'a str,
+    /// What it holds.
     pub content: Content<'a>,
 }
 
 /// What is to be read.
 #[derive(Clone, Copy, Debug)]
 pub enum Content<'a> {
-    /// CSV in any dialect, gzip or zstd around it, MATLAB v5/v7, Garmin FIT or the first sheet of an xlsx workbook.
+    /// CSV in any dialect, gzip or zstd around it, MATLAB v5/v7, Garmin FIT, GPX, TCX or the first sheet of an xlsx workbook.
     Bytes(&'a [u8]),
+    /// Columns in memory.
     Arrays(Arrays<'a>),
 }
 
@@ -56,10 +58,13 @@ impl<'a> RideFile<'a> {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct FileSummary {
+    /// As it was given.
     pub name: String,
+    /// Of its bytes (hex).
     pub sha256: String,
     /// How the file is written, in words.
     pub format: String,
+    /// Rows that were used.
     pub rows: usize,
     /// Whether its time stamps say when they were taken; else it begins together with the others.
     pub dated: bool,
@@ -68,8 +73,9 @@ pub struct FileSummary {
     pub offset_s: Option<f64>,
     /// What was added to its time stamps (s), so that they stand on the ride's clock; `ride.clocks` comes on top of it.
     pub shift_s: f64,
-    /// When it begins and ends on the ride's clock (s).
+    /// When it begins on the ride's clock (s).
     pub from_s: f64,
+    /// When it ends on the ride's clock (s).
     pub to_s: f64,
     /// Why its clock was left as it is, where it was not compared with another file's.
     #[serde(default, skip_serializing_if = "Option::is_none")]

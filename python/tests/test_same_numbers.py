@@ -23,7 +23,7 @@ def without_files(document):
     document = json.loads(json.dumps(document))
     document["ride"].pop("sha256")
     for file in document["ride"].get("files", []):
-        file.pop("sha256"), file.pop("format")
+        del file["sha256"], file["format"]
     return document
 
 
@@ -102,6 +102,8 @@ def test_several_loggers_are_one_ride(tmp_path):
     text = (tmp_path / "report.json").read_text()
     by_path = veloid.identify(names, tmp_path / "bike.json", **QUICK)
     assert by_path.text + "\n" == text
+    named = veloid.identify({Path(name).name: name for name in names}, tmp_path / "bike.json", **QUICK)
+    assert named.text == by_path.text
     frames = {Path(name).name: read_csv(Path(name)) for name in names}
     by_frame = veloid.identify(frames, tmp_path / "bike.json", **QUICK)
     assert without_files(by_frame.document) == without_files(json.loads(text))

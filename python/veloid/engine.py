@@ -16,7 +16,7 @@ from .report import Diagnosis, Report
 Bike = Mapping[str, Any] | str | os.PathLike[str]
 """A mapping with the keys of the bike file, or its path."""
 Ride = Any
-"""A file's path, a frame, a mapping of names to arrays; several loggers as a list of these, or as a mapping of names to frames."""
+"""A file's path, a frame, a mapping of names to arrays; several loggers as a list of these, or as a mapping of names to frames or paths."""
 
 
 class Progress(NamedTuple):

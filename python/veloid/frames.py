@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -22,7 +23,7 @@ FrameKind = Literal["pandas", "polars", "arrays"]
 def is_record(source: object) -> bool:
     """Whether this is one logger's record: a frame, or a mapping of names to values."""
     if isinstance(source, Mapping):
-        return not any(is_record(value) for value in source.values())
+        return not any(isinstance(value, str | os.PathLike) or is_record(value) for value in source.values())
     return hasattr(source, "columns")
 
 
