@@ -8,19 +8,36 @@ pub enum EngineError {
     Bike(String),
     /// A setting is outside its allowed range.
     #[error("setting {name}: {problem}")]
-    Setting { name: &'static str, problem: String },
+    Setting {
+        /// Its key.
+        name: &'static str,
+        /// What is wrong with it.
+        problem: String,
+    },
     /// The ride holds too little to identify anything on this axle.
     #[error("{axle} axle: {problem}")]
-    Ride { axle: Axle, problem: String },
+    Ride {
+        /// The axle that it is told of.
+        axle: Axle,
+        /// What is lacking.
+        problem: String,
+    },
     /// A fit left the numbers' range or did not reach a minimum.
     #[error("{stage}: {problem}")]
     Diverged {
+        /// Where it happened.
         stage: &'static str,
+        /// What happened.
         problem: String,
     },
     /// A mistake of this program: a result holds a number that is none.
     #[error("{stage}: {place} is not a finite number")]
-    NotFinite { stage: &'static str, place: String },
+    NotFinite {
+        /// Whose result it is.
+        stage: &'static str,
+        /// Way to the number, with points between the keys.
+        place: String,
+    },
     /// The caller asked to stop.
     #[error("cancelled")]
     Cancelled,

@@ -32,15 +32,19 @@ pub struct Settings {
     pub particles: usize,
     /// Iterations of a swarm (1 to 10 000).
     pub iterations: usize,
+    #[allow(missing_docs, reason = "the type says it")]
     pub objective: Objective,
-    /// Cognitive and social weights c1, c2 of paper eq. (28) (0 to 4).
+    /// Cognitive weight c1 of paper eq. (28); the social one is c2 (0 to 4).
     pub cognitive: f64,
+    /// c2 (0 to 4).
     pub social: f64,
-    /// Bounds of the inertia w, paper eq. (29) (0 to 1.2).
+    /// Lower bound of the inertia w, paper eq. (29) (0 to 1.2).
     pub inertia_min: f64,
+    /// Upper bound of w (0 to 1.2).
     pub inertia_max: f64,
-    /// Bounds of the common ratio rho, paper eq. (30) (0 to 1).
+    /// Lower bound of the common ratio rho, paper eq. (30) (0 to 1).
     pub ratio_min: f64,
+    /// Upper bound of rho (0 to 1).
     pub ratio_max: f64,
     /// Weights of displacement, velocity and acceleration errors, relative to 1/variance (W of eq. (25)).
     pub weights: [f64; 3],

@@ -3,7 +3,8 @@
 use crate::bicycle::{Axle, Bike, PerAxle};
 use crate::latent_road::{Compared, compare};
 use crate::ride::{
-    self, ClockOffset, ReadError, ReadOptions, Ride, RideFile, RoadDoubt, SensorClock,
+    self, Arrays, ClockOffset, Content, ReadError, ReadOptions, Ride, RideFile, RoadDoubt,
+    SensorClock,
 };
 use crate::sensor_noise::noise;
 
@@ -47,6 +48,49 @@ pub fn read(files: &[RideFile<'_>], bike: &Bike, options: &ReadOptions) -> Resul
     doubts.extend(noisier(&ride, &lasers));
     ride.road_doubts = doubts;
     Ok(ride)
+}
+
+impl Ride {
+    /// Reads a ride from arrays of equal length, under names as a file's header has them: `t` (s), `u_f`, `u_r`, `z_f`, `z_r` (m)
+    /// and whatever else `docs/ride-format.md` lists, in another unit where the name says so (`z_f [mm]`). NaN is a missing
+    /// value. What a file with the same numbers would be told, this is told too.
+    ///
+    /// # Errors
+    /// Name the column, and the sample counted from 1.
+    ///
+    /// ```
+    /// use veloid_engine::{Bike, Ride};
+    ///
+    /// let t: Vec<f64> = (0..500).map(|i| f64::from(i) / 100.0).collect();
+    /// let road: Vec<f64> = t.iter().map(|t| 3e-3 * (9.0 * t).sin() + 1e-3 * (31.0 * t).cos()).collect();
+    /// let axle: Vec<f64> = t.iter().map(|t| 3.1e-3 * (9.0 * t - 0.02).sin() + 1.2e-3 * (31.0 * t - 0.1).cos()).collect();
+    /// let columns = [("t", &t[..]), ("u_f", &road), ("z_f", &axle)];
+    /// let ride = Ride::from_arrays(&columns, &Bike::default(), &Default::default())?;
+    /// assert_eq!((ride.samples, ride.summary.rate_hz.round()), (500, 100.0));
+    ///
+    /// let no_time = Ride::from_arrays(&columns[1..], &Bike::default(), &Default::default());
+    /// assert_eq!(no_time.unwrap_err().kind(), "time-missing");
+    /// # Ok::<(), veloid_engine::ride::ReadError>(())
+    /// ```
+    pub fn from_arrays(
+        columns: &[(&str, &[f64])],
+        bike: &Bike,
+        options: &ReadOptions,
+    ) -> Result<Self, ReadError> {
+        let arrays = Arrays {
+            columns,
+            epoch_s: None,
+        };
+        let content = Content::Arrays(arrays);
+        read(
+            &[RideFile {
+                name: "arrays",
+                content,
+            }],
+            bike,
+            options,
+        )
+    }
 }
 
 /// Whether two sensors stand in one file, and so on one clock.

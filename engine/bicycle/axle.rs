@@ -7,14 +7,17 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
+#[allow(missing_docs, reason = "its schema stands wherever it is used")]
 pub enum Axle {
     Front,
     Rear,
 }
 
 impl Axle {
+    /// Front first.
     pub const BOTH: [Axle; 2] = [Axle::Front, Axle::Rear];
 
+    /// `front` or `rear`.
     pub fn name(self) -> &'static str {
         match self {
             Axle::Front => "front",
@@ -32,6 +35,7 @@ impl fmt::Display for Axle {
 /// One value for each axle that the ride recorded.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+#[allow(missing_docs, reason = "its schema stands wherever it is used")]
 pub struct PerAxle<T> {
     #[cfg_attr(feature = "openapi", schema(schema_with = nullable::<T>))]
     pub front: Option<T>,
@@ -57,6 +61,7 @@ impl<T> Default for PerAxle<T> {
 }
 
 impl<T> PerAxle<T> {
+    /// Of one axle, where it is there.
     pub fn get(&self, axle: Axle) -> Option<&T> {
         match axle {
             Axle::Front => self.front.as_ref(),
@@ -64,6 +69,7 @@ impl<T> PerAxle<T> {
         }
     }
 
+    /// Of one axle, to be changed.
     pub fn get_mut(&mut self, axle: Axle) -> Option<&mut T> {
         match axle {
             Axle::Front => self.front.as_mut(),
@@ -71,6 +77,7 @@ impl<T> PerAxle<T> {
         }
     }
 
+    /// Puts a value in.
     pub fn set(&mut self, axle: Axle, value: T) {
         match axle {
             Axle::Front => self.front = Some(value),
@@ -85,6 +92,7 @@ impl<T> PerAxle<T> {
             .filter_map(|a| self.get(a).map(|v| (a, v)))
     }
 
+    /// Of each axle that is there.
     pub fn map<'a, U>(&'a self, mut f: impl FnMut(Axle, &'a T) -> U) -> PerAxle<U> {
         PerAxle {
             front: self.front.as_ref().map(|v| f(Axle::Front, v)),
@@ -92,6 +100,7 @@ impl<T> PerAxle<T> {
         }
     }
 
+    /// Of each axle that is there, where there is something.
     pub fn filter_map<'a, U>(&'a self, mut f: impl FnMut(Axle, &'a T) -> Option<U>) -> PerAxle<U> {
         PerAxle {
             front: self.front.as_ref().and_then(|v| f(Axle::Front, v)),
@@ -99,6 +108,10 @@ impl<T> PerAxle<T> {
         }
     }
 
+    /// Of each axle that is there.
+    ///
+    /// # Errors
+    /// The first one that `f` gives.
     pub fn try_map<'a, U, E>(
         &'a self,
         mut f: impl FnMut(Axle, &'a T) -> Result<U, E>,

@@ -1,8 +1,8 @@
 //! The bicycle: masses, geometry and the parameters that the models need.
 
 mod axle;
-pub mod load;
-pub mod roll;
+pub(crate) mod load;
+pub(crate) mod roll;
 
 use std::collections::BTreeMap;
 
@@ -29,17 +29,23 @@ pub struct Bike {
     pub bike: String,
     /// Mass carried by the front wheel (kg); null: estimated where a force channel allows.
     pub mass_front_kg: Option<f64>,
+    /// Mass carried by the rear wheel (kg).
     pub mass_rear_kg: Option<f64>,
-    /// Standard deviations of the masses (kg), where known: the intervals of k and B bear them.
+    /// Standard deviation of the front mass (kg), where known: the intervals of k and B bear it.
     pub mass_front_std_kg: Option<f64>,
+    /// Standard deviation of the rear mass (kg), where known.
     pub mass_rear_std_kg: Option<f64>,
-    /// Distance from the centre of gravity to the wheel centre (m).
+    /// Distance from the centre of gravity to the front wheel centre (m).
     pub l_front_m: Option<f64>,
+    /// Distance from the centre of gravity to the rear wheel centre (m).
     pub l_rear_m: Option<f64>,
+    /// Radius of the front wheel (m).
     pub wheel_radius_front_m: Option<f64>,
+    /// Radius of the rear wheel (m).
     pub wheel_radius_rear_m: Option<f64>,
-    /// Static wheel load (N); from the mass when absent.
+    /// Static load of the front wheel (N); from the mass when absent.
     pub static_load_front_n: Option<f64>,
+    /// Static load of the rear wheel (N).
     pub static_load_rear_n: Option<f64>,
     /// Standard deviation of the displacement channels' noise (m), where known.
     pub noise_displacement_m: Option<f64>,
@@ -60,8 +66,9 @@ pub struct RollParameters {
     pub front_part_mass_kg: f64,
     /// m_R: mass of the rear part (frame, rider, rear wheel) (kg).
     pub rear_part_mass_kg: f64,
-    /// j, h: heights of the front and rear part's centre of gravity (m).
+    /// j: height of the front part's centre of gravity (m).
     pub front_part_height_m: f64,
+    /// h: height of the rear part's centre of gravity (m).
     pub rear_part_height_m: f64,
     /// e: distance from the front part's centre of gravity to the steering axis (m).
     pub steering_axis_offset_m: f64,
@@ -71,11 +78,13 @@ pub struct RollParameters {
     pub caster_angle_rad: f64,
     /// k_x: longitudinal distance between the two parts' centres of gravity (m).
     pub longitudinal_distance_m: f64,
-    /// I_yRF, I_yRR: spin inertias of the wheels (kg m^2).
+    /// I_yRF: spin inertia of the front wheel (kg m^2).
     pub wheel_inertia_front_kg_m2: f64,
+    /// I_yRR: spin inertia of the rear wheel (kg m^2).
     pub wheel_inertia_rear_kg_m2: f64,
-    /// I_xF, I_zF: roll and yaw inertia of the front part (kg m^2).
+    /// I_xF: roll inertia of the front part (kg m^2).
     pub front_roll_inertia_kg_m2: f64,
+    /// I_zF: yaw inertia of the front part (kg m^2).
     pub front_yaw_inertia_kg_m2: f64,
     /// I_xR: roll inertia of the rear part (kg m^2).
     pub rear_roll_inertia_kg_m2: f64,
@@ -268,6 +277,7 @@ impl Bike {
         self.roll.as_ref().map_or(Ok(()), RollParameters::validate)
     }
 
+    /// The mass on an axle (kg).
     pub fn mass(&self, axle: Axle) -> Option<f64> {
         match axle {
             Axle::Front => self.mass_front_kg,
@@ -295,6 +305,7 @@ impl Bike {
         Ok(mass)
     }
 
+    /// Radius of the wheel on an axle (m).
     pub fn wheel_radius(&self, axle: Axle) -> Option<f64> {
         match axle {
             Axle::Front => self.wheel_radius_front_m,

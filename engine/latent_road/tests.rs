@@ -56,7 +56,7 @@ fn bike() -> Bike {
 
 /// The ride as two accelerometers and a speed sensor record it.
 fn ride(outing: &Outing, off: Off) -> Ride {
-    let mut ride = outing.sensed(off.noise);
+    let mut ride = outing.sensed(off.noise).unwrap();
     let rear = &mut ride.sensors[1].values;
     *rear = (0..rear.len())
         .map(|i| off.gain * rear[i.saturating_sub(off.late)])
@@ -186,7 +186,7 @@ fn what_is_lacking_is_said() {
 /// Two accelerometers, and a laser at the rear whose clock is late by so many of 100 Hz's samples.
 fn with_laser(seed: u64, late: isize) -> Ride {
     let outing = outing(seed, REAR);
-    let mut ride = outing.sensed(0.03);
+    let mut ride = outing.sensed(0.03).unwrap();
     let motion = outing.motion().rear.unwrap();
     let d: Vec<f64> = (motion.road.iter().zip(&motion.displacement))
         .map(|(u, z)| u - z)

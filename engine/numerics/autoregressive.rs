@@ -129,6 +129,7 @@ impl Colour {
     }
 
     /// Noise of this colour from white `w` of unit variance.
+    #[cfg(test)]
     pub fn colour(&self, w: &[f64]) -> Vec<f64> {
         let s = self.variance.sqrt();
         let mut e: Vec<f64> = Vec::with_capacity(w.len());

@@ -9,6 +9,7 @@ mod latent_road;
 mod mistake;
 mod series;
 pub mod stages;
+mod summary;
 
 use serde::{Deserialize, Serialize};
 
@@ -20,6 +21,7 @@ pub use estimate::Estimate;
 pub use latent_road::{Correction, LatentRoad, RoadSpectrum, SensorFound};
 pub use mistake::{Mistake, MistakeKind};
 pub use series::{Curve, Quantity, Series, Window};
+pub use summary::summary;
 
 /// Everything that one identification found out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

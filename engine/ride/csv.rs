@@ -8,7 +8,7 @@ use super::options::{Limits, ReadOptions};
 use super::source::{Source, binary};
 use super::table::{LARGEST, Spec, Table};
 use super::unit::Unit;
-use super::xlsx;
+use super::{track, xlsx};
 
 /// Longest cell (bytes) that can be a number.
 const LONGEST_CELL: usize = 64;
@@ -72,8 +72,10 @@ fn describe(dialect: &Dialect, packed: Option<&str>) -> String {
         Decimal::Comma => "comma",
         _ => "point",
     };
-    if packed == Some(xlsx::FORMAT) {
-        return "xlsx, first sheet".to_owned();
+    match packed {
+        Some(xlsx::FORMAT) => return "xlsx, first sheet".to_owned(),
+        Some(track::FORMAT) => return "GPX or TCX track".to_owned(),
+        _ => {}
     }
     let packed = packed.map(|p| format!("{p}, ")).unwrap_or_default();
     format!("{packed}text, separated by {separator}, decimal {decimal}")

@@ -11,6 +11,7 @@ pub struct ReadError {
     line: Option<usize>,
     sample: Option<usize>,
     column: Option<(usize, String)>,
+    /// What is wrong.
     pub problem: Box<Problem>,
 }
 
@@ -99,11 +100,12 @@ impl fmt::Display for ReadError {
 
 /// What is wrong, with the numbers, and what was expected.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "the messages say what each is")]
 pub enum Problem {
     #[error("the file is empty, expected a header line and rows of numbers")]
     EmptyFile,
     #[error(
-        "this is {what}, expected text (CSV), gzip, zstd, a MATLAB v5/v7 .mat file, .fit or .xlsx"
+        "this is {what}, expected text (CSV), gzip, zstd, a MATLAB v5/v7 .mat file, .fit, .gpx, .tcx or .xlsx"
     )]
     BinaryFile { what: String },
     #[error("there is a header but no row of numbers below it")]
@@ -267,6 +269,7 @@ fn six_digits(value: f64) -> f64 {
 }
 
 impl Problem {
+    /// Stable slug of the kind.
     pub fn kind(&self) -> &'static str {
         match self {
             Self::EmptyFile => "empty-file",

@@ -1,11 +1,19 @@
-//! Which format a file has: a table from any of them.
+//! Which format a file has: a table from any of them, or from arrays.
 
 use super::error::{Problem, ReadError};
+use super::file::{Content, RideFile};
 use super::options::ReadOptions;
 use super::table::Table;
-use super::{csv, fit, mat};
+use super::{arrays, csv, fit, mat};
 
-pub(super) fn table(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadError> {
+pub(super) fn table(file: &RideFile<'_>, options: &ReadOptions) -> Result<Table, ReadError> {
+    match file.content {
+        Content::Bytes(bytes) => of_bytes(bytes, options),
+        Content::Arrays(given) => arrays::read(&given, options),
+    }
+}
+
+pub(super) fn of_bytes(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadError> {
     if bytes.is_empty() {
         return Err(Problem::EmptyFile.into());
     }

@@ -9,7 +9,7 @@ use std::io::Read;
 use super::error::{Problem, ReadError};
 use super::header::Offered;
 use super::options::ReadOptions;
-use super::table::{LARGEST, Table};
+use super::table::{Table, measured};
 
 const HEADER: usize = 128;
 const DEEPEST: usize = 4;
@@ -133,21 +133,8 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadErr
             return Ok(());
         };
         let values: Vec<f64> = numbers.iter().skip(from).take(to - from).collect();
-        let wrong = |v: &f64| !(v.abs() <= LARGEST || v.is_nan() && options.is_missing(b"NaN"));
-        if let Some(at) = values.iter().position(wrong) {
-            let problem = match values[at] {
-                value if value.is_finite() => Problem::OutOfRange {
-                    value,
-                    limit: LARGEST,
-                },
-                other => Problem::NotFinite {
-                    cell: other.to_string(),
-                },
-            };
-            return Err(ReadError::from(problem)
-                .at_sample(from + at + 1)
-                .in_column(number, &spec.header));
-        }
+        measured(&values, options.is_missing(b"NaN"))
+            .map_err(|(at, problem)| spec.blame(problem).at_sample(from + at + 1))?;
         table.columns.push((spec.clone(), values));
         Ok(())
     })?;

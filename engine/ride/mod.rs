@@ -1,8 +1,10 @@
 //! A ride on one uniform clock, as every later step uses it.
 
+mod arrays;
 mod axles;
 mod band;
 mod channel;
+mod channels;
 mod checks;
 mod clock;
 mod clock_notes;
@@ -37,6 +39,7 @@ mod spectrum;
 mod table;
 #[cfg(test)]
 mod tests;
+mod track;
 mod unit;
 mod values;
 mod wild;
@@ -51,7 +54,7 @@ pub use comments::comments;
 pub use decimate::decimated;
 pub(crate) use delay::distance;
 pub use error::{Problem, ReadError};
-pub use file::{FileSummary, RideFile, sha256_of};
+pub use file::{Arrays, Content, FileSummary, RideFile, sha256_of};
 pub use options::{FileOptions, Limits, ReadOptions};
 pub use rates::RATES_HZ;
 pub use read::{Preview, PreviewGap, parse_only, preview, read, read_on_clocks};
@@ -64,25 +67,32 @@ use crate::bicycle::{Bike, PerAxle};
 /// A ride after reading: SI units, one clock, no blanks.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ride {
-    /// Time of the first sample (s) and sample interval (s).
+    /// Time of the first sample (s).
     pub start_s: f64,
+    /// Sample interval (s).
     pub step_s: f64,
     /// Number of samples; every channel has as many.
     pub samples: usize,
+    /// What was recorded on each axle.
     pub axles: PerAxle<AxleRecord>,
     /// Accelerometers and lasers where neither road, displacement nor force was recorded; an axle has a record then only where it
     /// could be made from its own.
     pub sensors: Vec<SensorRecord>,
     /// What a laser that the road was made from may have made wrong in it.
     pub road_doubts: Vec<RoadDoubt>,
-    /// Speed (m/s) and crank rate (revolutions per minute).
+    /// Speed (m/s).
     pub speed: Option<Vec<f64>>,
+    /// Crank rate (revolutions per minute).
     pub cadence: Option<Vec<f64>>,
-    /// Roll angle, steering angle (rad), yaw rate (rad/s), lateral speed (m/s).
+    /// Roll angle (rad).
     pub roll: Option<Vec<f64>>,
+    /// Steering angle (rad).
     pub steer: Option<Vec<f64>>,
+    /// Yaw rate (rad/s).
     pub yaw_rate: Option<Vec<f64>>,
+    /// Lateral speed (m/s).
     pub lateral_speed: Option<Vec<f64>>,
+    /// What the reader understood.
     pub summary: RideSummary,
 }
 
@@ -142,6 +152,7 @@ impl AxleRecord {
         }
     }
 
+    /// The same, to be changed.
     pub fn output_mut(&mut self) -> &mut [f64] {
         match &mut self.force {
             Some(force) if self.prescribed => force,
@@ -194,10 +205,12 @@ impl Ride {
         self.axles.iter().next().is_none()
     }
 
+    /// From the first sample to the last (s).
     pub fn duration_s(&self) -> f64 {
         self.samples.saturating_sub(1) as f64 * self.step_s
     }
 
+    /// Time of a sample, counted from 0 (s).
     pub fn time_s(&self, sample: usize) -> f64 {
         self.start_s + sample as f64 * self.step_s
     }
@@ -213,11 +226,14 @@ pub struct RideSummary {
     pub rows: usize,
     /// Samples on the common clock.
     pub samples: usize,
+    /// From the first sample to the last (s).
     pub duration_s: f64,
     /// Times of the first and last sample (s) where only a part of the file's swing is used.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub part_s: Option<[f64; 2]>,
+    /// Of the common clock (Hz).
     pub rate_hz: f64,
+    /// Recognised columns.
     pub columns: Vec<Column>,
     /// The files, where the ride has several.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -250,10 +266,12 @@ pub struct Column {
     pub header: String,
     /// Canonical channel name, e.g. `z_f`.
     pub channel: String,
-    /// Unit in the file, and the factor that makes it SI.
+    /// Unit in the file.
     pub unit: String,
+    /// Factor that makes it SI.
     pub scale: f64,
-    /// Samples that were not blank, and their mean rate (Hz).
+    /// Samples that were not blank.
     pub samples: usize,
+    /// Their mean rate (Hz).
     pub rate_hz: f64,
 }

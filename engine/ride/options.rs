@@ -31,6 +31,7 @@ pub struct ReadOptions {
     /// What holds for one file of several alone, under its name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub files: BTreeMap<String, FileOptions>,
+    /// Sizes beyond which a file is refused. Set by the program, never by the sender.
     #[serde(skip)]
     pub limits: Limits,
     /// Channels of `map` whose column may stand in another file. Set by the reader, never by the sender.
@@ -151,11 +152,15 @@ const FURTHEST_S: f64 = 1e9;
 /// Sizes beyond which a file is refused. Set by the program, never by the file or its sender.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
+    /// Of a file, as it lies there and unpacked.
     pub bytes: u64,
+    /// Rows of a table.
     pub rows: usize,
+    /// Columns of a table.
     pub columns: usize,
     /// Files of one ride.
     pub files: usize,
+    /// Bytes of a line.
     pub line_bytes: usize,
     /// Fewest samples on the common clock.
     pub least_samples: usize,

@@ -186,7 +186,7 @@ fn all_ways(bytes: &[u8], options: &ReadOptions) {
     if let Err(e) = read(bytes, "x", &bike, options) {
         assert!(e.to_string().starts_with('x') && !e.kind().is_empty());
     }
-    let _ = preview(&[RideFile { name: "x", bytes }], options);
+    let _ = preview(&[RideFile::new("x", bytes)], options);
 }
 
 fn some_options() -> impl Strategy<Value = ReadOptions> {

@@ -7,7 +7,7 @@ use super::clock_notes::{apart, tell};
 use super::common::{Common, basis, has_only_accelerometers};
 use super::error::ReadError;
 use super::file::{FileSummary, RideFile, sha256_of};
-use super::format::table;
+use super::format::of_bytes;
 use super::recording::Recording;
 use super::several::{Opened, join, open};
 use super::{Column, ReadOptions, Ride, RideSummary, SensorClock, axles, decay, sensed};
@@ -23,8 +23,7 @@ pub fn read(
     bike: &Bike,
     options: &ReadOptions,
 ) -> Result<Ride, ReadError> {
-    let file = RideFile { name: file, bytes };
-    read_on_clocks(&[file], bike, options, &[])
+    read_on_clocks(&[RideFile::new(file, bytes)], bike, options, &[])
 }
 
 /// Reads a ride of one file or several, with the time stamps of sensors set right whose clocks are known to be off.
@@ -54,7 +53,9 @@ fn names(files: &[RideFile<'_>]) -> String {
 pub struct Preview {
     /// How the file is written, in words.
     pub format: String,
+    /// Rows of all files.
     pub rows: usize,
+    /// Recognised columns.
     pub columns: Vec<Column>,
     /// The files, where there are several.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -63,10 +64,15 @@ pub struct Preview {
     pub ignored: Vec<String>,
     /// The common clock; absent if the file cannot be identified as it is.
     pub rate_hz: Option<f64>,
+    /// Samples on the common clock.
     pub samples: Option<usize>,
+    /// Time of the first one (s).
     pub start_s: Option<f64>,
+    /// From the first one to the last (s).
     pub duration_s: Option<f64>,
+    /// Missing stretches, at most a hundred of each clock.
     pub gaps: Vec<PreviewGap>,
+    /// What was met and bridged, or doubted.
     pub warnings: Vec<String>,
     /// Why the ride could not be identified with these options.
     pub problem: Option<String>,
@@ -76,10 +82,13 @@ pub struct Preview {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct PreviewGap {
+    /// Channels that lack them.
     pub channels: Vec<String>,
-    /// Times of the samples before and after (s).
+    /// Time of the sample before (s).
     pub from_s: f64,
+    /// Time of the sample after (s).
     pub to_s: f64,
+    /// How many would stand between.
     pub missing: usize,
 }
 
@@ -169,7 +178,7 @@ fn gaps(recording: &Recording) -> Vec<PreviewGap> {
 
 /// Parses without making a ride of it; the number of rows. For benchmarks.
 pub fn parse_only(bytes: &[u8], options: &ReadOptions) -> Result<usize, ReadError> {
-    table(bytes, options).map(|table| table.rows)
+    of_bytes(bytes, options).map(|table| table.rows)
 }
 
 fn ride(

@@ -21,13 +21,17 @@ pub enum SensorKind {
 /// One sensor on the ride's clock.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SensorRecord {
+    /// Where it sits.
     pub axle: Axle,
+    /// What it measures.
     pub kind: SensorKind,
+    /// One for each of the ride's samples, in the unit of `kind`.
     pub values: Vec<f64>,
     /// Samples to trust: false where it was clipped or missing.
     pub valid: Vec<bool>,
-    /// Its own rate (Hz), and the time stamp of its own first sample (s).
+    /// Its own rate (Hz).
     pub rate_hz: f64,
+    /// Time stamp of its own first sample (s).
     pub first_s: f64,
 }
 

@@ -14,16 +14,19 @@ const PROMISED_PPM: f64 = 5.0;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct SensorClock {
-    /// Canonical names of both channels, e.g. `d_r` beside `a_r`.
+    /// Canonical name of its channel, e.g. `d_r`.
     pub channel: String,
+    /// The channel that it is compared with.
     pub beside: String,
     /// Their files, where the ride has several and these are two: it is then the clock of all that is in the first one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
+    /// The file of that one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub beside_file: Option<String>,
     /// Null where the ride does not tell it; `reason` says why.
     pub found: Option<ClockOffset>,
+    /// Why nothing was found.
     pub reason: Option<String>,
     /// Whether the time stamps were set right by it; what is small or not sure is left in, and counts in full in the intervals.
     pub applied: bool,
@@ -35,13 +38,19 @@ pub struct SensorClock {
 pub struct ClockOffset {
     /// Time (s) that the offset is told for, by the clock beside: its first sample.
     pub at_s: f64,
+    /// How late the clock is (s).
     pub offset_s: f64,
+    /// Standard error of the offset (s).
     pub offset_std_s: f64,
+    /// How much it runs fast (parts per million).
     pub drift_ppm: f64,
+    /// Standard error of the drift (parts per million).
     pub drift_std_ppm: f64,
     /// The offset in the middle of the ride, where it is known best.
     pub middle_s: f64,
+    /// How late the clock is then (s).
     pub middle_offset_s: f64,
+    /// Standard error of that (s).
     pub middle_offset_std_s: f64,
 }
 

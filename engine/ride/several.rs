@@ -1,7 +1,7 @@
 //! The files of a ride become one recording: each has a clock of its own, and all of them are put on one.
 
 use super::error::{Problem, ReadError};
-use super::file::{FileSummary, RideFile, sha256};
+use super::file::{FileSummary, RideFile};
 use super::format::table;
 use super::options::ReadOptions;
 use super::recording::{Recording, list};
@@ -59,10 +59,10 @@ pub(super) fn open(
         let own = options.own(file.name);
         let offset_s = own.and_then(|(_, own)| own.offset_s);
         let options = options.of_file(file.name, files.len());
-        let table = table(file.bytes, &options).map_err(|e| e.in_file(file.name))?;
+        let table = table(file, &options).map_err(|e| e.in_file(file.name))?;
         Ok(Opened {
             name: file.name.to_owned(),
-            sha256: sha256(file.bytes),
+            sha256: file.sha256(),
             options,
             offset_s,
             table,

@@ -7,7 +7,7 @@ use std::io::{self, Cursor, Read};
 
 use super::error::Problem;
 use super::options::Limits;
-use super::xlsx;
+use super::{track, xlsx};
 
 const BLOCK: usize = 1 << 20;
 
@@ -46,6 +46,10 @@ impl<'a> Source<'a> {
             _ if xlsx::is_xlsx(bytes) => {
                 let text = xlsx::text(bytes, limits)?;
                 Some((xlsx::FORMAT, Box::new(Cursor::new(text.into_bytes()))))
+            }
+            _ if track::is_track(bytes) => {
+                let text = track::text(bytes)?;
+                Some((track::FORMAT, Box::new(Cursor::new(text.into_bytes()))))
             }
             _ => None,
         };
@@ -100,7 +104,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// `gzip`, `zstd`, `xlsx`, `UTF-16` or nothing.
+    /// `gzip`, `zstd`, `xlsx`, `GPX or TCX`, `UTF-16` or nothing.
     pub fn format(&self) -> Option<&'static str> {
         match self {
             Self::Whole(_) => None,

@@ -1,7 +1,7 @@
 //! The recognised columns of a file as numbers, before anything is made of them.
 
 use super::channel::Channel;
-use super::error::ReadError;
+use super::error::{Problem, ReadError};
 use super::unit::Unit;
 
 /// Largest magnitude that a measurement may have in the file's unit.
@@ -15,6 +15,31 @@ pub(super) struct Spec {
     pub header: String,
     pub channel: Channel,
     pub unit: Unit,
+}
+
+impl Spec {
+    /// Names the column in `problem`.
+    pub fn blame(&self, problem: Problem) -> ReadError {
+        ReadError::from(problem).in_column(self.number, &self.header)
+    }
+}
+
+/// Refuses what no measurement is, with its place; whether NaN is a missing value depends on the format.
+pub(super) fn measured(values: &[f64], nan_is_missing: bool) -> Result<(), (usize, Problem)> {
+    let wrong = |v: &f64| !(v.abs() <= LARGEST || v.is_nan() && nan_is_missing);
+    let Some(at) = values.iter().position(wrong) else {
+        return Ok(());
+    };
+    let problem = match values[at] {
+        value if value.is_finite() => Problem::OutOfRange {
+            value,
+            limit: LARGEST,
+        },
+        other => Problem::NotFinite {
+            cell: other.to_string(),
+        },
+    };
+    Err((at, problem))
 }
 
 /// Columns of equal length; a blank cell is NaN, and nothing else is.
@@ -64,7 +89,6 @@ impl Places {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ride::Problem;
 
     #[test]
     fn rows_find_their_lines() {

@@ -26,10 +26,7 @@ fn options(map: &[(&str, &str)]) -> ReadOptions {
 }
 
 fn x(bytes: &[u8]) -> RideFile<'_> {
-    RideFile {
-        name: "x.csv",
-        bytes,
-    }
+    RideFile::new("x.csv", bytes)
 }
 
 fn read_text(text: &str) -> Result<Ride, ReadError> {

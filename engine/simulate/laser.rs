@@ -12,9 +12,11 @@ use crate::settings::within;
 /// Where it is, and how its clock goes: at time t of the ride it reads t + offset + drift t.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Laser {
+    /// Where it sits.
     pub axle: Axle,
     /// Standard deviation of its white noise (m).
     pub noise_m: f64,
+    /// How late its clock is at the start (s).
     pub offset_s: f64,
     /// Parts per million.
     pub drift_ppm: f64,
@@ -24,8 +26,11 @@ pub struct Laser {
 
 /// What it wrote: the deflection u - z (m) and its own time stamps (s).
 pub struct Logged {
+    /// Canonical name, `d_f` or `d_r`.
     pub channel: &'static str,
+    /// By its own clock (s).
     pub stamps_s: Vec<f64>,
+    /// As many (m).
     pub values: Vec<f64>,
 }
 

@@ -2,9 +2,10 @@
 //! it nonlinear.
 
 pub mod laser;
+#[allow(missing_docs)]
 pub mod linear;
 pub mod outing;
 pub mod road;
 mod sensed;
-pub mod sensitivity;
-pub mod start;
+pub(crate) mod sensitivity;
+pub(crate) mod start;

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::linear::{Input, simulate};
 use super::road::{Bump, Profile, Roughness};
@@ -15,55 +15,81 @@ use crate::ride::{AxleRecord, RATES_HZ, Ride, RideSummary};
 use crate::settings::within;
 
 /// One axle of the simulated bicycle.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Spring {
+    /// Mass that the wheel carries (kg).
     pub mass_kg: f64,
+    /// Stiffness (N/m).
     pub k_n_m: f64,
+    /// Damping (N s/m).
     pub b_n_s_m: f64,
 }
 
 /// What excites the bicycle.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Excitation {
     /// Riding over a road with bumps, rough or else flat.
     Road {
+        /// None: flat.
         roughness: Option<Roughness>,
+        /// Laid over it.
         bumps: Vec<Bump>,
     },
     /// A sine force on each axle mass whose frequency rises evenly; the ground is at rest.
     Shaker {
+        /// Of the force (N).
         amplitude_n: f64,
+        /// Frequency at the start (Hz).
         from_hz: f64,
+        /// Frequency at the end (Hz).
         to_hz: f64,
     },
     /// Let go from a displaced position; the ground is at rest.
-    Release { displacement_m: f64 },
+    Release {
+        /// From here (m).
+        displacement_m: f64,
+    },
 }
 
 /// The speed swings around its mean: V (1 + share sin(2 pi t / period)).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SpeedChange {
+    /// Of the mean speed (-0.95 to 0.95).
     pub share: f64,
+    /// Of a swing (s).
     pub period_s: f64,
 }
 
 /// A ride to simulate. The default is the paper's bicycle for a minute on an ISO class B road.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Outing {
+    /// Length of the ride (s).
     pub duration_s: f64,
+    /// Sampling rate (Hz).
     pub rate_hz: f64,
+    /// Mean speed (m/s).
     pub speed_m_s: f64,
+    /// How the speed swings, where it does.
     pub speed_change: Option<SpeedChange>,
     /// Steady pedalling (revolutions per minute).
     pub cadence_rpm: Option<f64>,
+    /// By how much the rear wheel is behind (m).
     pub wheelbase_m: f64,
+    /// None: not recorded.
     pub front: Option<Spring>,
+    /// None: not recorded.
     pub rear: Option<Spring>,
+    /// What moves the axles.
     pub excitation: Excitation,
-    /// Standard deviation of the white noise on z and on u (m).
+    /// Standard deviation of the white noise on z (m).
     pub noise_displacement_m: f64,
+    /// Standard deviation of the white noise on u (m).
     pub noise_road_m: f64,
+    /// Seed of the road and of the noise.
     pub seed: u64,
 }
 
@@ -102,11 +128,15 @@ const FINE: usize = 8;
 /// What drives one axle, and how it moves, without noise.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Motion {
-    /// u (m), F (N), z (m), z' (m/s), z'' (m/s^2).
+    /// u (m).
     pub road: Vec<f64>,
+    /// F (N).
     pub force: Option<Vec<f64>>,
+    /// z (m).
     pub displacement: Vec<f64>,
+    /// z' (m/s).
     pub velocity: Vec<f64>,
+    /// z'' (m/s^2).
     pub acceleration: Vec<f64>,
 }
 
@@ -180,6 +210,7 @@ impl Outing {
         }
     }
 
+    /// As many as a logger writes.
     pub fn samples(&self) -> usize {
         (self.duration_s * self.rate_hz).round() as usize + 1
     }
@@ -379,6 +410,7 @@ pub struct Normal {
 }
 
 impl Normal {
+    /// The same seed gives the same numbers.
     pub fn new(seed: u64) -> Self {
         Self {
             random: ChaCha8Rng::seed_from_u64(seed),
@@ -386,6 +418,7 @@ impl Normal {
         }
     }
 
+    /// The next one.
     pub fn draw(&mut self) -> f64 {
         if let Some(spare) = self.spare.take() {
             return spare;

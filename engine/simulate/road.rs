@@ -10,14 +10,22 @@ use crate::numerics::spline::{cubic, slopes};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Roughness {
+    /// 16e-6 m^3.
     A,
+    /// 64e-6 m^3.
     #[default]
     B,
+    /// 256e-6 m^3.
     C,
+    /// 1024e-6 m^3.
     D,
+    /// 4096e-6 m^3.
     E,
+    /// 16384e-6 m^3.
     F,
+    /// 65536e-6 m^3.
     G,
+    /// 262144e-6 m^3.
     H,
 }
 
@@ -36,6 +44,7 @@ impl Roughness {
         }
     }
 
+    /// Smoothest first.
     pub const ALL: [Self; 8] = [
         Self::A,
         Self::B,
@@ -74,9 +83,11 @@ impl Roughness {
 /// A rounded bump: height (1 - cos)/2 over its length.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bump {
-    /// Where it begins (m), how long and how high it is (m; negative for a hole).
+    /// Where it begins (m).
     pub at_m: f64,
+    /// Length (m).
     pub length_m: f64,
+    /// Height (m; negative for a hole).
     pub height_m: f64,
 }
 

@@ -1,12 +1,19 @@
 //! A simulated ride as two accelerometers and a speed sensor record it.
 
 use super::outing::{Normal, Outing};
+use crate::EngineError;
 use crate::bicycle::PerAxle;
 use crate::ride::{Ride, SensorKind, SensorRecord};
+use crate::settings::within;
 
 impl Outing {
     /// The ride without road and displacement: accelerometers with white noise (m/s^2, standard deviation), and the speed.
-    pub fn sensed(&self, noise: f64) -> Ride {
+    ///
+    /// # Errors
+    /// A number that is out of range.
+    pub fn sensed(&self, noise: f64) -> Result<Ride, EngineError> {
+        self.validate()?;
+        within("noise", noise, 0.0, f64::MAX)?;
         let mut ride = self.ride();
         let mut random = Normal::new(self.seed.wrapping_add(0x7365_6e73_6564));
         ride.axles = PerAxle::default();
@@ -22,12 +29,13 @@ impl Outing {
                 first_s: ride.start_s,
             });
         }
-        ride
+        Ok(ride)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
 
     #[test]
@@ -36,7 +44,7 @@ mod tests {
             duration_s: 20.0,
             ..Outing::default()
         };
-        let (quiet, noisy) = (outing.sensed(0.0), outing.sensed(0.1));
+        let (quiet, noisy) = (outing.sensed(0.0).unwrap(), outing.sensed(0.1).unwrap());
         assert!(quiet.axles.front.is_none() && quiet.sensors.len() == 2);
         for ((_, motion), (quiet, noisy)) in
             (outing.motion().iter()).zip(quiet.sensors.iter().zip(&noisy.sensors))

@@ -22,11 +22,5 @@ fuzz_target!(|data: (u8, &[u8])| {
         ..Bike::default()
     };
     let _ = read(bytes, "ride", &bike, &options);
-    let _ = preview(
-        &[RideFile {
-            name: "ride",
-            bytes,
-        }],
-        &options,
-    );
+    let _ = preview(&[RideFile::new("ride", bytes)], &options);
 });

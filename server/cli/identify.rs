@@ -6,11 +6,11 @@ use std::time::{Duration, Instant};
 use clap::{Args, ValueEnum};
 use serde_json::Map;
 use veloid_engine::bicycle::Bike;
+use veloid_engine::report::summary;
 use veloid_engine::ride::{Ride, RideFile};
 use veloid_engine::{Objective, Progress, Settings};
 
 use super::CliError;
-use super::summary::summary;
 use crate::options::Options;
 
 /// Identifies one ride from start to finish, without a server.
@@ -146,7 +146,7 @@ impl Identify {
         let files = self.rides.iter().map(read);
         let files = files.collect::<Result<Vec<_>, CliError>>()?;
         let files: Vec<RideFile<'_>> = (files.iter())
-            .map(|(name, bytes)| RideFile { name, bytes })
+            .map(|(name, bytes)| RideFile::new(name, bytes))
             .collect();
         Ok(veloid_engine::read(&files, bike, &options.reading)?)
     }

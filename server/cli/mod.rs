@@ -23,7 +23,7 @@ mod serve;
 mod simulate;
 mod split;
 mod storage;
-mod summary;
+
 mod vault;
 mod worker;
 

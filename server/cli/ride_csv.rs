@@ -2,13 +2,13 @@
 
 use std::fmt::Write;
 
-use veloid_engine::ride::{Ride, channel_name};
+use veloid_engine::ride::Ride;
 use veloid_engine::simulate::laser::Logged;
 
 /// Header and one line per sample, the ride's own and those of `others` by their time stamps, with blanks where a channel has none;
 /// every number with all its digits, small ones with an exponent.
 pub fn text(ride: &Ride, others: &[Logged]) -> String {
-    let columns = columns(ride);
+    let columns = ride.channels();
     let names = columns.iter().map(|(name, _)| *name);
     let mut csv = "t".to_owned();
     for name in names.chain(others.iter().map(|o| o.channel)) {
@@ -50,41 +50,6 @@ pub fn text(ride: &Ride, others: &[Logged]) -> String {
         }
         csv.push('\n');
     }
-}
-
-/// The ride's channels that were recorded, each under its name.
-fn columns(ride: &Ride) -> Vec<(&str, &[f64])> {
-    let mut columns: Vec<(&str, &[f64])> = Vec::new();
-    for (axle, names) in [
-        (&ride.axles.front, ["u_f", "z_f", "force_f", "a_f"]),
-        (&ride.axles.rear, ["u_r", "z_r", "force_r", "a_r"]),
-    ] {
-        let Some(record) = axle else { continue };
-        if record.has_road() {
-            columns.push((names[0], &record.road));
-        }
-        columns.push((names[1], &record.displacement));
-        columns.extend(record.force.as_deref().map(|values| (names[2], values)));
-        columns.extend(
-            record
-                .acceleration
-                .as_deref()
-                .map(|values| (names[3], values)),
-        );
-    }
-    let sensors = ride.sensors.iter();
-    columns.extend(sensors.map(|s| (channel_name(s.kind, s.axle), s.values.as_slice())));
-    for (name, channel) in [
-        ("v", &ride.speed),
-        ("cadence", &ride.cadence),
-        ("roll", &ride.roll),
-        ("steer", &ride.steer),
-        ("yaw_rate", &ride.yaw_rate),
-        ("v_lat", &ride.lateral_speed),
-    ] {
-        columns.extend(channel.as_deref().map(|values| (name, values)));
-    }
-    columns
 }
 
 #[cfg(test)]

@@ -5,14 +5,12 @@ use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
 use serde::Serialize;
-use veloid_engine::EngineError;
 use veloid_engine::bicycle::{Axle, Bike};
-use veloid_engine::diagnosis::impose::{self, Imposed};
 use veloid_engine::report::diagnosis::Place;
-use veloid_engine::ride::Ride;
 use veloid_engine::simulate::laser::Laser;
 use veloid_engine::simulate::outing::{Excitation, Outing, SpeedChange, Spring};
 use veloid_engine::simulate::road::{Bump, Roughness};
+use veloid_engine::{EngineError, Imposed, simulate};
 
 use super::{CliError, ride_csv, split};
 
@@ -166,8 +164,8 @@ impl Simulate {
         let (outing, bike) = (self.outing(), self.bicycle());
         let effects: Vec<Imposed> = self.effect.iter().map(|e| e.0.clone()).collect();
         let ride = match self.accelerometers {
-            Some(noise) => sensed(&outing, noise)?,
-            None => impose::ride(&outing, &bike, &effects)?,
+            Some(noise) => outing.sensed(noise)?,
+            None => simulate(&outing, &bike, &effects)?,
         };
         let lasers = self.lasers()?;
         let logged = lasers.iter().map(|laser| laser.logged(&outing));
@@ -270,16 +268,6 @@ impl Simulate {
             ..Bike::default()
         }
     }
-}
-
-/// The ride as accelerometers record it.
-fn sensed(outing: &Outing, noise: f64) -> Result<Ride, EngineError> {
-    let noisy = Outing {
-        noise_displacement_m: noise,
-        ..outing.clone()
-    };
-    noisy.validate()?;
-    Ok(outing.sensed(noise))
 }
 
 /// What a ride was made of.

@@ -97,7 +97,7 @@ mod tests {
         };
         let lasers = [laser(Axle::Front, 1.5), laser(Axle::Rear, -0.5)];
         let logged: Vec<Logged> = lasers.iter().map(|l| l.logged(&outing).unwrap()).collect();
-        let ride = outing.sensed(0.03);
+        let ride = outing.sensed(0.03).unwrap();
         let files = files(&ride, &lasers, &logged);
         let first = |i: usize| -> f64 {
             let row = files[i].1.lines().nth(1).unwrap();

@@ -71,5 +71,5 @@ pub async fn read(
 
 /// The files as the engine takes them.
 pub fn named(files: &[(String, Vec<u8>)]) -> impl Iterator<Item = RideFile<'_>> {
-    files.iter().map(|(name, bytes)| RideFile { name, bytes })
+    files.iter().map(|(name, bytes)| RideFile::new(name, bytes))
 }

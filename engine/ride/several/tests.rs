@@ -8,7 +8,7 @@ use super::*;
 use crate::bicycle::Bike;
 use crate::ride::options::FileOptions;
 use crate::ride::read::{preview, read, read_on_clocks};
-use crate::ride::{Ride, fit, xlsx};
+use crate::ride::{Ride, fit, track, xlsx};
 
 /// A column of waves at 100 Hz, time stamps written as told.
 fn csv(header: &str, rows: usize, stamp: impl Fn(usize) -> String) -> String {
@@ -28,7 +28,7 @@ fn seconds(from: f64) -> impl Fn(usize) -> String {
 fn files<'a>(named: &[(&'a str, &'a [u8])]) -> Vec<RideFile<'a>> {
     named
         .iter()
-        .map(|(name, bytes)| RideFile { name, bytes })
+        .map(|(name, bytes)| RideFile::new(name, bytes))
         .collect()
 }
 
@@ -175,6 +175,21 @@ fn a_workbook_and_a_head_unit_are_files_too() {
         "{}",
         speed[0]
     );
+    assert_eq!(ride.cadence.unwrap()[5], 80.0);
+}
+
+#[test]
+fn a_track_gives_the_speed_by_its_times_of_day() {
+    let speeds: Vec<f64> = (0..30).map(|i| 5.0 + 1e-3 * f64::from(i)).collect();
+    let track = track::tests::gpx("2026-05-01T10:00", &speeds);
+    let epoch = 1_777_629_604.0;
+    let text = csv("t,a_f", 2000, |i| format!("{:.2}", epoch + i as f64 * 0.01));
+    let named: [(&str, &[u8]); 2] = [("imu.csv", text.as_bytes()), ("ride.gpx", track.as_bytes())];
+    let ride = ride(&named, &ReadOptions::default()).unwrap();
+    assert_eq!(ride.summary.files[1].format, "GPX or TCX track");
+    let speed = ride.speed.unwrap();
+    assert!((speed[0] - 5.004).abs() < 1e-6, "{}", speed[0]);
+    assert!((speed[1000] - 5.014).abs() < 1e-6, "{}", speed[1000]);
     assert_eq!(ride.cadence.unwrap()[5], 80.0);
 }
 

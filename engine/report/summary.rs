@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use veloid_engine::bicycle::{Axle, PerAxle};
-use veloid_engine::number::{Number, significant};
-use veloid_engine::report::{Estimate, LatentRoad, Report};
+use super::{Estimate, LatentRoad, Report};
+use crate::bicycle::{Axle, PerAxle};
+use crate::number::{Number, significant};
 
 /// What was understood, every method's parameters, and the verdict.
 pub fn summary(report: &Report) -> String {

@@ -1,0 +1,106 @@
+//! The engine for Python: what `veloid/` calls. Arrays come in as buffers of doubles and go out as their bytes; documents
+//! (bike, options, report) are JSON both ways, so that every number is the command line's, bit for bit.
+
+mod columns;
+mod failure;
+mod input;
+mod run;
+
+use pyo3::prelude::*;
+use veloid_engine::number::Number;
+use veloid_engine::report::{self, Quantity, Report};
+use veloid_engine::simulate::outing::Outing;
+use veloid_engine::{Bike, Ride, Settings};
+
+use columns::Columns;
+use failure::Failure;
+use input::Source;
+
+/// A ride that was read, kept for its series.
+#[pyclass(frozen)]
+struct Record(Ride);
+
+/// Reads and identifies; the report's text and the ride.
+#[pyfunction]
+fn identify(
+    py: Python<'_>,
+    sources: Vec<Source>,
+    bike: &str,
+    reading: &str,
+    settings: &str,
+    progress: Option<Bound<'_, PyAny>>,
+    threads: Option<usize>,
+) -> PyResult<(String, Record)> {
+    let bike = Bike::from_json(bike).map_err(Failure::from)?;
+    let reading = input::options(reading)?;
+    let settings: Settings = input::options(settings)?;
+    settings.validate().map_err(Failure::from)?;
+    let sources = input::owned(py, sources)?;
+    let pool = run::pool(threads)?;
+    run::beside(py, &pool, &settings, progress, |heard| {
+        let ride = input::read(&sources, &bike, &reading)?;
+        let report = veloid_engine::identify(&ride, &bike, &settings, heard)?;
+        Ok((serde_json::to_string_pretty(&report)?, Record(ride)))
+    })
+}
+
+/// A simulated ride: its columns, and what it was made of.
+#[pyfunction]
+fn simulate<'py>(
+    py: Python<'py>,
+    outing: &str,
+    bike: &str,
+    effects: &str,
+    accelerometers: Option<f64>,
+) -> PyResult<(Columns<'py>, String)> {
+    let outing: Outing = input::options(outing)?;
+    let bike = Bike::from_json(bike).map_err(Failure::from)?;
+    let effects = input::effects(effects)?;
+    let pool = run::pool(None)?;
+    let ride = run::beside(py, &pool, &Settings::default(), None, |_| {
+        Ok(match accelerometers {
+            Some(noise) => outing.sensed(noise)?,
+            None => veloid_engine::simulate(&outing, &bike, &effects)?,
+        })
+    })?;
+    let made = serde_json::to_string(&outing).map_err(Failure::from)?;
+    Ok((columns::of_ride(py, &ride), made))
+}
+
+/// Measured and simulated motion of a ride, sample by sample; the columns of each axle have its name in front.
+#[pyfunction]
+fn series<'py>(
+    py: Python<'py>,
+    record: &Record,
+    report: &str,
+    quantity: &str,
+) -> PyResult<Columns<'py>> {
+    let quantity: Quantity = input::word("quantity", quantity)?;
+    let report: Report = serde_json::from_str(report).map_err(Failure::from)?;
+    let series = py.detach(|| report::Series::of(&record.0, &report, quantity));
+    Ok(columns::of_series(py, &record.0, &series))
+}
+
+/// What the command line says of a report.
+#[pyfunction]
+fn summary(report: &str) -> PyResult<String> {
+    let report: Report = serde_json::from_str(report).map_err(Failure::from)?;
+    Ok(report::summary(&report))
+}
+
+/// A value with its 95 % interval, to as many digits as that allows.
+#[pyfunction]
+fn measured(value: f64, std_error: Option<f64>) -> String {
+    Number::measured(value, std_error).to_string()
+}
+
+#[pymodule]
+fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<Record>()?;
+    module.add_function(wrap_pyfunction!(identify, module)?)?;
+    module.add_function(wrap_pyfunction!(simulate, module)?)?;
+    module.add_function(wrap_pyfunction!(series, module)?)?;
+    module.add_function(wrap_pyfunction!(summary, module)?)?;
+    module.add_function(wrap_pyfunction!(measured, module)?)
+}

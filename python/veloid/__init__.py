@@ -1,0 +1,39 @@
+"""A bicycle's vertical stiffness and damping from a ride, and the physics that the model leaves out.
+
+`identify`, `diagnose` and `simulate` run the engine in this process; `Client` talks to a server. See `docs/python.md`.
+"""
+
+from ._native import __version__
+from .client import Client, Job
+from .engine import Progress, diagnose, identify
+from .errors import (
+    BikeError,
+    IdentificationError,
+    JobError,
+    OptionError,
+    RideError,
+    ServerError,
+    VeloidError,
+)
+from .report import Diagnosis, Report
+from .simulation import Simulated, simulate
+
+__all__ = [
+    "BikeError",
+    "Client",
+    "Diagnosis",
+    "IdentificationError",
+    "Job",
+    "JobError",
+    "OptionError",
+    "Progress",
+    "Report",
+    "RideError",
+    "ServerError",
+    "Simulated",
+    "VeloidError",
+    "__version__",
+    "diagnose",
+    "identify",
+    "simulate",
+]

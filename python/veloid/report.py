@@ -1,0 +1,148 @@
+"""What an identification found out."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from . import _native, drawing
+from .errors import VeloidError
+from .frames import FrameKind, table
+from .frames import frame as to_frame
+
+PARAMETERS = ["method", "axle", "name", "value", "std_error", "unit"]
+METHODS = ["least_squares", "instrumental", "swarm", "output_error", "latent_road"]
+
+
+class Diagnosis:
+    """What physics the model leaves out: the report's section `diagnosis`, which is `document`."""
+
+    def __init__(self, document: dict[str, Any]) -> None:
+        self.document = document
+
+    @property
+    def verdict(self) -> str:
+        """`nothing_missing`, `named`, `named_in_part`, `ambiguous`, `unnamed` or `cannot_tell`."""
+        return str(self.document["verdict"])
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in plain words."""
+        return str(self.document["sentence"])
+
+    @property
+    def effects(self) -> list[dict[str, Any]]:
+        """The effects that were found, those that the verdict affirms first."""
+        return list(self.document["effects"])
+
+    def __repr__(self) -> str:
+        return f"<Diagnosis {self.verdict}: {self.sentence}>"
+
+    def _repr_html_(self) -> str:
+        return drawing.page(drawing.diagnosis(self.document))
+
+
+class Report:
+    """Everything that one identification found out.
+
+    `text` is the JSON that `veloid identify --json` writes, or a server answers with; `document` is the same as
+    dictionaries. `str()` is what the command line prints.
+    """
+
+    def __init__(self, text: str, record: _native.Record | None = None) -> None:
+        self.text = text
+        self._record = record
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Report:
+        """A report from its file."""
+        return cls(Path(path).read_text(encoding="utf-8"))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the file: that of `veloid identify --json`, byte for byte, where the ride was identified here."""
+        Path(path).write_text(self.text + "\n", encoding="utf-8")
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        read = json.loads(self.text)
+        assert isinstance(read, dict)
+        return read
+
+    @property
+    def diagnosis(self) -> Diagnosis | None:
+        """None where it was not asked for."""
+        found = self.document["diagnosis"]
+        return None if found is None else Diagnosis(found)
+
+    @property
+    def verdict(self) -> str | None:
+        return None if self.diagnosis is None else self.diagnosis.verdict
+
+    @property
+    def sentence(self) -> str | None:
+        return None if self.diagnosis is None else self.diagnosis.sentence
+
+    @property
+    def warnings(self) -> list[str]:
+        """What was doubted: by the reader, by what seems to have been done wrong, by the diagnosis."""
+        found = [*self.document["ride"]["warnings"], *(m["sentence"] for m in self.document["mistakes"])]
+        found += self.document["diagnosis"]["warnings"] if self.diagnosis else []
+        return list(dict.fromkeys(found))
+
+    def parameters(self, frame: FrameKind = "pandas") -> Any:
+        """A row for each identified parameter: method, axle, name, value, std_error, unit, as `/v1/parameters` has them."""
+        return table(list(self._parameters()), PARAMETERS, frame)
+
+    def series(self, quantity: str = "displacement", frame: FrameKind = "pandas") -> Any:
+        """Measured and simulated motion at every sample: `displacement`, `velocity`, `acceleration` or `force`. Columns are
+        `t` and, of each axle, `front_measured`, `front_least_squares`, `front_swarm`, `front_plain` (output error),
+        `front_residual` (measured - plain) and `front_observer`; NaN where there is no value."""
+        if self._record is None:
+            raise VeloidError("this report came without its ride: identify the ride, or ask a server's job for its series")
+        columns = _native.series(self._record, self.text, quantity)
+        return to_frame({name: np.frombuffer(values) for name, values in columns}, frame)
+
+    def _parameters(self) -> Iterator[dict[str, Any]]:
+        diagnosis = self.document["diagnosis"]
+        for method in METHODS:
+            yield from of_estimates(method, self.document[method] or {})
+        if diagnosis is None:
+            return
+        yield from of_estimates("extended", diagnosis["extended"])
+        in_part = diagnosis["verdict"] == "named_in_part"
+        for effect in diagnosis["effects"]:
+            if in_part and not effect["affirmed"]:
+                continue
+            for name, parameter in effect["parameters"].items():
+                told = {key: parameter[key] for key in ("value", "std_error", "unit")}
+                yield {"method": "extended", "axle": effect["axle"], "name": f"{effect['id']}.{name}", **told}
+
+    def __str__(self) -> str:
+        return _native.summary(self.text)
+
+    def __repr__(self) -> str:
+        ride, bike = self.document["ride"], self.document["bike"]["bike"]
+        of = f" of {bike}" if bike else ""
+        return f"<Report{of}: {ride['duration_s']:.4g} s at {ride['rate_hz']:.5g} Hz, {self.verdict or 'not diagnosed'}>"
+
+    def _repr_html_(self) -> str:
+        return drawing.page(drawing.report(self.document))
+
+
+def of_estimates(method: str, estimates: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    for axle in ("front", "rear"):
+        found = estimates.get(axle)
+        if found is None:
+            continue
+        kinds = [("k_n_m", "k_std_n_m", "N/m"), ("b_n_s_m", "b_std_n_s_m", "N s/m")]
+        if found.get("mass_std_kg") is not None:
+            kinds.append(("mass_kg", "mass_std_kg", "kg"))
+        for name, error, unit in kinds:
+            value = {"value": found[name], "std_error": found[error], "unit": unit}
+            yield {"method": method, "axle": axle, "name": name, **value}
