@@ -40,6 +40,12 @@ pub(super) fn read(arrays: &Arrays<'_>, options: &ReadOptions) -> Result<Table, 
     if from >= rows && rows > 0 {
         return Err(Problem::BadRows { from, to, rows }.into());
     }
+    let mut warnings = recognised.warnings;
+    if to > rows {
+        warnings.push(format!(
+            "rows {from}:{to} were asked for and the file ends after {rows}"
+        ));
+    }
     let range = from.min(rows)..to.min(rows);
     let columns = recognised.specs.into_iter().map(|spec| {
         let values = of(spec.number)[range.clone()].to_vec();
@@ -54,7 +60,7 @@ pub(super) fn read(arrays: &Arrays<'_>, options: &ReadOptions) -> Result<Table, 
         epoch_s: arrays.epoch_s,
         unfound: recognised.unfound,
         ignored: recognised.ignored,
-        warnings: recognised.warnings,
+        warnings,
         format: "arrays".to_owned(),
         ..Table::default()
     })

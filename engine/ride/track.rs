@@ -120,10 +120,10 @@ pub(super) mod tests {
     #[test]
     fn damage_is_refused_and_values_stay_in_their_cells() {
         let track = gpx("2026-05-01T10:00", &[5.0]);
-        let cut = &track[..track.len() - 60];
+        let cut = &track[..track.find("<x:cad>").unwrap() + 3];
         let broken = track.replace("</x:speed>", "</x:sped>");
         assert_eq!(text(broken.as_bytes()).unwrap_err().kind(), "corrupt-file");
-        assert_eq!(text(cut.as_bytes()).unwrap(), HEADER);
+        assert_eq!(text(cut.as_bytes()).unwrap_err().kind(), "corrupt-file");
         let odd = track.replace(">5<", ">5,\n7<");
         assert!(text(odd.as_bytes()).unwrap().ends_with("Z,5__7,80\n"));
     }
