@@ -12,6 +12,7 @@ mod clocks;
 mod crashes;
 mod dashboard;
 mod deletion;
+mod dependence;
 mod events;
 mod facts;
 mod fleet;

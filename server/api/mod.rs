@@ -4,6 +4,7 @@
 pub mod access;
 mod audit;
 pub mod bikes;
+pub mod dependence;
 pub mod extract;
 pub mod fleet;
 pub mod health;

@@ -3,6 +3,7 @@
 pub mod assets;
 mod compare;
 mod deletion;
+mod dependence;
 mod effects;
 mod estimate;
 mod facts;
@@ -40,6 +41,7 @@ pub fn routes() -> Router<Arc<Server>> {
         .route("/compare", get(compare::compare))
         .route("/effects", get(effects::list))
         .route("/bikes", get(fleet::bikes))
+        .route("/dependence", get(dependence::page))
         .route("/bikes/{bike}", get(fleet::bike))
         .route("/parameters", get(parameters::list))
         .route("/favicon.ico", get(assets::icon))

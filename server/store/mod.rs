@@ -24,6 +24,7 @@ pub mod audit;
 pub mod bike;
 mod connect;
 pub mod deletion;
+pub mod dependence;
 pub mod facts;
 pub mod idempotency_key;
 pub mod job;

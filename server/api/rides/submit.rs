@@ -71,7 +71,7 @@ pub async fn submit(
     parsed.fits(&request.bike)?;
 
     let facts = Given {
-        of_file: facts::of_file(comments, parsed.time_s(0))?,
+        of_file: facts::of_file(comments, parsed.time_s(0), parsed.speed.as_deref())?,
         told,
     };
     facts.of_new()?;
