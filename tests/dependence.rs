@@ -80,7 +80,7 @@ async fn a_season_tells_what_pressure_and_warmth_do() {
 
     let at = ask(
         &server,
-        "bike=season-005&on=pressure_front_bar&at=pressure_front_bar:2.5",
+        "bike=season-005&on=pressure_front_bar&at=pressure_front_bar:2.4",
     )
     .await;
     let prediction = &at["prediction"];
@@ -88,11 +88,11 @@ async fn a_season_tells_what_pressure_and_warmth_do() {
         + fact(&at, "pressure_front_bar")["slope"]["value"]
             .as_f64()
             .unwrap()
-            * (2.5 - fact(&at, "pressure_front_bar")["mean"].as_f64().unwrap());
+            * (2.4 - fact(&at, "pressure_front_bar")["mean"].as_f64().unwrap());
     assert!((prediction["value"].as_f64().unwrap() / expected - 1.0).abs() < 1e-9);
     let said = prediction["summary"].as_str().unwrap();
     assert!(
-        said.starts_with("Front k at 2.5\u{a0}bar (pressure front): ") && said.contains(" ± "),
+        said.starts_with("Front k at 2.4\u{a0}bar (pressure front): ") && said.contains(" ± "),
         "{said}"
     );
     assert_eq!(prediction["beyond"], Value::Array(Vec::new()));

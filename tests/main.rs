@@ -43,3 +43,4 @@ mod strangers;
 mod structure;
 mod takeover;
 mod upload;
+mod webhooks;

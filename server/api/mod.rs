@@ -21,6 +21,7 @@ mod router;
 mod security;
 mod telemetry;
 pub mod time;
+mod webhooks;
 
 use metrics_exporter_prometheus::PrometheusHandle;
 use std::sync::Arc;
@@ -37,6 +38,7 @@ use crate::files::Files;
 use crate::jobs::{Hub, Queue, RideCache};
 use crate::lru::Lru;
 use crate::store::Db;
+use crate::webhooks::Targets;
 
 /// What the handlers share.
 pub struct Server {
@@ -55,6 +57,8 @@ pub struct Server {
     pub access: Access,
     /// For how long what is kept.
     pub policy: Policy,
+    /// Where webhooks may go.
+    pub targets: Targets,
     /// Ends long answers when the server stops.
     pub stop: CancellationToken,
 }

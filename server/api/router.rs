@@ -19,7 +19,7 @@ use super::problem::{Kind, Problem};
 use super::security::secured;
 use super::{
     Server, access, audit, bikes, dependence, fleet, health, jobs, known, parameters, rides,
-    telemetry,
+    telemetry, webhooks,
 };
 use crate::pages;
 use crate::pages::layout::Fault;
@@ -72,6 +72,9 @@ fn routes() -> OpenApiRouter<Arc<Server>> {
         .routes(routes!(dependence::dependence))
         .routes(routes!(parameters::list))
         .routes(routes!(audit::list))
+        .routes(routes!(webhooks::list::list, webhooks::create::create))
+        .routes(routes!(webhooks::delete::delete))
+        .routes(routes!(webhooks::test::test))
         .routes(routes!(health::healthz))
         .routes(routes!(health::readyz))
         .routes(routes!(health::metrics))

@@ -22,6 +22,7 @@ mod simulate;
 mod split;
 mod storage;
 mod summary;
+mod telling;
 mod vault;
 mod worker;
 

@@ -14,11 +14,13 @@ use tokio_util::sync::CancellationToken;
 use super::CliError;
 use super::metrics;
 use super::storage::Storage;
+use super::telling::Telling;
 use crate::files::Files;
 use crate::http::{self, HttpLimits};
 use crate::jobs::{self, Compute, Gate, Hub, RideCache, Work};
 use crate::lru::Lru;
 use crate::store::Db;
+use crate::webhooks::Targets;
 
 /// Jobs whose swarms are kept ready: those that trials may be running of.
 const SWARMS: usize = 4;
@@ -38,6 +40,8 @@ pub struct Worker {
     listen: Option<SocketAddr>,
     #[command(flatten)]
     http: HttpLimits,
+    #[command(flatten)]
+    telling: Telling,
 }
 
 #[derive(Args, Clone, Copy)]
@@ -55,6 +59,7 @@ impl WorkLimits {
         rides: &RideCache,
         hub: &Hub,
         threads: usize,
+        targets: Targets,
     ) -> Result<Arc<Work>, CliError> {
         Ok(Arc::new(Work {
             db: db.clone(),
@@ -63,6 +68,7 @@ impl WorkLimits {
             compute: Compute::new(threads)?,
             gate: Gate::default(),
             hub: hub.clone(),
+            targets,
             limit: Duration::from_secs(self.stage_timeout),
         }))
     }
@@ -79,6 +85,7 @@ impl Worker {
             &RideCache::new(db.clone(), files),
             &Hub::new(),
             threads,
+            self.telling.targets(),
         )?;
         let running = jobs::start(work).await?;
         if let Some(address) = self.listen {

@@ -77,7 +77,7 @@ impl Stages {
             complete(context, &mut tx, id).await?;
             match &computed {
                 (_, Some(report)) => {
-                    finish(&mut tx, id, &job.group_name, &job.bike, report).await?
+                    finish(&queue, &mut tx, id, &job.group_name, &job.bike, report).await?
                 }
                 (conclusion, None) => {
                     result::put(&mut tx, id, result::CONCLUSION, conclusion).await?;

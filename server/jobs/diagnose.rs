@@ -6,7 +6,7 @@ use veloid_engine::{Conclusion, Observed};
 use super::fault::Fault;
 use super::finish::finish;
 use super::queue::Diagnose;
-use super::stage::{backoff, complete};
+use super::stage::{backoff, complete, queue};
 use super::work::Stages;
 use crate::crash;
 use crate::store::result;
@@ -64,10 +64,11 @@ impl Stages {
             })
             .await?;
 
+        let queue = queue(context)?;
         work.publish(context, || async {
             let mut tx = work.db.begin().await?;
             complete(context, &mut tx, id).await?;
-            finish(&mut tx, id, &job.group_name, &job.bike, &report).await?;
+            finish(&queue, &mut tx, id, &job.group_name, &job.bike, &report).await?;
             Ok(tx.commit().await?)
         })
         .await?;

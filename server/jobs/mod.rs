@@ -2,9 +2,11 @@
 //! stores its result, completes its River row and queues what comes next in one transaction.
 
 mod anew;
+mod announce;
 mod cache;
 mod compute;
 mod conclude;
+mod deliver;
 mod diagnose;
 mod fault;
 mod finish;

@@ -11,6 +11,7 @@ use super::gate::Gate;
 use super::hub::Hub;
 use crate::lru::Lru;
 use crate::store::Db;
+use crate::webhooks::Targets;
 
 /// What the stages work with.
 pub struct Work {
@@ -21,10 +22,12 @@ pub struct Work {
     pub compute: Compute,
     pub gate: Gate,
     pub hub: Hub,
+    /// Where others may be told of what ends.
+    pub targets: Targets,
     /// Time that one stage may take.
     pub limit: Duration,
 }
 
-/// The four workers.
+/// The workers.
 #[derive(Clone)]
 pub(super) struct Stages(pub(super) Arc<Work>);

@@ -7,6 +7,7 @@ mod dependence;
 mod effects;
 mod estimate;
 mod facts;
+mod feed;
 mod fleet;
 mod job;
 mod jobs;
@@ -30,6 +31,7 @@ pub fn routes() -> Router<Arc<Server>> {
         .route("/sign-in", get(sign_in::form).post(sign_in::sign_in))
         .route("/sign-out", post(sign_in::sign_out))
         .route("/jobs", get(jobs::list))
+        .route("/jobs.atom", get(feed::feed))
         .route("/jobs/{id}", get(job::page))
         .route("/jobs/{id}/cancel", post(job::cancel))
         .route("/jobs/{id}/retry", post(job::retry))

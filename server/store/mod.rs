@@ -47,6 +47,7 @@ pub mod snapshot;
 mod transaction;
 pub mod trial;
 pub mod turn;
+pub mod webhook;
 pub mod worker;
 
 use std::time::Duration;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use veloid_engine::number::{Quantity, WIDE, fixed, powers, significant};
+use veloid_engine::number::{Number, Quantity, WIDE, fixed, powers};
 
 use super::variables::{DATE, label, unit};
 use super::view::{Dependence, Influence};
@@ -108,7 +108,7 @@ pub fn predicted(
                 } else {
                     format!("\u{a0}{unit}")
                 };
-                format!("{}{unit} ({})", significant(*value, 4), label(name))
+                format!("{}{unit} ({})", Number::rough(*value, 4), label(name))
             }
         })
         .collect();
