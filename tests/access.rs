@@ -55,7 +55,9 @@ impl Belongings {
         } else {
             &self.job
         };
-        path.replace("{id}", id).replace("{bike}", "lab-7")
+        path.replace("{id}", id)
+            .replace("{bike}", "lab-7")
+            .replace("{effect}", "bump_stop")
     }
 
     fn pages(&self) -> Vec<String> {
@@ -121,6 +123,10 @@ async fn a_group_sees_nothing_of_another() {
         let (status, text) = send(&server, method, &belongings.address(path)).await;
         match path.as_str() {
             path if ADMIN.contains(&path) => assert_eq!(status, 403, "{method} {path}: {text}"),
+            // The library is everybody's, the rides are not.
+            "/v1/fleet/effects/{effect}" => {
+                assert_eq!((status, text.as_str()), (StatusCode::OK, "[]"));
+            }
             _ if path.contains('{') => assert_eq!(status, 404, "{method} {path}: {text}"),
             _ if method == Method::GET => assert_eq!(status, 200, "{path}: {text}"),
             _ => assert!(

@@ -69,6 +69,7 @@ fn routes() -> OpenApiRouter<Arc<Server>> {
         .routes(routes!(bikes::history::history))
         .routes(routes!(bikes::course::course))
         .routes(routes!(fleet::fleet))
+        .routes(routes!(fleet::effect))
         .routes(routes!(dependence::dependence))
         .routes(routes!(parameters::list))
         .routes(routes!(audit::list))

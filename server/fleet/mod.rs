@@ -3,6 +3,7 @@
 mod change;
 mod dependence;
 mod development;
+mod effect;
 mod history;
 mod outliers;
 mod pool;
@@ -11,6 +12,7 @@ mod trend;
 
 pub use dependence::{DATE, Dependence, Influence, Question, label};
 pub use development::{Development, Kind};
+pub use effect::{EffectOnBike, on_bikes};
 pub use history::{BikeHistory, Course, FOLLOWED, histories, history};
 pub use outliers::{FleetSpread, PooledBike, against_the_fleet};
 

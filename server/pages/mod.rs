@@ -4,6 +4,7 @@ pub mod assets;
 mod compare;
 mod deletion;
 mod dependence;
+mod effect;
 mod effects;
 mod estimate;
 mod facts;
@@ -42,6 +43,7 @@ pub fn routes() -> Router<Arc<Server>> {
         .route("/bikes/{bike}/restore", post(deletion::restore_bike))
         .route("/compare", get(compare::compare))
         .route("/effects", get(effects::list))
+        .route("/effects/{effect}", get(effect::page))
         .route("/bikes", get(fleet::bikes))
         .route("/dependence", get(dependence::page))
         .route("/bikes/{bike}", get(fleet::bike))

@@ -206,10 +206,10 @@ fn id_at(epoch_ms: i64, random: &mut ChaCha8Rng) -> Uuid {
 }
 
 impl Outing {
-    /// The ride's name, which no other one has.
+    /// The ride's name, which no other one has: its identifier begins with the time.
     fn name(&self) -> String {
         let id = self.id.simple().to_string();
-        format!("{} {}", self.bike, &id[20..])
+        format!("{} {}", self.bike, &id[..12])
     }
 }
 

@@ -20,7 +20,7 @@ function draw({ name, unit, facts, points, level }) {
     figure.hidden = false;
     new Figure(figure, () => ({
       hover: 'closest',
-      x: { label: dated ? 'ridden' : `${fact.name.replaceAll('_', ' ')}`, type: dated ? 'date' : undefined },
+      x: { label: dated ? 'ridden' : `${figure.querySelector('h3').textContent}${fact.unit && ` (${fact.unit})`}`, type: dated ? 'date' : undefined },
       panels: [{
         label: `${letter} (${unit.replace('N s', 'N·s')})`,
         traces: [
