@@ -21,6 +21,7 @@ mod pages;
 mod skips;
 mod store;
 mod unique;
+mod webhooks;
 
 use std::process::ExitCode;
 

@@ -166,3 +166,70 @@ async fn parameters_are_found_by_every_filter_and_exported_whole() {
     let csv = server.get("/v1/parameters?format=csv&limit=100000").await;
     assert_eq!(csv.text().await.unwrap().lines().count(), all.len() + 1);
 }
+
+#[tokio::test]
+async fn an_effect_has_a_page_across_the_fleet_and_jobs_are_found_by_it_and_by_name() {
+    let server = Server::with(&["--workers", "0"]);
+    let seed = ["seed", "--bikes", "3", "--rides", "150"];
+    assert!(server.beside(&seed).status().unwrap().success());
+    let found = server.json("/v1/fleet/effects/coulomb_friction").await;
+    let found = found.as_array().unwrap();
+    let rides: u64 = found
+        .iter()
+        .map(|bike| bike["rides"].as_u64().unwrap())
+        .sum();
+    let jobs = server
+        .json("/v1/jobs?effect=coulomb_friction&limit=1000")
+        .await;
+    assert_eq!(jobs["items"].as_array().unwrap().len() as u64, rides);
+    assert!(rides > 5 && found[0]["rides"].as_u64() >= found[1]["rides"].as_u64());
+    let pooled = &found[0]["parameters"][0];
+    assert_eq!(
+        (&pooled["name"], &pooled["unit"]),
+        (&Value::from("friction"), &Value::from("N"))
+    );
+    assert!((pooled["pooled"]["value"].as_f64().unwrap() - 0.02).abs() < 0.005);
+    let page = server
+        .get("/effects/coulomb_friction")
+        .await
+        .text()
+        .await
+        .unwrap();
+    assert!(
+        page.contains(&format!("Named on {rides} rides")) && page.contains("season-00"),
+        "{page}"
+    );
+    assert_eq!(
+        server.json("/v1/fleet/effects/bump_stop").await,
+        Value::Array(Vec::new())
+    );
+    for path in ["/v1/fleet/effects/none", "/effects/none", "/effects/a%00b"] {
+        assert_eq!(server.get(path).await.status(), 404, "{path}");
+    }
+
+    // Rides of made-up seasons are called by their bicycles.
+    for (name, count) in [
+        ("SEASON-002", None),
+        ("%", Some(0)),
+        ("on_0", Some(0)),
+        ("no such", Some(0)),
+    ] {
+        let query: String = form_urlencoded::byte_serialize(name.as_bytes()).collect();
+        let jobs = server
+            .json(&format!("/v1/jobs?limit=1000&name={query}"))
+            .await;
+        let jobs = jobs["items"].as_array().unwrap();
+        assert!(jobs.iter().all(|job| job["bike"] == "season-002"), "{name}");
+        assert_eq!(count.unwrap_or(jobs.len().max(1)), jobs.len(), "{name}");
+    }
+    let page = server
+        .get("/jobs?effect=coulomb_friction&name=season")
+        .await
+        .text()
+        .await
+        .unwrap();
+    assert!(
+        page.contains("named: coulomb friction") && !page.contains("sensor delay ("),
+        "{page}"
+    );
+}

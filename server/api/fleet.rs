@@ -6,16 +6,20 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::access::Caller;
+use super::extract::Path;
+use super::names::EFFECTS;
 use super::problem::Problem;
 use super::{App, Server};
-use crate::fleet::{FleetSpread, PooledBike, against_the_fleet, histories};
-use crate::store::bike;
+use crate::fleet::{EffectOnBike, FleetSpread, PooledBike, against_the_fleet, histories, on_bikes};
+use crate::store::{bike, parameter};
 
 /// Most bikes.
 const BIKES: i64 = 1000;
 /// Rides of each that are looked through for a drift or a step, and the last of them, which are pooled.
 const RIDES: i64 = 100;
 const POOLED: usize = 20;
+/// Latest parameters of an effect.
+const PARAMETERS: i64 = 10_000;
 
 /// Every bicycle beside every other.
 #[derive(Serialize, ToSchema)]
@@ -31,6 +35,36 @@ pub struct Fleet {
     responses((status = 200, description = "The fleet, by name, at most 1000 bikes", body = Fleet)))]
 pub async fn fleet(State(server): App, caller: Caller) -> Result<Json<Fleet>, Problem> {
     Ok(Json(look(&server, &caller.group).await?))
+}
+
+/// The bicycles on which an effect was named, over the latest 10 000 of its parameters.
+#[utoipa::path(get, path = "/v1/fleet/effects/{effect}", operation_id = "get_effect_across_fleet", tag = "fleet", params(("effect" = String, Path)),
+    responses(
+        (status = 200, description = "One entry per bicycle and axle, those with most rides first", body = Vec<EffectOnBike>),
+        (status = 404, description = "No such effect", body = Problem, content_type = "application/problem+json")))]
+pub async fn effect(
+    State(server): App,
+    caller: Caller,
+    Path(effect): Path<String>,
+) -> Result<Json<Vec<EffectOnBike>>, Problem> {
+    Ok(Json(across(&server, &caller.group, &effect).await?))
+}
+
+/// The bicycles on which an effect was named; of a law of one's own too, once a result names it.
+pub async fn across(
+    server: &Server,
+    group: &str,
+    effect: &str,
+) -> Result<Vec<EffectOnBike>, Problem> {
+    let missing = || Problem::not_found("the effect");
+    if effect.contains('\0') {
+        return Err(missing());
+    }
+    let rows = parameter::of_effect(&server.db, group, effect, PARAMETERS).await?;
+    match rows.is_empty() && !EFFECTS.contains(&effect) {
+        true => Err(missing()),
+        false => Ok(on_bikes(&rows)),
+    }
 }
 
 /// The group's bicycles.

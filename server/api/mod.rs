@@ -4,6 +4,7 @@
 pub mod access;
 mod audit;
 pub mod bikes;
+pub mod dependence;
 pub mod extract;
 pub mod fleet;
 pub mod health;
@@ -21,6 +22,7 @@ mod security;
 pub mod signs;
 mod telemetry;
 pub mod time;
+mod webhooks;
 
 use metrics_exporter_prometheus::PrometheusHandle;
 use std::sync::Arc;
@@ -37,6 +39,7 @@ use crate::files::Files;
 use crate::jobs::{Budget, Hub, Queue, RideCache};
 use crate::lru::Lru;
 use crate::store::Db;
+use crate::webhooks::Targets;
 
 /// What the handlers share.
 pub struct Server {
@@ -60,6 +63,8 @@ pub struct Server {
     pub access: Access,
     /// For how long what is kept.
     pub policy: Policy,
+    /// Where webhooks may go.
+    pub targets: Targets,
     /// Ends long answers when the server stops.
     pub stop: CancellationToken,
 }

@@ -18,7 +18,8 @@ use veloid_engine::report::diagnosis::{Excerpt, Predicted, ResidualSpectrum, Sur
 use super::problem::{Kind, Problem};
 use super::security::secured;
 use super::{
-    Server, access, audit, bikes, fleet, health, jobs, known, parameters, rides, telemetry,
+    Server, access, audit, bikes, dependence, fleet, health, jobs, known, parameters, rides,
+    telemetry, webhooks,
 };
 use crate::pages;
 use crate::pages::layout::Fault;
@@ -68,8 +69,13 @@ fn routes() -> OpenApiRouter<Arc<Server>> {
         .routes(routes!(bikes::history::history))
         .routes(routes!(bikes::course::course))
         .routes(routes!(fleet::fleet))
+        .routes(routes!(fleet::effect))
+        .routes(routes!(dependence::dependence))
         .routes(routes!(parameters::list))
         .routes(routes!(audit::list))
+        .routes(routes!(webhooks::list::list, webhooks::create::create))
+        .routes(routes!(webhooks::delete::delete))
+        .routes(routes!(webhooks::test::test))
         .routes(routes!(health::healthz))
         .routes(routes!(health::readyz))
         .routes(routes!(health::metrics))

@@ -23,7 +23,7 @@ mod serve;
 mod simulate;
 mod split;
 mod storage;
-
+mod telling;
 mod vault;
 mod worker;
 

@@ -13,6 +13,7 @@ use super::demo;
 use super::keeping::{Keeping, keep_tidy};
 use super::metrics;
 use super::storage::Storage;
+use super::telling::Telling;
 use super::worker::{WorkLimits, asked_to_stop, cores};
 use crate::api::access::{Access, Limits, Mode};
 use crate::api::signs::Signs;
@@ -55,6 +56,8 @@ pub struct Serve {
     entry: Entry,
     #[command(flatten)]
     keeping: Keeping,
+    #[command(flatten)]
+    telling: Telling,
     /// Upload an example ride through the API and print the address of its result.
     #[arg(long)]
     demo: bool,
@@ -116,7 +119,16 @@ impl Serve {
         };
         let running = match threads {
             0 => None,
-            _ => Some(jobs::start(self.limits.work(&db, &rides, &hub, threads)?).await?),
+            _ => Some(
+                jobs::start(self.limits.work(
+                    &db,
+                    &rides,
+                    &hub,
+                    threads,
+                    self.telling.targets(),
+                )?)
+                .await?,
+            ),
         };
         let queue = match &running {
             Some(running) => running.queue.clone(),
@@ -140,6 +152,7 @@ impl Serve {
             metrics,
             access,
             policy: self.keeping.policy(),
+            targets: self.telling.targets(),
             stop: stop.clone(),
         });
         tokio::spawn(keep_tidy(

@@ -14,12 +14,14 @@ use tokio_util::sync::CancellationToken;
 use super::CliError;
 use super::metrics;
 use super::storage::Storage;
+use super::telling::Telling;
 use crate::api::access;
 use crate::api::problem::Problem;
 use crate::files::Files;
 use crate::http::{self, HttpLimits};
 use crate::jobs::{self, Budget, Compute, Gate, Hub, RideCache, Work};
 use crate::store::Db;
+use crate::webhooks::Targets;
 
 /// Works on queued jobs, without HTTP: for more machines on one PostgreSQL database.
 #[derive(Args)]
@@ -39,6 +41,8 @@ pub struct Worker {
     open: bool,
     #[command(flatten)]
     http: HttpLimits,
+    #[command(flatten)]
+    telling: Telling,
 }
 
 #[derive(Args, Clone, Copy)]
@@ -72,6 +76,7 @@ impl WorkLimits {
         rides: &RideCache,
         hub: &Hub,
         threads: usize,
+        targets: Targets,
     ) -> Result<Arc<Work>, CliError> {
         let isolated = (self.isolate == Isolate::On).then_some(self.memory_budget);
         Ok(Arc::new(Work {
@@ -81,6 +86,7 @@ impl WorkLimits {
             budget: self.budget(),
             gate: Gate::default(),
             hub: hub.clone(),
+            targets,
             limit: Duration::from_secs(self.stage_timeout),
         }))
     }
@@ -97,6 +103,7 @@ impl Worker {
             &RideCache::new(db.clone(), files),
             &Hub::new(),
             threads,
+            self.telling.targets(),
         )?;
         let running = jobs::start(work).await?;
         if let Some(address) = self.listen {

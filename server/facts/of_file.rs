@@ -9,12 +9,19 @@ use super::lines::of_lines;
 /// Years in which stamps that count seconds from 1970 can lie, from 2000 to 2100 (s).
 const EPOCH: std::ops::Range<f64> = 946_684_800.0..4_102_444_800.0;
 
-/// What a ride file says of its ride: in comments above the header, and by stamps that count from 1970.
+/// The mean of the speed that was logged.
+const SPEED: &str = "speed_m_s";
+
+/// What a ride file says of its ride: in comments above the header, by stamps that count from 1970, and by its speed.
 pub fn of_file(
     comments: Vec<(usize, String)>,
     start_s: f64,
+    speed: Option<&[f64]>,
 ) -> Result<Map<String, Value>, FactsError> {
     let mut facts = of_lines(comments)?;
+    if let Some(mean) = speed.and_then(mean) {
+        facts.entry(SPEED).or_insert(mean.into());
+    }
     if let Some(at) = stamped(start_s) {
         // A clock that is ahead knows no date.
         let dated = Map::from_iter([(MOMENT.to_owned(), Value::from(at))]);
@@ -23,6 +30,12 @@ pub fn of_file(
         }
     }
     Ok(facts)
+}
+
+/// To a millimetre per second.
+fn mean(values: &[f64]) -> Option<f64> {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    mean.is_finite().then(|| (1e3 * mean).round() / 1e3)
 }
 
 fn stamped(start_s: f64) -> Option<String> {

@@ -122,12 +122,12 @@ fn forms_and_comments_give_facts() {
         "gain: 4",
     ];
     let numbered = || (1..).zip(lines.map(str::to_owned));
-    let found = of_file(numbered().collect(), 12.0).unwrap();
+    let found = of_file(numbered().collect(), 12.0, None).unwrap();
     assert_eq!(
         Value::Object(found),
         json!({"pressure_front_bar": 2.2, "gain": 3.0, "road": "A: wet"})
     );
-    let stamped = of_file(Vec::new(), 1_777_628_400.7).unwrap();
+    let stamped = of_file(Vec::new(), 1_777_628_400.7, None).unwrap();
     assert_eq!(
         Value::Object(stamped),
         json!({"ridden_at": "2026-05-01T09:40:00Z"})
@@ -135,10 +135,14 @@ fn forms_and_comments_give_facts() {
     let both = of_file(
         vec![(1, "ridden_at: 2026-05-02".to_owned())],
         1_777_628_400.7,
+        Some(&[4.0, 5.0, 5.0005]),
     )
     .unwrap();
     assert_eq!(both["ridden_at"], "2026-05-02");
-    assert!(of_file(Vec::new(), 4.0e9).unwrap().is_empty());
+    assert_eq!(both["speed_m_s"], 4.667);
+    let told = vec![(1, "speed_m_s: 7".to_owned())];
+    assert_eq!(of_file(told, 0.0, Some(&[4.0])).unwrap()["speed_m_s"], 7.0);
+    assert!(of_file(Vec::new(), 4.0e9, Some(&[])).unwrap().is_empty());
     let odd = of_lines([(3, "temperature_c: warm".to_owned())]).unwrap_err();
     assert_eq!(
         odd.to_string(),

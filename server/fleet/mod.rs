@@ -1,13 +1,18 @@
 //! What many rides of one bicycle, and many bicycles, say together.
 
 mod change;
+mod dependence;
 mod development;
+mod effect;
 mod history;
 mod outliers;
 mod pool;
+mod regression;
 mod trend;
 
+pub use dependence::{DATE, Dependence, Influence, Question, label};
 pub use development::{Development, Kind};
+pub use effect::{EffectOnBike, on_bikes};
 pub use history::{BikeHistory, Course, FOLLOWED, histories, history};
 pub use outliers::{FleetSpread, PooledBike, against_the_fleet};
 

@@ -67,7 +67,9 @@ impl Stages {
             let mut tx = work.db.begin().await?;
             complete(context, &mut tx, id).await?;
             match &report {
-                Some(report) => finish(&mut tx, id, &job.group_name, &job.bike, report).await?,
+                Some(report) => {
+                    finish(&queue, &mut tx, id, &job.group_name, &job.bike, report).await?
+                }
                 None => {
                     result::put(&mut tx, id, result::CONCLUSION, &conclusion).await?;
                     let row = queue.diagnose(&mut tx, id).await?;

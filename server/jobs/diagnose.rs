@@ -7,7 +7,7 @@ use uuid::Uuid;
 use super::fault::Fault;
 use super::finish::finish;
 use super::queue::Diagnose;
-use super::stage::{backoff, complete};
+use super::stage::{backoff, complete, queue};
 use super::task::{Outcome, Task};
 use super::work::Stages;
 use crate::crash;
@@ -58,10 +58,11 @@ impl Stages {
             return Err(Fault::Mismatch);
         };
 
+        let queue = queue(context)?;
         work.publish(context, || async {
             let mut tx = work.db.begin().await?;
             complete(context, &mut tx, id).await?;
-            finish(&mut tx, id, &job.group_name, &job.bike, &report).await?;
+            finish(&queue, &mut tx, id, &job.group_name, &job.bike, &report).await?;
             Ok(tx.commit().await?)
         })
         .await?;

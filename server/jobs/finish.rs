@@ -6,23 +6,28 @@ use veloid_engine::bicycle::PerAxle;
 use veloid_engine::report::diagnosis::{Diagnosis, Verdict};
 use veloid_engine::report::{Estimate, LatentRoad, Report};
 
+use super::fault::Fault;
+use super::queue::Queue;
+use super::stage::announce;
 use crate::store::parameter::{self, Parameter};
 use crate::store::{Tx, job, result};
 
 /// Publishes the report of a running job; does nothing for one that was cancelled meanwhile.
 pub async fn finish(
+    queue: &Queue,
     tx: &mut Tx,
     id: Uuid,
     group: &str,
     bike: &str,
     report: &Report,
-) -> sqlx::Result<()> {
+) -> Result<(), Fault> {
     let verdict = report.diagnosis.as_ref().and_then(verdict_name);
     if job::succeed(tx, id, verdict.as_deref()).await? {
         // The report holds what the stages handed on.
         result::clear(tx, id).await?;
         result::put(tx, id, result::REPORT, report).await?;
         parameter::insert(tx, id, group, bike, verdict.as_deref(), &parameters(report)).await?;
+        announce(queue, tx, id).await?;
     }
     Ok(())
 }

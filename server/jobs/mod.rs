@@ -2,11 +2,13 @@
 //! stores its result, completes its River row and queues what comes next in one transaction.
 
 mod anew;
+mod announce;
 mod budget;
 mod cache;
 mod compute;
 mod conclude;
 mod control;
+mod deliver;
 mod diagnose;
 mod fault;
 mod finish;

@@ -20,10 +20,15 @@ pub const SINGLE: &str = "heavy";
 /// Diagnoses, which keep one busy for seconds: apart, since none is begun before its time.
 pub const DIAGNOSIS: &str = "diagnosis";
 
+/// What others are told: of jobs that ended, and the deliveries of it.
+pub const NEWS: &str = "news";
+
 /// River polls this often when nobody wakes it.
 pub const POLL: Duration = Duration::from_millis(250);
 
 const ATTEMPTS: i32 = 3;
+/// Waits between attempts (s), as standard-webhooks proposes: five seconds, and a day at last.
+pub const WAITS: [u64; 9] = [5, 300, 1800, 7200, 18_000, 36_000, 50_400, 72_000, 86_400];
 const FIRST: i16 = 1;
 const NORMAL: i16 = 2;
 
@@ -63,6 +68,22 @@ pub struct Conclude {
 #[river(kind = "diagnose")]
 pub struct Diagnose {
     pub job: Uuid,
+}
+
+/// Says what the end of a job means, and to whom.
+#[derive(Clone, Debug, Serialize, Deserialize, JobArgs)]
+#[river(kind = "announce")]
+pub struct Announce {
+    pub job: Uuid,
+}
+
+/// One message to one receiver.
+#[derive(Clone, Debug, Serialize, Deserialize, JobArgs)]
+#[river(kind = "deliver")]
+pub struct Deliver {
+    pub webhook: Uuid,
+    pub message: String,
+    pub body: String,
 }
 
 fn opts(queue: &str, priority: i16) -> InsertOpts {
@@ -113,6 +134,16 @@ impl Queue {
     pub async fn diagnose(&self, tx: &mut Tx, job: Uuid) -> Result<i64, riverqueue::Error> {
         self.insert(tx, Diagnose { job }, opts(DIAGNOSIS, NORMAL))
             .await
+    }
+
+    pub async fn announce(&self, tx: &mut Tx, job: Uuid) -> Result<i64, riverqueue::Error> {
+        self.insert(tx, Announce { job }, opts(NEWS, NORMAL)).await
+    }
+
+    /// Tried as often as there are waits between, and once more.
+    pub async fn deliver(&self, tx: &mut Tx, delivery: Deliver) -> Result<i64, riverqueue::Error> {
+        let opts = opts(NEWS, NORMAL).with_max_attempts(WAITS.len() as i32 + 1);
+        self.insert(tx, delivery, opts).await
     }
 
     async fn insert<A: JobArgs>(

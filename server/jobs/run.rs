@@ -1,4 +1,4 @@
-//! A working process: River's client with our four workers, its heartbeat, and its orderly end.
+//! A working process: River's client with our workers, its heartbeat, and its orderly end.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -12,7 +12,8 @@ use super::compute::QUICK_THREADS;
 use super::fault::Fault;
 use super::hub::Hub;
 use super::queue::{
-    Conclude, DIAGNOSIS, Diagnose, Observe, POLL, QUICK, Queue, SINGLE, SWARM, Trial,
+    Announce, Conclude, DIAGNOSIS, Deliver, Diagnose, NEWS, Observe, POLL, QUICK, Queue, SINGLE,
+    SWARM, Trial,
 };
 use super::repair::repair;
 use super::takeover::sweep;
@@ -34,6 +35,8 @@ const GRACE: Duration = Duration::from_secs(60);
 /// has one writer and claiming one takes it as long as a short swarm. Where others work too, they may
 /// have a thread now.
 const AHEAD: usize = 8;
+/// Deliveries at a time; they wait for others to answer.
+const DELIVERIES: usize = 8;
 /// Wait between two claims of swarms, so that what has ended meanwhile is replaced at once.
 const GATHER: Duration = Duration::from_millis(10);
 
@@ -104,7 +107,9 @@ fn client(id: &str, work: Arc<Work>) -> Result<riverqueue::Client, Fault> {
     workers.add::<Observe, _>(stages.clone())?;
     workers.add::<Trial, _>(stages.clone())?;
     workers.add::<Conclude, _>(stages.clone())?;
-    workers.add::<Diagnose, _>(stages)?;
+    workers.add::<Diagnose, _>(stages.clone())?;
+    workers.add::<Announce, _>(stages.clone())?;
+    workers.add::<Deliver, _>(stages)?;
     let slots = |count| QueueConfig::new(count).with_fetch_poll_interval(POLL);
     let swarms = match only_process {
         true => slots(threads + AHEAD).with_fetch_cooldown(GATHER),
@@ -122,6 +127,7 @@ fn client(id: &str, work: Arc<Work>) -> Result<riverqueue::Client, Fault> {
         .queue(SWARM, swarms)
         .queue(SINGLE, slots(threads))
         .queue(DIAGNOSIS, slots(threads))
+        .queue(NEWS, slots(DELIVERIES))
         .fetch_cooldown(Duration::from_millis(1))
         .job_timeout(timeout)
         .soft_stop_timeout(SOFT_STOP)

@@ -14,7 +14,7 @@ use super::task::Subject;
 use super::work::Work;
 use crate::crash;
 use crate::store::job::{self, Failure, JobRow};
-use crate::store::{Tx, loss, on, trial};
+use crate::store::{Tx, loss, on, trial, webhook};
 
 /// A transaction that is not heard of for so long is begun anew.
 const UNHEARD: Duration = Duration::from_secs(10);
@@ -198,11 +198,20 @@ pub async fn give_up(
     if !job::end(tx, id, failure).await? {
         return Ok(false);
     }
+    announce(queue, tx, id).await?;
     crash::point("in_end");
     let mut rows = trial::unfinished(tx, id).await?;
     rows.extend(river_id);
     queue.cancel(tx, &rows).await?;
     Ok(true)
+}
+
+/// Lets those know who want to that a job has ended.
+pub(super) async fn announce(queue: &Queue, tx: &mut Tx, id: Uuid) -> Result<(), Fault> {
+    if webhook::concerns(tx, id).await? {
+        queue.announce(tx, id).await?;
+    }
+    Ok(())
 }
 
 /// Wait before another attempt: a second, then four, in place of River's attempt^4.

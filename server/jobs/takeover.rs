@@ -45,6 +45,9 @@ pub async fn sweep(db: &Db, queue: &Queue, hub: &Hub) -> Result<(), Fault> {
             hub.changed(id);
         }
     }
+    let mut tx = db.begin_lax().await?;
+    river::tell_again(&mut tx).await?;
+    tx.commit().await?;
     for id in river::strays(db).await? {
         let mut tx = db.begin().await?;
         job::lock(&mut tx, id).await?;

@@ -9,6 +9,7 @@ use super::compute::Compute;
 use super::gate::Gate;
 use super::hub::Hub;
 use crate::store::Db;
+use crate::webhooks::Targets;
 
 /// What the stages work with.
 pub struct Work {
@@ -19,10 +20,12 @@ pub struct Work {
     pub budget: Budget,
     pub gate: Gate,
     pub hub: Hub,
+    /// Where others may be told of what ends.
+    pub targets: Targets,
     /// Time that one stage may take.
     pub limit: Duration,
 }
 
-/// The four workers.
+/// The workers.
 #[derive(Clone)]
 pub(super) struct Stages(pub(super) Arc<Work>);

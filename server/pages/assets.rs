@@ -38,6 +38,7 @@ static FILES: &[(&str, &str, &str)] = &files![
     "live.js" SCRIPT,
     "bike.js" SCRIPT,
     "compare.js" SCRIPT,
+    "dependence.js" SCRIPT,
 ];
 
 static VERSION: LazyLock<String> = LazyLock::new(|| {

@@ -132,7 +132,7 @@ impl BikePage {
     }
 }
 
-fn chance(p: f64) -> String {
+pub fn chance(p: f64) -> String {
     if p < 1e-3 {
         "p\u{a0}<\u{a0}0.001".to_owned()
     } else {

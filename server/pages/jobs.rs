@@ -8,12 +8,12 @@ use uuid::Uuid;
 use veloid_engine::report::diagnosis::Verdict;
 
 use super::layout::{Fault, Query, filled, html};
-use super::verdict;
+use super::{verdict, words};
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::jobs::view::JobView;
 use crate::api::list::{Page, without_cursor};
-use crate::api::names::one_of;
+use crate::api::names::{EFFECTS, one_of};
 use crate::api::time;
 use crate::erasure::DAY_MS;
 use crate::store::bike;
@@ -36,6 +36,8 @@ pub struct Params {
     bike: Option<String>,
     verdict: Option<String>,
     tag: Option<String>,
+    name: Option<String>,
+    effect: Option<String>,
     from: Option<String>,
     to: Option<String>,
     /// Those that are deleted.
@@ -55,6 +57,10 @@ struct Jobs {
     bike: Option<String>,
     verdict: Option<String>,
     tag: Option<String>,
+    name: Option<String>,
+    effect: Option<String>,
+    /// Names with their words.
+    effects: Vec<(&'static str, String)>,
     from: Option<String>,
     to: Option<String>,
     deleted: bool,
@@ -74,6 +80,8 @@ impl Jobs {
             &self.bike,
             &self.verdict,
             &self.tag,
+            &self.name,
+            &self.effect,
             &self.from,
             &self.to,
         ]
@@ -97,6 +105,8 @@ pub async fn list(
     one_of("deleted", deleted.as_deref(), &["true"])?;
     let deleted = deleted.is_some();
     let (tag, from, to) = (filled(params.tag), filled(params.from), filled(params.to));
+    let (name, effect) = (filled(params.name), filled(params.effect));
+    one_of("effect", effect.as_deref(), &EFFECTS)?;
     let (from_ms, to_ms) = time::span(from.as_deref(), to.as_deref())?;
     let of_name = |name: &str| STATES.into_iter().find(|state| state.name() == name);
     let filter = job::Filter {
@@ -106,6 +116,8 @@ pub async fn list(
         verdict: verdict.as_deref(),
         ride: None,
         tag: tag.as_deref(),
+        name: name.as_deref(),
+        effect: effect.as_deref(),
         from_ms,
         to_ms,
         deleted,
@@ -129,6 +141,9 @@ pub async fn list(
         bike,
         verdict,
         tag,
+        name,
+        effect,
+        effects: EFFECTS.iter().map(|id| (*id, words::plain(id))).collect(),
         from,
         to,
         deleted,

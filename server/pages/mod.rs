@@ -3,9 +3,12 @@
 pub mod assets;
 mod compare;
 mod deletion;
+mod dependence;
+mod effect;
 mod effects;
 mod estimate;
 mod facts;
+mod feed;
 mod fleet;
 mod job;
 mod jobs;
@@ -29,6 +32,7 @@ pub fn routes() -> Router<Arc<Server>> {
         .route("/sign-in", get(sign_in::form).post(sign_in::sign_in))
         .route("/sign-out", post(sign_in::sign_out))
         .route("/jobs", get(jobs::list))
+        .route("/jobs.atom", get(feed::feed))
         .route("/jobs/{id}", get(job::page))
         .route("/jobs/{id}/cancel", post(job::cancel))
         .route("/jobs/{id}/retry", post(job::retry))
@@ -39,7 +43,9 @@ pub fn routes() -> Router<Arc<Server>> {
         .route("/bikes/{bike}/restore", post(deletion::restore_bike))
         .route("/compare", get(compare::compare))
         .route("/effects", get(effects::list))
+        .route("/effects/{effect}", get(effect::page))
         .route("/bikes", get(fleet::bikes))
+        .route("/dependence", get(dependence::page))
         .route("/bikes/{bike}", get(fleet::bike))
         .route("/parameters", get(parameters::list))
         .route("/favicon.ico", get(assets::icon))

@@ -161,6 +161,10 @@ pub struct Filter<'a> {
     /// Those that are deleted, or those that are not.
     pub deleted: bool,
     pub tag: Option<&'a str>,
+    /// Part of the ride's name, capitals or not.
+    pub name: Option<&'a str>,
+    /// Those in which this effect was named.
+    pub effect: Option<&'a str>,
     /// Ridden from this time on and before that; uploaded, where it is not known when it was ridden.
     pub from_ms: Option<i64>,
     pub to_ms: Option<i64>,
@@ -234,6 +238,19 @@ macro_rules! conditions {
         if let Some(tag) = $filter.tag {
             $query.push(" AND ride_id IN (SELECT ride_id FROM ride_tag WHERE tag = ");
             $query.push_bind(tag).push(")");
+        }
+        if let Some(name) = $filter.name {
+            // Without wildcards of their own, which LIKE has.
+            $query.push(" AND ride_id IN (SELECT id FROM ride WHERE group_name = ");
+            $query.push_bind($filter.group).push(" AND REPLACE(LOWER(name), LOWER(");
+            $query.push_bind(name).push("), '') <> LOWER(name))");
+        }
+        if let Some(effect) = $filter.effect {
+            // `/` follows `.`, so this is every name that begins with the effect's.
+            $query.push(" AND job.id IN (SELECT job_id FROM parameter WHERE method = 'extended' AND group_name = ");
+            $query.push_bind($filter.group).push(" AND name >= ");
+            $query.push_bind(format!("{effect}.")).push(" AND name < ");
+            $query.push_bind(format!("{effect}/")).push(")");
         }
         $query.push(match $filter.deleted {
             true => " AND deleted_at IS NOT NULL",

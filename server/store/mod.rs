@@ -24,6 +24,7 @@ pub mod audit;
 pub mod bike;
 mod connect;
 pub mod deletion;
+pub mod dependence;
 pub mod facts;
 pub mod idempotency_key;
 pub mod job;
@@ -48,6 +49,7 @@ pub mod snapshot;
 mod transaction;
 pub mod trial;
 pub mod turn;
+pub mod webhook;
 pub mod worker;
 
 use std::time::Duration;

@@ -237,6 +237,36 @@ pub async fn effects(db: &Db, jobs: &[Uuid]) -> sqlx::Result<Vec<(Uuid, String, 
     })
 }
 
+/// What rides that were ridden last say of an effect.
+pub async fn of_effect(
+    db: &Db,
+    group: &str,
+    effect: &str,
+    most: i64,
+) -> sqlx::Result<Vec<EffectRow>> {
+    const SQL: &str = "\
+        SELECT parameter.job_id, parameter.bike, axle, parameter.name, value, std_error, unit, dated_at \
+        FROM parameter JOIN job ON job.id = parameter.job_id \
+        WHERE parameter.group_name = $1 AND method = 'extended' AND parameter.name >= $2 AND parameter.name < $3 \
+          AND job.deleted_at IS NULL \
+        ORDER BY parameter.job_id DESC LIMIT $4";
+    let (from, to) = (format!("{effect}."), format!("{effect}/"));
+    on!(read db, p => sqlx::query_as(SQL).bind(group).bind(from).bind(to).bind(most).fetch_all(p).await)
+}
+
+/// What a ride says of an effect's parameter.
+#[derive(Clone, Debug, FromRow)]
+pub struct EffectRow {
+    pub job_id: Uuid,
+    pub bike: String,
+    pub axle: String,
+    pub name: String,
+    pub value: f64,
+    pub std_error: Option<f64>,
+    pub unit: String,
+    pub dated_at: i64,
+}
+
 /// What one ride says best of a parameter.
 #[derive(Clone, Debug, FromRow)]
 pub struct BestRow {

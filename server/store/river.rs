@@ -29,15 +29,29 @@ macro_rules! orphaned {
 
 pub async fn orphans(db: &Db) -> sqlx::Result<Vec<Orphan>> {
     const SQLITE: &str = concat!(
-        "SELECT id, kind, json(args) AS args FROM river_job WHERE ",
+        "SELECT id, kind, json(args) AS args FROM river_job WHERE kind NOT IN ('announce', 'deliver') AND ",
         orphaned!(sqlite)
     );
     const POSTGRES: &str = concat!(
-        "SELECT id, kind, CAST(args AS TEXT) AS args FROM river_job WHERE ",
+        "SELECT id, kind, CAST(args AS TEXT) AS args FROM river_job WHERE kind NOT IN ('announce', 'deliver') AND ",
         orphaned!(postgres)
     );
     let sql = db.spelt(SQLITE, POSTGRES);
     on!(read db, p => sqlx::query_as(sql).fetch_all(p).await)
+}
+
+/// Lets others do what processes that are gone were telling. What is told twice has one identifier.
+pub async fn tell_again(tx: &mut Tx) -> sqlx::Result<()> {
+    const SQLITE: &str = concat!(
+        "UPDATE river_job SET state = 'available' WHERE kind IN ('announce', 'deliver') AND ",
+        orphaned!(sqlite)
+    );
+    const POSTGRES: &str = concat!(
+        "UPDATE river_job SET state = 'available' WHERE kind IN ('announce', 'deliver') AND ",
+        orphaned!(postgres)
+    );
+    let sql = tx.spelt(SQLITE, POSTGRES);
+    on!(tx, t => sqlx::query(sql).execute(&mut **t).await.map(drop))
 }
 
 /// Ends an orphan so that its late owner's result is refused; false when it no longer is one.
@@ -62,16 +76,16 @@ pub async fn forget_leader(tx: &mut Tx) -> sqlx::Result<()> {
     on!(tx, t => sqlx::query("DELETE FROM river_leader").execute(&mut **t).await.map(drop))
 }
 
-/// Lets rows run now that wait for longer than anything is ever put off: the clock was set back after
+/// Lets rows run now that wait for longer than anything but a delivery is ever put off: the clock was set back after
 /// they were queued.
 pub async fn hasten(tx: &mut Tx) -> sqlx::Result<()> {
     const SQLITE: &str = "\
         UPDATE river_job SET scheduled_at = datetime('now', 'subsec') \
-        WHERE state IN ('available', 'retryable', 'scheduled') \
+        WHERE state IN ('available', 'retryable', 'scheduled') AND kind <> 'deliver' \
           AND scheduled_at > datetime('now', '+1 minute')";
     const POSTGRES: &str = "\
         UPDATE river_job SET scheduled_at = now() \
-        WHERE state IN ('available', 'retryable', 'scheduled') \
+        WHERE state IN ('available', 'retryable', 'scheduled') AND kind <> 'deliver' \
           AND scheduled_at > now() + interval '1 minute'";
     let sql = tx.spelt(SQLITE, POSTGRES);
     on!(tx, t => sqlx::query(sql).execute(&mut **t).await.map(drop))

@@ -12,7 +12,9 @@ use veloid_engine::ride::RideSummary;
 use super::job::Request;
 use super::key::HOME;
 use super::parameter::METHODS;
-use super::{Db, bike, now_ms, ride};
+use super::ride::TOLD;
+use super::{Db, bike, now_ms};
+use crate::facts::Facts;
 use crate::options::Options;
 
 const SEASON_MS: i64 = 180 * 86_400_000;
@@ -25,6 +27,10 @@ const PARAMETERS: [(&str, &str, &str, f64, f64, f64); 4] = [
     ("rear", "k_n_m", "N/m", 120e3, 0.002, 0.01),
     ("rear", "b_n_s_m", "N s/m", 1250.0, 0.005, 0.02),
 ];
+/// Shares by which k and B change with a bar and a degree, and where they are what they are (bar, degC).
+const PER_BAR: [f64; 2] = [0.12, 0.0];
+const PER_DEGREE: [f64; 2] = [-0.0003, -0.002];
+const USUAL: [f64; 2] = [2.3, 18.0];
 /// Verdicts in the share in which they come, and the effect that is named.
 const VERDICTS: [(&str, f64); 4] = [
     ("nothing_missing", 0.6),
@@ -57,6 +63,7 @@ struct Outing {
     bike: String,
     at: i64,
     verdict: &'static str,
+    facts: Facts,
     parameters: Vec<Found>,
 }
 
@@ -95,7 +102,6 @@ impl Season {
             };
             bike::upsert(&mut tx, HOME, name, &file).await?;
         }
-        let file = ride::upsert(&mut tx, HOME, ride::TOLD, "season", 0).await?;
         tx.commit().await?;
         let own: Vec<[f64; 4]> = (0..self.bikes)
             .map(|_| std::array::from_fn(|_| 1.0 + 0.04 * self.normal()))
@@ -115,7 +121,7 @@ impl Season {
                     .iter()
                     .map(|outing| outing.parameters.len())
                     .sum::<usize>();
-                write(db, file, &batch).await?;
+                write(db, &batch).await?;
                 batch.clear();
             }
         }
@@ -129,6 +135,7 @@ impl Season {
             .find(|(_, share)| draw < *share)
             .map_or("unnamed", |(v, _)| v);
         let passed = (at - begin) as f64 / SEASON_MS as f64;
+        let (facts, changed) = self.circumstances();
         let mut parameters = Vec::new();
         for (p, (axle, parameter, unit, typical, error, scatter)) in
             PARAMETERS.into_iter().enumerate()
@@ -139,7 +146,7 @@ impl Season {
                 (2, _) => 0.7,
                 _ => 1.0,
             };
-            let truth = typical * own[p] * fate * (1.0 + scatter * self.normal());
+            let truth = typical * own[p] * fate * changed[p] * (1.0 + scatter * self.normal());
             // The rides that are made up have a road.
             for method in METHODS.into_iter().filter(|m| *m != "latent_road") {
                 let value = truth * (1.0 + error * self.normal());
@@ -158,8 +165,30 @@ impl Season {
             bike: name,
             at,
             verdict,
+            facts,
             parameters,
         }
+    }
+
+    /// What is known of a ride, and what it makes of k and B, front and rear, as factors.
+    fn circumstances(&mut self) -> (Facts, [f64; 4]) {
+        let rounded = |x: f64| (100.0 * x).round() / 100.0;
+        let [bar, degrees] = USUAL;
+        let pressures: [f64; 2] = std::array::from_fn(|_| rounded(bar + 0.08 * self.normal()));
+        let temperature = rounded(degrees + 6.0 * self.normal());
+        let changed = |p: usize| {
+            let (axle, parameter) = (p / 2, p % 2);
+            1.0 + PER_BAR[parameter] * (pressures[axle] - bar)
+                + PER_DEGREE[parameter] * (temperature - degrees)
+        };
+        let facts = Facts {
+            pressure_front_bar: Some(pressures[0]),
+            pressure_rear_bar: Some(pressures[1]),
+            temperature_c: Some(temperature),
+            rider_mass_kg: Some(rounded(75.0 + 8.0 * self.normal())),
+            ..Facts::default()
+        };
+        (facts, std::array::from_fn(changed))
     }
 
     /// A standard normal number, by Box and Muller.
@@ -176,7 +205,16 @@ fn id_at(epoch_ms: i64, random: &mut ChaCha8Rng) -> Uuid {
     uuid::Builder::from_unix_timestamp_millis(epoch_ms.cast_unsigned(), &bytes).into_uuid()
 }
 
-async fn write(db: &Db, ride: Uuid, outings: &[Outing]) -> sqlx::Result<()> {
+impl Outing {
+    /// The ride's name, which no other one has: its identifier begins with the time.
+    fn name(&self) -> String {
+        let id = self.id.simple().to_string();
+        format!("{} {}", self.bike, &id[..12])
+    }
+}
+
+/// Each ride has the identifier of its job.
+async fn write(db: &Db, outings: &[Outing]) -> sqlx::Result<()> {
     let request = Request {
         bike: Bike::default(),
         options: Options::default(),
@@ -186,12 +224,18 @@ async fn write(db: &Db, ride: Uuid, outings: &[Outing]) -> sqlx::Result<()> {
     macro_rules! insert {
         ($tx:expr) => {{
             for part in outings.chunks(1000) {
+                let mut query = QueryBuilder::new("INSERT INTO ride (id, sha256, name, bytes, uploaded_at, group_name, facts) ");
+                query.push_values(part, |mut row, outing| {
+                    row.push_bind(outing.id).push_bind(TOLD).push_bind(outing.name()).push("0").push_bind(outing.at);
+                    row.push_bind(HOME).push_bind(Json(outing.facts.document()));
+                });
+                query.build().execute(&mut **$tx).await?;
                 let mut query = QueryBuilder::new(
                     "INSERT INTO job (id, ride_id, bike, fingerprint, request, summary, state, stage, revision, \
                      trials_total, trials_done, takeovers, verdict, created_at, finished_at, dated_at, group_name) ",
                 );
                 query.push_values(part, |mut row, outing| {
-                    row.push_bind(outing.id).push_bind(ride).push_bind(&outing.bike).push_bind("");
+                    row.push_bind(outing.id).push_bind(outing.id).push_bind(&outing.bike).push_bind("");
                     row.push_bind(Json(&request)).push_bind(Json(&summary));
                     row.push("'succeeded', 'diagnose', 1, 10, 10, 0");
                     row.push_bind(outing.verdict).push_bind(outing.at).push_bind(outing.at).push_bind(outing.at).push_bind(HOME);

@@ -61,6 +61,7 @@ fn needed(method: &Method, path: &str) -> Option<Scope> {
         }
         _ if open => None,
         "/metrics" | "/v1/audit" => Some(Scope::Admin),
+        _ if path.starts_with("/v1/webhooks") => Some(Scope::Admin),
         _ if method.is_safe() => Some(Scope::Read),
         _ => Some(Scope::Upload),
     }
@@ -212,6 +213,7 @@ mod tests {
         assert_eq!(needed(&Method::GET, "/"), Some(Scope::Read));
         assert_eq!(needed(&Method::POST, "/"), Some(Scope::Upload));
         assert_eq!(needed(&Method::GET, "/metrics"), Some(Scope::Admin));
+        assert_eq!(needed(&Method::GET, "/v1/webhooks"), Some(Scope::Admin));
         assert_eq!(needed(&Method::GET, "/healthz"), None);
     }
 }

@@ -28,6 +28,11 @@ pub struct Params {
     ride: Option<Uuid>,
     /// Only jobs of rides with this tag.
     tag: Option<String>,
+    /// Only jobs of rides whose name holds this, capitals or not.
+    name: Option<String>,
+    /// Only jobs in which this effect was named.
+    #[param(schema_with = names::effects)]
+    effect: Option<String>,
     /// Ridden from this time on, inclusive (RFC 3339); uploaded, where it is not known when it was ridden. A day, such as
     /// 2026-09-01, counts whole (UTC).
     #[param(schema_with = time::schema)]
@@ -56,6 +61,7 @@ pub async fn list(
     Query(params): Query<Params>,
 ) -> Result<Response, Problem> {
     names::one_of("verdict", params.verdict.as_deref(), &Verdict::NAMES)?;
+    names::one_of("effect", params.effect.as_deref(), &names::EFFECTS)?;
     let (from_ms, to_ms) = time::span(params.from.as_deref(), params.to.as_deref())?;
     let filter = job::Filter {
         group: &caller.group,
@@ -65,6 +71,8 @@ pub async fn list(
         ride: params.ride,
         deleted: params.deleted.unwrap_or_default(),
         tag: params.tag.as_deref(),
+        name: params.name.as_deref().filter(|name| !name.is_empty()),
+        effect: params.effect.as_deref(),
         from_ms,
         to_ms,
         before: params.cursor,

@@ -72,7 +72,7 @@ pub async fn submit(
     server.budget.bears(&parsed, &request.options.settings)?;
 
     let facts = Given {
-        of_file: facts::of_file(comments, parsed.time_s(0))?,
+        of_file: facts::of_file(comments, parsed.time_s(0), parsed.speed.as_deref())?,
         told,
     };
     facts.of_new()?;

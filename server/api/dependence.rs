@@ -1,0 +1,175 @@
+//! What a parameter depends on.
+
+use std::collections::BTreeMap;
+
+use axum::Json;
+use axum::extract::State;
+use serde::Deserialize;
+use utoipa::IntoParams;
+
+use super::access::Caller;
+use super::extract::Query;
+use super::problem::{Kind, Problem};
+use super::{App, Server, names, time};
+use crate::fleet::{DATE, Dependence, Question};
+use crate::store::bike;
+use crate::store::dependence::{Asked, rides};
+use crate::store::parameter::AXLES;
+use crate::unique::shown;
+
+/// Latest rides that are looked at.
+const RIDES: i64 = 10_000;
+/// Most facts of a question.
+const FACTS: usize = 12;
+const DAY_MS: f64 = 86_400_000.0;
+
+#[derive(Default, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+pub struct Params {
+    /// Only of this bike; of all, with a level of each, unless asked otherwise.
+    pub bike: Option<String>,
+    /// `front` unless asked otherwise.
+    #[param(schema_with = names::axles)]
+    pub axle: Option<String>,
+    /// `k_n_m` unless asked otherwise; a parameter of an effect is `effect.parameter`.
+    #[param(schema_with = names::parameters)]
+    pub name: Option<String>,
+    /// Facts with commas between, the most important one first: `pressure_front_bar,temperature_c,date`. Those that
+    /// three quarters of the rides have unless asked otherwise.
+    pub on: Option<String>,
+    /// Where to predict, the other facts being at their means: `pressure_front_bar:2.5,date:2026-05-01`.
+    pub at: Option<String>,
+    /// Ridden from this time on, inclusive.
+    #[param(schema_with = time::schema)]
+    pub from: Option<String>,
+    /// Ridden before this time, exclusive; a day counts whole.
+    #[param(schema_with = time::schema)]
+    pub to: Option<String>,
+}
+
+/// What a parameter depends on.
+///
+/// Mixed-effects regression over the latest 10 000 rides: each ride's error is known, what rides differ by beyond it is
+/// estimated, and of several bicycles each has a level of its own. Facts that go with others are not fitted, and it is said why.
+#[utoipa::path(get, path = "/v1/fleet/dependence", operation_id = "get_dependence", tag = "fleet", params(Params),
+    responses(
+        (status = 200, description = "Influences with their intervals, what confounds what, and a sentence", body = Dependence),
+        (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json"),
+        (status = 404, description = "No such bike", body = Problem, content_type = "application/problem+json")))]
+pub async fn dependence(
+    State(server): App,
+    caller: Caller,
+    Query(params): Query<Params>,
+) -> Result<Json<Dependence>, Problem> {
+    Ok(Json(answer(&server, &caller.group, &params).await?))
+}
+
+/// The answer to a question.
+pub async fn answer(server: &Server, group: &str, params: &Params) -> Result<Dependence, Problem> {
+    let axle = params.axle.clone().unwrap_or_else(|| "front".to_owned());
+    names::one_of("axle", Some(&axle), &AXLES)?;
+    let name = params.name.clone().unwrap_or_else(|| "k_n_m".to_owned());
+    let on = params.on.as_deref().map(facts).transpose()?;
+    let at = params.at.as_deref().map_or(Ok(BTreeMap::new()), places)?;
+    let (from_ms, to_ms) = time::span(params.from.as_deref(), params.to.as_deref())?;
+    let bike = params.bike.as_deref();
+    if let Some(bike) = bike
+        && bike::find(&server.db, group, bike).await?.is_none()
+    {
+        return Err(Problem::not_found("the bike"));
+    }
+    let asked = Asked {
+        group,
+        bike,
+        axle: &axle,
+        name: &name,
+        from_ms,
+        to_ms,
+    };
+    let rows = rides(&server.db, &asked, RIDES).await?;
+    if rows.is_empty() {
+        names::one_of("name", Some(&name), &names::PARAMETERS)?;
+    }
+    let asked = on.clone();
+    let found = tokio::task::spawn_blocking(move || {
+        let question = Question {
+            axle: &axle,
+            name: &name,
+            on: on.as_deref(),
+            at: &at,
+        };
+        (Dependence::of(&question, &rows), at)
+    });
+    let (found, at) = found.await?;
+    if !found.known.is_empty() {
+        let known: Vec<&str> = found.known.iter().map(|fact| fact.name.as_str()).collect();
+        for fact in asked.iter().flatten() {
+            names::one_of("on", Some(fact), &known)?;
+        }
+        let asked: Vec<&str> = found.facts.iter().map(|fact| fact.name.as_str()).collect();
+        for fact in at.keys().filter(|_| !asked.is_empty()) {
+            names::one_of("at", Some(fact), &asked)?;
+        }
+    }
+    Ok(found)
+}
+
+/// Names with commas between, each once.
+fn facts(text: &str) -> Result<Vec<String>, Problem> {
+    let mut names: Vec<String> = Vec::new();
+    for name in text
+        .split(',')
+        .map(str::trim)
+        .filter(|name| !name.is_empty())
+    {
+        if !names.iter().any(|known| known == name) {
+            names.push(name.to_owned());
+        }
+    }
+    match names.len() {
+        0..=FACTS => Ok(names),
+        n => Err(bad(format!("on: {n} facts, expected at most {FACTS}"))),
+    }
+}
+
+fn places(text: &str) -> Result<BTreeMap<String, f64>, Problem> {
+    let pairs = text.split(',').filter(|pair| !pair.trim().is_empty());
+    pairs.map(|pair| {
+        let expected = || bad(format!("at: '{}', expected a fact and a number such as temperature_c:20, or date:2026-05-01", shown(pair)));
+        let (name, value) = pair.split_once(':').ok_or_else(expected)?;
+        let (name, value) = (name.trim(), value.trim());
+        let number = match name {
+            DATE => time::span(Some(value), None)?.0.map(|ms| ms as f64 / DAY_MS),
+            _ => value.parse().ok(),
+        };
+        let number = number.filter(|number: &f64| number.is_finite() && number.abs() < 1e12);
+        Ok((name.to_owned(), number.ok_or_else(expected)?))
+    }).collect()
+}
+
+fn bad(detail: String) -> Problem {
+    Problem::new(Kind::BadRequest, detail)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn questions_are_read_or_refused() {
+        assert_eq!(facts(" a_bar, b,a_bar,,").unwrap(), ["a_bar", "b"]);
+        let many: Vec<String> = (0..13).map(|i| format!("f{i}")).collect();
+        assert!(
+            facts(&many.join(","))
+                .unwrap_err()
+                .detail
+                .contains("at most 12")
+        );
+        let at = places("a_bar:2.5, date:1970-01-11").unwrap();
+        assert_eq!((at["a_bar"], at["date"]), (2.5, 10.0));
+        for wrong in ["a", "a:", "a:inf", "a:1e300", "date:5", "a:2:3"] {
+            assert!(places(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,25 @@
+use clap::Args;
+
+use crate::webhooks::Targets;
+
+/// Where others may be told of what ends.
+#[derive(Args, Clone)]
+pub struct Telling {
+    /// Host that webhooks may go to, as in its address; several with commas between or given several times.
+    #[arg(
+        long = "webhook-allow",
+        env = "VELOID_WEBHOOK_ALLOW",
+        value_name = "HOST",
+        value_delimiter = ','
+    )]
+    hosts: Vec<String>,
+    /// Let webhooks reach this machine and private networks too, and without TLS.
+    #[arg(long = "webhook-private", env = "VELOID_WEBHOOK_PRIVATE")]
+    private: bool,
+}
+
+impl Telling {
+    pub fn targets(&self) -> Targets {
+        Targets::new(&self.hosts, self.private)
+    }
+}

@@ -1,0 +1,143 @@
+use std::collections::BTreeSet;
+
+use riverqueue::jiff::Timestamp;
+use riverqueue::{BoxError, Job, WorkContext, WorkError, WorkOutcome, Worker};
+use serde_json::{Value, json};
+use uuid::Uuid;
+
+use super::fault::Fault;
+use super::queue::{Announce, Deliver};
+use super::stage::{backoff, complete, queue};
+use super::work::Stages;
+use crate::fleet;
+use crate::store::job::{self, JobRow, State};
+use crate::store::webhook::{self, WebhookRow};
+use crate::store::{Tx, now_ms};
+use crate::webhooks::{Event, Told, changes};
+
+/// Rides that are looked through for a drift or a step, and the last of them, which are pooled.
+const RIDES: i64 = 100;
+const POOLED: usize = 20;
+
+/// Says what a job's end means, and to whom: queues the deliveries.
+impl Worker<Announce> for Stages {
+    type Error = BoxError;
+
+    fn next_retry(
+        &self,
+        job: &Job<Announce>,
+        _: &WorkError,
+        _: Timestamp,
+    ) -> Option<std::time::Duration> {
+        backoff(&job.row)
+    }
+
+    async fn work(
+        &self,
+        context: WorkContext,
+        job: Job<Announce>,
+    ) -> Result<WorkOutcome, BoxError> {
+        self.announce(&context, job.args.job).await?;
+        Ok(WorkOutcome::Complete)
+    }
+}
+
+impl Stages {
+    async fn announce(&self, context: &WorkContext, id: Uuid) -> Result<(), Fault> {
+        let db = &self.0.db;
+        let Some(job) = job::load(db, id)
+            .await?
+            .filter(|job| job.state.is_final() && job.deleted_at.is_none())
+        else {
+            return Ok(());
+        };
+        let (group, bike) = (job.group_name.as_str(), job.bike.as_str());
+        let to = webhook::of_group(db, group).await?;
+        let succeeded = job.state == State::Succeeded;
+        let (histories, effects) = match succeeded {
+            true => (
+                fleet::histories(db, group, &[bike.to_owned()], RIDES, POOLED).await?,
+                webhook::new_effects(db, group, bike, id).await?,
+            ),
+            false => (Vec::new(), Vec::new()),
+        };
+        let mut tx = db.begin().await?;
+        complete(context, &mut tx, id).await?;
+        webhook::lock_bike(&mut tx, group, bike).await?;
+        let mut news = vec![(ended(job.state), of_job(&job))];
+        if !effects.is_empty() {
+            news.push((Event::BikeNewPhysics, of_effects(&job, &effects)));
+        }
+        let told = webhook::told(&mut tx, group, bike).await?;
+        for change in histories
+            .iter()
+            .flat_map(|history| changes::of(history, &told))
+        {
+            webhook::tell(
+                &mut tx,
+                group,
+                bike,
+                &change.axle,
+                &change.name,
+                change.kind,
+            )
+            .await?;
+            news.extend(change.event.map(|event| (event, change.data)));
+        }
+        for (event, data) in news {
+            self.queue_deliveries(context, &mut tx, &to, event, data)
+                .await?;
+        }
+        Ok(tx.commit().await?)
+    }
+
+    async fn queue_deliveries(
+        &self,
+        context: &WorkContext,
+        tx: &mut Tx,
+        to: &[WebhookRow],
+        event: Event,
+        data: Value,
+    ) -> Result<(), Fault> {
+        let queue = queue(context)?;
+        let body = Told::new(event, now_ms(), data).body();
+        let message = format!("msg_{}", Uuid::now_v7().simple());
+        for webhook in to.iter().filter(|webhook| webhook.wants(event.name())) {
+            let delivery = Deliver {
+                webhook: webhook.id,
+                message: message.clone(),
+                body: body.clone(),
+            };
+            queue.deliver(tx, delivery).await?;
+        }
+        Ok(())
+    }
+}
+
+fn ended(state: State) -> Event {
+    match state {
+        State::Succeeded => Event::JobSucceeded,
+        State::Cancelled => Event::JobCancelled,
+        _ => Event::JobFailed,
+    }
+}
+
+fn of_job(job: &JobRow) -> Value {
+    json!({
+        "job": job.id, "bike": job.bike, "ride": job.ride_name, "state": job.state, "verdict": job.verdict,
+        "failure": job.failure.as_ref().map(|failure| &failure.0),
+        "links": {"job": format!("/v1/jobs/{}", job.id), "page": format!("/jobs/{}", job.id)},
+    })
+}
+
+fn of_effects(job: &JobRow, parameters: &[(String, String)]) -> Value {
+    let effects: BTreeSet<(&str, &str)> = parameters
+        .iter()
+        .filter_map(|(axle, name)| Some((name.split_once('.')?.0, axle.as_str())))
+        .collect();
+    let effects: Vec<Value> = effects
+        .into_iter()
+        .map(|(effect, axle)| json!({"effect": effect, "axle": axle}))
+        .collect();
+    json!({"bike": job.bike, "job": job.id, "effects": effects})
+}

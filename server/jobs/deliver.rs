@@ -1,0 +1,62 @@
+use std::time::Duration;
+
+use riverqueue::jiff::Timestamp;
+use riverqueue::{BoxError, Job, WorkContext, WorkError, WorkOutcome, Worker};
+use uuid::Uuid;
+
+use super::queue::{Deliver, WAITS};
+use super::work::Stages;
+use crate::store::{now_ms, webhook};
+use crate::webhooks::{Message, Secret, send};
+
+/// One attempt at a delivery.
+impl Worker<Deliver> for Stages {
+    type Error = BoxError;
+
+    fn next_retry(&self, job: &Job<Deliver>, _: &WorkError, _: Timestamp) -> Option<Duration> {
+        let attempt = usize::try_from(job.row.attempt)
+            .unwrap_or(1)
+            .clamp(1, WAITS.len());
+        Some(Duration::from_secs(WAITS[attempt - 1]))
+    }
+
+    async fn work(&self, _: WorkContext, job: Job<Deliver>) -> Result<WorkOutcome, BoxError> {
+        let work = &self.0;
+        let Some(row) = webhook::load(&work.db, job.args.webhook).await? else {
+            return Ok(WorkOutcome::Complete);
+        };
+        let message = Message {
+            id: &job.args.message,
+            body: &job.args.body,
+            timestamp: now_ms() / 1000,
+        };
+        let sent = send(
+            &work.targets,
+            &row.url,
+            &Secret::stored(row.secret),
+            &message,
+        )
+        .await;
+        let outcome = match &sent {
+            Ok(status) => status.to_string(),
+            Err(error) => format!("attempt {}: {error}", job.row.attempt),
+        };
+        self.note(row.id, &outcome).await;
+        sent?;
+        Ok(WorkOutcome::Complete)
+    }
+}
+
+impl Stages {
+    /// Nothing depends on it.
+    async fn note(&self, webhook: Uuid, outcome: &str) {
+        let noted = async {
+            let mut tx = self.0.db.begin_lax().await?;
+            webhook::tried(&mut tx, webhook, outcome).await?;
+            tx.commit().await
+        };
+        if let Err(error) = noted.await {
+            tracing::warn!(%error, %webhook, "how a delivery ended was not noted");
+        }
+    }
+}

@@ -1,0 +1,224 @@
+//! What a parameter depends on: a question as a form, and its answer.
+
+use askama::Template;
+use axum::extract::{RawQuery, State};
+use axum::response::Html;
+use veloid_engine::number::{Number, Quantity, WIDE, fixed};
+
+use super::fleet::chance;
+use super::layout::{Fault, html};
+use super::words;
+use crate::api::App;
+use crate::api::access::Caller;
+use crate::api::dependence::{Params, answer};
+use crate::api::names::PARAMETERS;
+use crate::api::problem::{Kind, Problem};
+use crate::fleet::{DATE, Dependence, Influence, label};
+use crate::store::parameter::AXLES;
+use crate::unique::shown;
+
+/// Names of the address, beside those of the fields for places.
+const FIELDS: [&str; 7] = ["bike", "axle", "name", "on", "from", "to", "theme"];
+/// What the name of a field for a place begins with.
+const AT: &str = "at.";
+
+#[derive(Template)]
+#[template(path = "dependence.html")]
+struct Page {
+    bike: String,
+    axle: String,
+    name: String,
+    names: Vec<(String, String)>,
+    facts: Vec<Choice>,
+    found: Dependence,
+    rows: Vec<Row>,
+    /// How far a single ride scatters about a prediction.
+    single_ride: String,
+    /// Address of the same answer as JSON.
+    address: String,
+}
+
+/// A fact that may be asked for.
+struct Choice {
+    name: String,
+    label: String,
+    chosen: bool,
+    /// The place that was asked for.
+    at: String,
+    hint: String,
+}
+
+struct Row {
+    name: String,
+    slope: Option<Quantity>,
+    per: String,
+    chance: String,
+    note: String,
+    /// Identifier of its figure.
+    figure: Option<String>,
+}
+
+impl Page {
+    fn here(&self) -> &'static str {
+        ""
+    }
+}
+
+pub async fn page(
+    State(server): App,
+    caller: Caller,
+    RawQuery(query): RawQuery,
+) -> Result<Html<String>, Fault> {
+    let asked: Vec<(String, String)> = form_urlencoded::parse(query.unwrap_or_default().as_bytes())
+        .map(|(name, value)| (name.into_owned(), value.trim().replace('\0', "\u{fffd}")))
+        .filter(|(_, value)| !value.is_empty())
+        .collect();
+    if let Some((stranger, _)) = asked.iter().find(|(name, _)| is_strange(name)) {
+        let known = FIELDS.join(", ");
+        let detail = format!(
+            "unknown name `{}`, expected {known}, or `{AT}` and a fact",
+            shown(stranger)
+        );
+        return Err(Problem::new(Kind::BadRequest, detail).into());
+    }
+    let params = params(&asked);
+    let found = answer(&server, &caller.group, &params).await?;
+    let chosen: Vec<&str> = found.facts.iter().map(|fact| fact.name.as_str()).collect();
+    let places = |name: &str| {
+        asked
+            .iter()
+            .find(|(key, _)| key.strip_prefix(AT) == Some(name))
+    };
+    let facts = found.known.iter().map(|fact| Choice {
+        label: label(&fact.name),
+        chosen: chosen.contains(&fact.name.as_str()),
+        at: places(&fact.name).map_or_else(String::new, |(_, value)| value.clone()),
+        hint: match fact.name.as_str() {
+            DATE => "a day".to_owned(),
+            _ => format!(
+                "{} to {} {}",
+                Number::rough(fact.least, 4),
+                Number::rough(fact.most, 4),
+                fact.unit
+            ),
+        },
+        name: fact.name.clone(),
+    });
+    let mut names: Vec<(String, String)> = PARAMETERS
+        .iter()
+        .map(|name| (name.clone(), words::parameter(name)))
+        .collect();
+    if !names.iter().any(|(name, _)| *name == found.name) {
+        names.push((found.name.clone(), words::parameter(&found.name)));
+    }
+    html(&Page {
+        bike: params.bike.clone().unwrap_or_default(),
+        axle: found.axle.clone(),
+        name: found.name.clone(),
+        names,
+        facts: facts.collect(),
+        rows: found
+            .facts
+            .iter()
+            .enumerate()
+            .map(|(i, fact)| Row::of(i, fact, &found.unit))
+            .collect(),
+        single_ride: found
+            .prediction
+            .as_ref()
+            .map_or_else(String::new, |predicted| {
+                Quantity::rough(predicted.prediction.single_ride, 2, &found.unit).to_string()
+            }),
+        address: address(&params),
+        found,
+    })
+}
+
+fn is_strange(name: &str) -> bool {
+    !FIELDS.contains(&name) && !name.starts_with(AT)
+}
+
+/// The question of a form, in which facts are boxes that are ticked and places a field each.
+fn params(asked: &[(String, String)]) -> Params {
+    let one = |name: &str| {
+        asked
+            .iter()
+            .find(|(key, _)| key == name)
+            .map(|(_, value)| value.clone())
+    };
+    let all = |name: &str| {
+        asked
+            .iter()
+            .filter(|(key, _)| key == name)
+            .map(|(_, value)| value.as_str())
+            .collect::<Vec<_>>()
+    };
+    let on = all("on");
+    let places = asked.iter().filter_map(|(key, value)| {
+        let name = key.strip_prefix(AT)?;
+        // What is not ticked is not asked.
+        on.contains(&name).then(|| format!("{name}:{value}"))
+    });
+    let places: Vec<String> = places.collect();
+    Params {
+        bike: one("bike"),
+        axle: one("axle"),
+        name: one("name"),
+        on: (!on.is_empty()).then(|| on.join(",")),
+        at: (!places.is_empty()).then(|| places.join(",")),
+        from: one("from"),
+        to: one("to"),
+    }
+}
+
+fn address(params: &Params) -> String {
+    let mut query = form_urlencoded::Serializer::new("/v1/fleet/dependence?".to_owned());
+    for (name, value) in [
+        ("bike", &params.bike),
+        ("axle", &params.axle),
+        ("name", &params.name),
+        ("on", &params.on),
+        ("at", &params.at),
+        ("from", &params.from),
+        ("to", &params.to),
+    ] {
+        if let Some(value) = value {
+            query.append_pair(name, value);
+        }
+    }
+    query.finish()
+}
+
+impl Row {
+    fn of(i: usize, fact: &Influence, unit: &str) -> Self {
+        let goes_with = fact
+            .goes_with
+            .as_deref()
+            .zip(fact.correlation)
+            .map(|(with, r)| {
+                let share = fixed(100.0 * fact.shared, 0);
+                format!(
+                    "{share} % of it goes with those above, most with {} (correlation {})",
+                    label(with),
+                    fixed(r, 2)
+                )
+            });
+        let note = fact.reason.clone().or(goes_with).unwrap_or_default();
+        Self {
+            name: label(&fact.name),
+            slope: fact
+                .slope
+                .map(|slope| Quantity::new(slope.value, slope.margin() / WIDE, unit)),
+            per: if fact.unit.is_empty() {
+                "unit".to_owned()
+            } else {
+                fact.unit.clone()
+            },
+            chance: fact
+                .slope
+                .map_or_else(String::new, |slope| chance(slope.p_value)),
+            note,
+            figure: fact.slope.map(|_| format!("on-{i}")),
+        }
+    }
+}

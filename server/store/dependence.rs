@@ -1,0 +1,75 @@
+//! What rides say of one parameter, beside what is known of them.
+
+use sqlx::types::Json;
+use sqlx::{FromRow, QueryBuilder};
+use uuid::Uuid;
+
+use super::Db;
+use crate::facts::Facts;
+
+/// What a ride says of a parameter, and what is known of it.
+#[derive(Clone, Debug, FromRow)]
+pub struct RideRow {
+    pub job_id: Uuid,
+    pub ride_id: Uuid,
+    pub bike: String,
+    pub value: f64,
+    pub std_error: Option<f64>,
+    pub unit: String,
+    /// When it was ridden or, where that is not known, uploaded.
+    pub dated_at: i64,
+    pub facts: Option<Json<Facts>>,
+    /// Masses on the axles, as the bike file of the ride has them (kg).
+    pub front_kg: Option<f64>,
+    pub rear_kg: Option<f64>,
+}
+
+/// Whose rides, and of which parameter.
+pub struct Asked<'a> {
+    pub group: &'a str,
+    /// All bicycles of the group where it is absent.
+    pub bike: Option<&'a str>,
+    pub axle: &'a str,
+    pub name: &'a str,
+    pub from_ms: Option<i64>,
+    pub to_ms: Option<i64>,
+}
+
+/// One row for each of the rides that were ridden last: by its latest job and, there, by the extended model where there is one,
+/// else by output error or without a road.
+pub async fn rides(db: &Db, asked: &Asked<'_>, most: i64) -> sqlx::Result<Vec<RideRow>> {
+    // CROSS JOIN keeps SQLite from walking all that was ever identified.
+    const SQLITE: &str = "\
+        SELECT parameter.job_id, ride_id, latest.bike, value, std_error, unit, dated_at, facts, \
+               request ->> '$.bike.mass_front_kg' AS front_kg, request ->> '$.bike.mass_rear_kg' AS rear_kg ";
+    const POSTGRES: &str = "\
+        SELECT parameter.job_id, ride_id, latest.bike, value, std_error, unit, dated_at, facts, \
+               (request #>> '{bike,mass_front_kg}')::float8 AS front_kg, \
+               (request #>> '{bike,mass_rear_kg}')::float8 AS rear_kg ";
+    const JOBS: &str = "\
+        FROM (SELECT id, ride_id, bike, dated_at, request FROM job \
+              WHERE state = 'succeeded' AND deleted_at IS NULL AND group_name = ";
+    const PARAMETERS: &str = ") AS latest CROSS JOIN parameter JOIN ride ON ride.id = ride_id \
+        WHERE job_id = latest.id AND method IN ('extended', 'output_error', 'latent_road') AND axle = ";
+    let columns = db.spelt(SQLITE, POSTGRES);
+    let mut rows: Vec<RideRow> = on!(read db, p => {
+        let mut query = QueryBuilder::new(columns);
+        query.push(JOBS).push_bind(asked.group);
+        if let Some(bike) = asked.bike {
+            query.push(" AND bike = ").push_bind(bike);
+        }
+        for (condition, time) in [(" AND dated_at >= ", asked.from_ms), (" AND dated_at < ", asked.to_ms)] {
+            if let Some(time) = time {
+                query.push(condition).push_bind(time);
+            }
+        }
+        query.push(" ORDER BY dated_at DESC, id DESC LIMIT ").push_bind(most);
+        query.push(PARAMETERS).push_bind(asked.axle);
+        query.push(" AND parameter.name = ").push_bind(asked.name);
+        // `extended` sorts first; `latent_road` stands alone.
+        query.push(" ORDER BY latest.bike, ride_id, job_id DESC, method");
+        query.build_query_as().fetch_all(p).await
+    })?;
+    rows.dedup_by(|a, b| (a.ride_id, &a.bike) == (b.ride_id, &b.bike));
+    Ok(rows)
+}

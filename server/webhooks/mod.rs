@@ -1,0 +1,13 @@
+//! Whoever has asked is told when a job ends or a bicycle changes, instead of having to poll: a signed POST to an address that the
+//! operator allows, by the scheme of <https://www.standardwebhooks.com>.
+
+pub mod changes;
+mod event;
+mod send;
+mod sign;
+mod target;
+
+pub use event::{Event, Told};
+pub use send::{Message, send};
+pub use sign::Secret;
+pub use target::Targets;

@@ -1,0 +1,200 @@
+//! What k and B depend on, asked of a made-up season whose truth is known: k changes by 12 % per bar and -0.03 % per degree, B by
+//! -0.2 % per degree, and rides differ by 1 and 2 % beyond that.
+
+use serde_json::Value;
+
+use crate::harness::Server;
+
+async fn ask(server: &Server, query: &str) -> Value {
+    server.json(&format!("/v1/fleet/dependence?{query}")).await
+}
+
+fn fact<'a>(found: &'a Value, name: &str) -> &'a Value {
+    let mut facts = found["facts"].as_array().unwrap().iter();
+    facts.find(|fact| fact["name"] == name).unwrap()
+}
+
+/// Standard errors between a slope and a share of the level.
+fn off(found: &Value, name: &str, share: f64) -> f64 {
+    let slope = &fact(found, name)["slope"];
+    let truth = share * found["level"]["value"].as_f64().unwrap();
+    (slope["value"].as_f64().unwrap() - truth) / slope["std_error"].as_f64().unwrap()
+}
+
+#[tokio::test]
+async fn a_season_tells_what_pressure_and_warmth_do() {
+    let server = Server::with(&["--workers", "0"]);
+    let seed = ["seed", "--bikes", "8", "--rides", "800"];
+    assert!(server.beside(&seed).status().unwrap().success());
+
+    let one = ask(
+        &server,
+        "bike=season-005&on=pressure_front_bar,temperature_c,pressure_rear_bar",
+    )
+    .await;
+    assert_eq!(
+        (&one["bikes"], &one["between_bikes"]),
+        (&Value::from(1), &Value::Null)
+    );
+    assert!(off(&one, "pressure_front_bar", 0.12).abs() < 3.0, "{one:#}");
+    assert!(off(&one, "pressure_rear_bar", 0.0).abs() < 3.0, "{one:#}");
+    let summary = one["summary"].as_str().unwrap();
+    assert!(
+        summary.contains("Front k rises by ") && summary.contains("N/m per bar of pressure front"),
+        "{summary}"
+    );
+    assert_eq!(
+        one["points"].as_array().unwrap().len() as u64,
+        one["rides"].as_u64().unwrap()
+    );
+    assert_eq!(one["development"]["kind"], "none");
+
+    // The bicycle that leaks drifts beside what its pressure explains, and so does what is left of it.
+    let leaking = ask(&server, "bike=season-001&on=pressure_front_bar").await;
+    assert_eq!(leaking["development"]["kind"], "drift");
+    let dated = ask(&server, "bike=season-001&on=pressure_front_bar,date").await;
+    assert!(
+        off(&dated, "pressure_front_bar", 0.12).abs() < 3.0,
+        "{dated:#}"
+    );
+    assert!(fact(&dated, "date")["slope"]["high"].as_f64().unwrap() < 0.0);
+    assert_eq!(dated["development"], Value::Null);
+
+    let all = ask(
+        &server,
+        "axle=rear&name=b_n_s_m&on=temperature_c,pressure_rear_bar",
+    )
+    .await;
+    assert_eq!(
+        (all["bikes"].as_u64(), all["rides"].as_u64()),
+        (Some(8), Some(800))
+    );
+    assert!(off(&all, "temperature_c", -0.002).abs() < 3.0, "{all:#}");
+    assert!(all["between_bikes"].as_f64().unwrap() > 0.0);
+
+    // Asked by nothing but the bicycle, all that most rides have is looked at.
+    let usual = ask(&server, "bike=season-005").await;
+    assert_eq!(usual["facts"].as_array().unwrap().len(), 5, "{usual:#}");
+    let reason = fact(&usual, "temperature_c")["reason"].clone();
+    assert_eq!(reason, Value::Null);
+
+    let at = ask(
+        &server,
+        "bike=season-005&on=pressure_front_bar&at=pressure_front_bar:2.4",
+    )
+    .await;
+    let prediction = &at["prediction"];
+    let expected = at["level"]["value"].as_f64().unwrap()
+        + fact(&at, "pressure_front_bar")["slope"]["value"]
+            .as_f64()
+            .unwrap()
+            * (2.4 - fact(&at, "pressure_front_bar")["mean"].as_f64().unwrap());
+    assert!((prediction["value"].as_f64().unwrap() / expected - 1.0).abs() < 1e-9);
+    let said = prediction["summary"].as_str().unwrap();
+    assert!(
+        said.starts_with("Front k at 2.4\u{a0}bar (pressure front): ") && said.contains(" ± "),
+        "{said}"
+    );
+    assert_eq!(prediction["beyond"], Value::Array(Vec::new()));
+    let far = ask(
+        &server,
+        "bike=season-005&on=pressure_front_bar&at=pressure_front_bar:9",
+    )
+    .await;
+    assert_eq!(far["prediction"]["beyond"][0], "pressure_front_bar");
+}
+
+#[tokio::test]
+async fn facts_that_go_together_are_said_and_not_fitted() {
+    let server = Server::with(&["--workers", "0"]);
+    let seed = ["seed", "--bikes", "2", "--rides", "60"];
+    assert!(server.beside(&seed).status().unwrap().success());
+    // A lab that writes the pressure in psi too, and the same gain on all rides.
+    for job in server.json("/v1/jobs?bike=season-002&limit=1000").await["items"]
+        .as_array()
+        .unwrap()
+    {
+        let bar = job["ride"]["facts"]["pressure_front_bar"].as_f64().unwrap();
+        let patch = serde_json::json!({"front_psi": 14.5 * bar, "gain": 2});
+        let ride = format!("/v1/rides/{}", job["ride"]["id"].as_str().unwrap());
+        let request = server.client.patch(server.address(&ride)).json(&patch);
+        assert_eq!(request.send().await.unwrap().status(), 200);
+    }
+    let found = ask(
+        &server,
+        "bike=season-002&on=pressure_front_bar,front_psi,gain",
+    )
+    .await;
+    assert!(fact(&found, "pressure_front_bar")["slope"]["value"].is_number());
+    let twice = fact(&found, "front_psi");
+    assert_eq!(
+        (&twice["slope"], &twice["goes_with"]),
+        (&Value::Null, &Value::from("pressure_front_bar"))
+    );
+    assert_eq!(
+        fact(&found, "gain")["reason"],
+        "it is the same on all of these rides"
+    );
+    let summary = found["summary"].as_str().unwrap();
+    assert!(
+        summary.contains("Front psi is not fitted: it goes with pressure front"),
+        "{summary}"
+    );
+    // Over both bicycles half of the rides lack it.
+    let all = ask(&server, "on=front_psi").await;
+    assert_eq!(
+        all["rides"].as_u64().unwrap() + all["left_out"].as_u64().unwrap(),
+        60
+    );
+
+    for (query, said) in [
+        ("on=colour", "on: 'colour', expected one of date, "),
+        (
+            "on=gain&at=date:2026-05-01",
+            "at: 'date', expected one of gain",
+        ),
+        ("on=gain&at=gain:much", "at: 'gain:much'"),
+        ("name=k", "name: 'k', expected one of k_n_m"),
+        ("axle=left", "axle: 'left'"),
+        ("onn=gain", "unknown parameter `onn`"),
+    ] {
+        let response = server.get(&format!("/v1/fleet/dependence?{query}")).await;
+        assert_eq!(response.status(), 400, "{query}");
+        let problem: Value = response.json().await.unwrap();
+        assert!(
+            problem["detail"].as_str().unwrap().contains(said),
+            "{query}: {problem}"
+        );
+    }
+    assert_eq!(
+        server.get("/v1/fleet/dependence?bike=none").await.status(),
+        404
+    );
+    let none = ask(&server, "name=coulomb_friction.friction&axle=rear").await;
+    assert_eq!(none["level"], Value::Null);
+    assert!(none["summary"].as_str().unwrap().contains("too few"));
+}
+
+#[tokio::test]
+async fn the_page_asks_and_answers() {
+    let server = Server::with(&["--workers", "0"]);
+    let seed = ["seed", "--bikes", "2", "--rides", "60"];
+    assert!(server.beside(&seed).status().unwrap().success());
+    for (path, said) in [
+        ("/dependence", "Over 60 rides of 2 bicycles"),
+        ("/dependence?bike=season-001&axle=&name=", "Over "),
+        (
+            "/dependence?bike=season-002&on=pressure_front_bar&at.pressure_front_bar=2.5",
+            "Front k at 2.5",
+        ),
+        (
+            "/dependence?on=date&at.date=2026-05-01&at.temperature_c=20",
+            "at 2026-05-01",
+        ),
+        ("/bikes/season-001", "/dependence?bike=season-001"),
+    ] {
+        let page = server.get(path).await.text().await.unwrap();
+        assert!(page.contains(said), "{path} does not say: {said}");
+    }
+    assert_eq!(server.get("/dependence?bycicle=x").await.status(), 400);
+}
