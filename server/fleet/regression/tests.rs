@@ -1,6 +1,6 @@
 #![allow(clippy::unwrap_used)]
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use serde::Deserialize;
 
 use super::*;
