@@ -55,7 +55,7 @@ pub async fn create(
         one_of("events", Some(event), &known)?;
     }
     let asked = |name: &&str| new.events.is_empty() || new.events.iter().any(|event| event == name);
-    let events: Vec<&str> = known.iter().copied().filter(|name| asked(&name)).collect();
+    let events: Vec<&str> = known.iter().copied().filter(|name| asked(name)).collect();
     let secret = Secret::draw().map_err(Problem::internal)?;
     let row = WebhookRow {
         id: Uuid::now_v7(),
