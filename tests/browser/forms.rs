@@ -277,6 +277,10 @@ async fn jobs_are_cancelled_and_retried_by_their_buttons_and_by_nothing_else() {
         .await;
     browser.click("button[aria-label^=Cancel]").await;
     browser.sees("#state", "cancelled").await;
+    // The page of a job that has ended comes once more; who goes back before that goes nowhere.
+    browser
+        .sees("form[action$='/retry'] button", "Try again")
+        .await;
     browser.client.back().await.unwrap();
     browser.client.refresh().await.unwrap();
     browser
