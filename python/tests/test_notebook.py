@@ -6,8 +6,11 @@ from conftest import ROOT
 
 
 def test_the_notebook_runs():
-    notebook = nbformat.read(ROOT / "python/example.ipynb", as_version=4)
-    nbclient.NotebookClient(notebook, timeout=300, kernel_name="python3").execute()
+    path = ROOT / "python/examples/ride_and_season.ipynb"
+    notebook = nbformat.read(path, as_version=4)
+    # As Jupyter does: in the notebook's folder, from which modules are imported first.
+    where = {"metadata": {"path": str(path.parent)}}
+    nbclient.NotebookClient(notebook, timeout=300, kernel_name="python3", resources=where).execute()
     outputs = {cell.id: cell.get("outputs", []) for cell in notebook.cells}
     shown = [output.data for output in outputs["identify"] if "data" in output]
     assert "coulomb_friction" in shown[0]["text/html"] and "<svg" in shown[0]["text/html"]
