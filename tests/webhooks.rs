@@ -253,7 +253,7 @@ async fn nothing_goes_where_the_operator_has_not_allowed_it() {
         let args = [&["--workers", "0"], args].concat();
         let server = Server::with(&args);
         let response = create(&server, &json!({"url": url})).await;
-        assert_eq!(response.status(), 400, "{args:?} {url}");
+        assert_eq!(response.status(), 403, "{args:?} {url}");
         let problem: Value = response.json().await.unwrap();
         assert!(
             problem["detail"].as_str().unwrap().contains(said),

@@ -36,8 +36,12 @@ pub struct Params {
     pub name: Option<String>,
     /// Facts with commas between, the most important one first: `pressure_front_bar,temperature_c,date`. Those that
     /// three quarters of the rides have unless asked otherwise.
+    #[param(pattern = r"^[a-z][a-z0-9_]*(,[a-z][a-z0-9_]*){0,11}$")]
     pub on: Option<String>,
     /// Where to predict, the other facts being at their means: `pressure_front_bar:2.5,date:2026-05-01`.
+    #[param(
+        pattern = r"^(date:20[0-9]{2}-0[1-9]-[0-2][1-8]|[a-z][a-z0-9_]*:-?[0-9]{1,9}(\.[0-9]{1,6})?)(,[a-z][a-z0-9_]*:-?[0-9]{1,9}(\.[0-9]{1,6})?){0,11}$"
+    )]
     pub at: Option<String>,
     /// Ridden from this time on, inclusive.
     #[param(schema_with = time::schema)]
@@ -55,7 +59,7 @@ pub struct Params {
     responses(
         (status = 200, description = "Influences with their intervals, what confounds what, and a sentence", body = Dependence),
         (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such bike", body = Problem, content_type = "application/problem+json")))]
+        (status = 404, description = "No such bike, or a fact that no ride has", body = Problem, content_type = "application/problem+json")))]
 pub async fn dependence(
     State(server): App,
     caller: Caller,
@@ -104,11 +108,11 @@ pub async fn answer(server: &Server, group: &str, params: &Params) -> Result<Dep
     if !found.known.is_empty() {
         let known: Vec<&str> = found.known.iter().map(|fact| fact.name.as_str()).collect();
         for fact in asked.iter().flatten() {
-            names::one_of("on", Some(fact), &known)?;
+            names::one_of("on", Some(fact), &known).map_err(no_such)?;
         }
         let asked: Vec<&str> = found.facts.iter().map(|fact| fact.name.as_str()).collect();
         for fact in at.keys().filter(|_| !asked.is_empty()) {
-            names::one_of("at", Some(fact), &asked)?;
+            names::one_of("at", Some(fact), &asked).map_err(no_such)?;
         }
     }
     Ok(found)
@@ -145,6 +149,11 @@ fn places(text: &str) -> Result<BTreeMap<String, f64>, Problem> {
         let number = number.filter(|number: &f64| number.is_finite() && number.abs() < 1e12);
         Ok((name.to_owned(), number.ok_or_else(expected)?))
     }).collect()
+}
+
+/// What no ride has is no fault of the question's form.
+fn no_such(problem: Problem) -> Problem {
+    Problem::new(Kind::NotFound, problem.detail)
 }
 
 fn bad(detail: String) -> Problem {

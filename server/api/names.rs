@@ -3,13 +3,15 @@
 
 use std::sync::LazyLock;
 
-use utoipa::openapi::schema::{ObjectBuilder, Schema, Type};
+use utoipa::openapi::RefOr;
+use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Schema, Type};
 use veloid_engine::diagnosis::effects::Kind;
 use veloid_engine::report::diagnosis::Verdict;
 
 use super::problem::{self, Problem};
 use crate::store::parameter::{AXLES, METHODS};
 use crate::unique::shown;
+use crate::webhooks::Event;
 
 /// Effects that may be named.
 pub static EFFECTS: LazyLock<Vec<&'static str>> =
@@ -53,6 +55,11 @@ pub fn methods() -> Schema {
 
 pub fn axles() -> Schema {
     any_of(&AXLES)
+}
+
+pub fn events() -> Schema {
+    let events = any_of(&Event::names());
+    ArrayBuilder::new().items(RefOr::T(events)).build().into()
 }
 
 pub fn verdicts() -> Schema {

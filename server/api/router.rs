@@ -16,7 +16,7 @@ use utoipa_swagger_ui::{Config, SwaggerUi};
 use veloid_engine::report::diagnosis::{Excerpt, Predicted, ResidualSpectrum, Surface};
 
 use super::problem::{Kind, Problem};
-use super::security::secured;
+use super::security::{named_facts, secured};
 use super::{
     Server, access, audit, bikes, dependence, fleet, health, jobs, known, parameters, rides,
     telemetry, webhooks,
@@ -85,6 +85,7 @@ fn routes() -> OpenApiRouter<Arc<Server>> {
 pub fn document() -> Document {
     let mut document = routes().into_openapi();
     secured(&mut document);
+    named_facts(&mut document);
     document
 }
 
@@ -92,6 +93,7 @@ pub fn document() -> Document {
 pub fn router(server: Arc<Server>) -> Router {
     let (router, mut document) = routes().split_for_parts();
     secured(&mut document);
+    named_facts(&mut document);
     let known = known::of(&document);
     // Shared: what a handler holds is cloned for every connection.
     let document = Arc::new(document);

@@ -42,6 +42,13 @@ pub enum TargetError {
     NoAddress(String),
 }
 
+impl TargetError {
+    /// Whether this is an address that the operator does not allow, rather than none.
+    pub fn is_forbidden(&self) -> bool {
+        matches!(self, Self::Scheme(_) | Self::Host(_) | Self::Private(..))
+    }
+}
+
 impl Targets {
     pub fn new(hosts: &[String], private: bool) -> Self {
         let hosts = hosts

@@ -9,7 +9,7 @@ use uuid::Uuid;
 use super::view::WebhookView;
 use crate::api::App;
 use crate::api::access::Caller;
-use crate::api::names::one_of;
+use crate::api::names::{self, one_of};
 use crate::api::problem::{Kind, Problem};
 use crate::store::webhook::{self, WebhookRow};
 use crate::store::{audit, now_ms};
@@ -23,10 +23,15 @@ const MOST: i64 = 20;
 #[serde(deny_unknown_fields)]
 pub struct NewWebhook {
     /// https, and a host that the operator allows by `--webhook-allow`.
+    #[schema(
+        pattern = r"^https?://([a-z0-9]([a-z0-9]|-[a-z0-9])*\.)*[a-z]([a-z0-9]|-[a-z0-9])*(:[0-9]{1,4})?(/[A-Za-z0-9._~/%?&=-]*)?$",
+        max_length = 2000
+    )]
     pub url: String,
     /// All of them unless asked otherwise: `job.succeeded`, `job.failed`, `job.cancelled`, `bike.drifts`, `bike.stepped`,
     /// `bike.new_physics`.
     #[serde(default)]
+    #[schema(schema_with = names::events)]
     pub events: Vec<String>,
 }
 
@@ -38,7 +43,7 @@ pub struct NewWebhook {
 #[utoipa::path(post, path = "/v1/webhooks", operation_id = "create_webhook", tag = "operations", request_body = NewWebhook,
     responses(
         (status = 201, description = "Made; the secret is told here only", body = WebhookView),
-        (status = 400, description = "An address that is not allowed, or an unknown event", body = Problem, content_type = "application/problem+json")))]
+        (status = 400, description = "No address, or an unknown event", body = Problem, content_type = "application/problem+json")))]
 pub async fn create(
     State(server): App,
     caller: Caller,
@@ -49,7 +54,10 @@ pub async fn create(
     let url = server
         .targets
         .check(&new.url)
-        .map_err(|error| bad(error.to_string()))?;
+        .map_err(|error| match error.is_forbidden() {
+            true => Problem::new(Kind::Forbidden, error.to_string()),
+            false => bad(error.to_string()),
+        })?;
     let known = Event::names();
     for event in &new.events {
         one_of("events", Some(event), &known)?;

@@ -77,6 +77,7 @@ pub struct Step {
 
 /// A place of a line, with its 95 % interval.
 #[derive(Debug, Serialize, ToSchema)]
+#[schema(as = LinePlace)]
 pub struct Place {
     pub x: f64,
     pub value: f64,
@@ -86,6 +87,7 @@ pub struct Place {
 
 /// What is expected where facts have values that were asked for, and the others their means; of one bicycle as it is after its steps.
 #[derive(Debug, Serialize, ToSchema)]
+#[schema(as = FactsPrediction)]
 pub struct Predicted {
     pub at: BTreeMap<String, f64>,
     #[serde(flatten)]
@@ -108,6 +110,7 @@ pub struct Known {
 
 /// A ride that was fitted.
 #[derive(Debug, Serialize, ToSchema)]
+#[schema(as = FittedRide)]
 pub struct Point {
     pub job: Uuid,
     pub bike: String,
