@@ -36,11 +36,11 @@ pub struct Params {
     pub name: Option<String>,
     /// Facts with commas between, the most important one first: `pressure_front_bar,temperature_c,date`. Those that
     /// three quarters of the rides have unless asked otherwise.
-    #[param(pattern = r"^[a-z][a-z0-9_]*(,[a-z][a-z0-9_]*){0,11}$")]
+    #[param(pattern = r"^([a-z][a-z0-9_]*(,[a-z][a-z0-9_]*){0,11})?$")]
     pub on: Option<String>,
     /// Where to predict, the other facts being at their means: `pressure_front_bar:2.5,date:2026-05-01`.
     #[param(
-        pattern = r"^(date:20[0-9]{2}-0[1-9]-[0-2][1-8]|[a-z][a-z0-9_]*:-?[0-9]{1,9}(\.[0-9]{1,6})?)(,[a-z][a-z0-9_]*:-?[0-9]{1,9}(\.[0-9]{1,6})?){0,11}$"
+        pattern = r"^((date:20[0-9]{2}-0[1-9]-[0-2][1-8]|[a-z][a-z0-9_]*:-?[0-9]{1,9}(\.[0-9]{1,6})?)(,[a-z][a-z0-9_]*:-?[0-9]{1,9}(\.[0-9]{1,6})?){0,11})?$"
     )]
     pub at: Option<String>,
     /// Ridden from this time on, inclusive.
@@ -75,7 +75,9 @@ pub async fn answer(server: &Server, group: &str, params: &Params) -> Result<Dep
     let name = params.name.clone().unwrap_or_else(|| "k_n_m".to_owned());
     let on = params.on.as_deref().map(facts).transpose()?;
     let at = params.at.as_deref().map_or(Ok(BTreeMap::new()), places)?;
-    let (from_ms, to_ms) = time::span(params.from.as_deref(), params.to.as_deref())?;
+    // A span that ends before it begins holds no ride, and the answer says so.
+    let (from_ms, _) = time::span(params.from.as_deref(), None)?;
+    let (_, to_ms) = time::span(None, params.to.as_deref())?;
     let bike = params.bike.as_deref();
     if let Some(bike) = bike
         && bike::find(&server.db, group, bike).await?.is_none()

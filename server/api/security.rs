@@ -1,6 +1,6 @@
 //! What the API's document says of keys: every operation that needs one, and what it answers without.
 
-use utoipa::openapi::schema::{ObjectBuilder, Schema, Type};
+use utoipa::openapi::schema::{ObjectBuilder, Schema, SchemaType, Type};
 use utoipa::openapi::security::{HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme};
 use utoipa::openapi::{
     ContentBuilder, HeaderBuilder, OpenApi, Ref, RefOr, Response, ResponseBuilder,
@@ -53,6 +53,10 @@ pub fn named_facts(document: &mut OpenApi) {
     let components = document.components.get_or_insert_default();
     if let Some(RefOr::T(Schema::Object(facts))) = components.schemas.get_mut("Facts") {
         facts.property_names = Some(Box::new(name.into()));
+        // A patch takes a number away by null.
+        let number = SchemaType::from_iter([Type::Number, Type::Null]);
+        let number = Schema::from(ObjectBuilder::new().schema_type(number).build());
+        facts.additional_properties = Some(Box::new(RefOr::T(number).into()));
     }
 }
 
