@@ -2,6 +2,7 @@
 
 use std::io;
 use std::os::unix::process::ExitStatusExt;
+use std::path::{Path, PathBuf};
 use std::process::{ExitStatus, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -155,12 +156,15 @@ fn ended(status: ExitStatus, said: &str) -> Ended {
     }
 }
 
-/// This program, even where a newer one has taken its place on the disk.
-fn program() -> io::Result<std::path::PathBuf> {
-    match cfg!(target_os = "linux") {
-        true => Ok("/proc/self/exe".into()),
-        false => std::env::current_exe(),
+/// This program, even where a newer one has taken its place on the disk; where no `/proc` is mounted, by the path that it was
+/// started with.
+fn program() -> io::Result<PathBuf> {
+    let running = Path::new("/proc/self/exe");
+    if running.exists() {
+        return Ok(running.into());
     }
+    let started = || std::env::args_os().next().map(PathBuf::from);
+    std::env::current_exe().or_else(|error| started().ok_or(error))
 }
 
 /// Logs what a child says on its standard error, and keeps the last line.
