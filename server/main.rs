@@ -1,6 +1,7 @@
 //! `veloid`: turns a bicycle's ride log into its stiffness and damping, and says what physics the
 //! model leaves out. See `docs/architecture.md` for the way through the folders.
 
+mod allocator;
 mod api;
 mod cli;
 #[cfg(test)]
@@ -27,12 +28,8 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-/// glibc's allocator keeps what many threads have freed: three quarters of an hour of rides took a server
-/// from 183 to 260 MB, of which trimming gave 106 back. `docs/load.md` has both side by side.
-#[global_allocator]
-static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
-
 fn main() -> ExitCode {
+    allocator::give_back_soon();
     // TLS towards object storage. It fails only where a provider is installed already.
     let _ = rustls::crypto::ring::default_provider().install_default();
     match cli::Cli::parse().run() {

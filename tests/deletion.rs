@@ -217,16 +217,21 @@ async fn what_is_erased_leaves_nothing() {
     );
 }
 
-#[tokio::test]
-async fn a_job_that_runs_is_cancelled_with_its_ride() {
-    let server = Server::with(&["--workers", "1"]);
+/// A job whose trials are computed, and its ride.
+async fn computing(server: &Server) -> (String, String) {
     let job = server.submit(&LONG).await;
     while server.json(&job).await["stage"] != "trial" {}
     let ride = server.json(&job).await["ride"]["id"]
         .as_str()
         .unwrap()
         .to_owned();
-    let ride = format!("/v1/rides/{ride}");
+    (job, format!("/v1/rides/{ride}"))
+}
+
+#[tokio::test]
+async fn a_job_that_runs_is_cancelled_with_its_ride() {
+    let server = Server::with(&["--workers", "1"]);
+    let (job, ride) = computing(&server).await;
     assert_eq!(delete(&server, &ride).await, 200);
     assert_eq!(server.json(&ride).await["jobs"][0]["state"], "cancelled");
     crate::oracle::nothing_is_left(&server).await;
@@ -437,13 +442,7 @@ async fn a_deletion_holds_once_it_is_committed() {
     }
     for (point, deleted) in [("in_delete", false), ("after_delete", true)] {
         let mut server = Server::with_env(&["--workers", "1"], &[("VELOID_CRASH_AT", point)]);
-        let job = server.submit(&LONG).await;
-        while server.json(&job).await["stage"] != "trial" {}
-        let ride = server.json(&job).await["ride"]["id"]
-            .as_str()
-            .unwrap()
-            .to_owned();
-        let ride = format!("/v1/rides/{ride}");
+        let (_, ride) = computing(&server).await;
         let answer = server.client.delete(server.address(&ride)).send().await;
         assert!(answer.is_err(), "it dies before it answers");
         server.dies().await;

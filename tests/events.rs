@@ -103,6 +103,37 @@ async fn a_stream_begins_with_a_snapshot_and_ends_with_done() {
     assert!(costs.is_sorted_by(|a, b| a >= b), "{costs:?}");
 }
 
+#[tokio::test]
+async fn a_search_for_missing_physics_tells_how_far_it_is() {
+    for isolate in ["on", "off"] {
+        let server = Server::with(&["--workers", "1", "--isolate", isolate]);
+        // Kept busy until somebody listens.
+        let other = server.submit(&LONG).await;
+        let parts = [("iterations", "2"), ("diagnosis", "true")];
+        let job = server.submit(&parts).await;
+        let heard = Notify::new();
+        let hears = |_: &Event| {
+            heard.notify_one();
+            false
+        };
+        let (events, _) = tokio::join!(listen_until(&server, &job, None, hears), async {
+            heard.notified().await;
+            server.cancel(&other).await.unwrap()
+        });
+        let searched = events.iter().filter(|e| e.name == "searched");
+        let steps: Vec<u64> = searched
+            .map(|e| {
+                assert!(e.data["budget"].as_u64().unwrap() > 0);
+                e.data["steps"].as_u64().unwrap()
+            })
+            .collect();
+        assert!(
+            !steps.is_empty() && steps.is_sorted(),
+            "{isolate}: {steps:?}"
+        );
+    }
+}
+
 fn snapshot_iterations(snapshot: &Value) -> usize {
     let trials = snapshot["trials"].as_array().unwrap();
     let length = |trial: &Value| trial["best_cost"].as_array().unwrap().len();

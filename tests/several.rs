@@ -33,25 +33,27 @@ fn path(folder: &Folder, name: &str) -> String {
     folder.0.join(name).to_str().unwrap().to_owned()
 }
 
+/// A swarm that ends soon, and the report on the standard output.
+const QUICK: [&str; 8] = [
+    "--trials",
+    "1",
+    "--particles",
+    "8",
+    "--iterations",
+    "2",
+    "--json",
+    "-",
+];
+
 fn identify(folder: &Folder, more: &[&str]) -> std::process::Output {
     let files = NAMES.map(|name| path(folder, name));
     let [imu, laser, speed] = &files;
     let bike = path(folder, "bike.json");
-    let quick = [
-        "--trials",
-        "1",
-        "--particles",
-        "8",
-        "--iterations",
-        "2",
-        "--no-diagnosis",
-        "--json",
-        "-",
-    ];
     veloid(
         &[
             &["identify", imu, laser, speed, "--bike", &bike],
-            &quick[..],
+            &QUICK[..],
+            &["--no-diagnosis"],
             more,
         ]
         .concat(),
@@ -362,18 +364,8 @@ fn files_of_which_nobody_knows_when_they_began_carry_no_interval() {
     let bike = folder.write("bike.json", ride::BIKE);
     let identified = |more: &[&str]| {
         let [road, axles, bike] = [&road, &axles, &bike].map(|path| path.to_str().unwrap());
-        let settings = [
-            "--trials",
-            "1",
-            "--particles",
-            "8",
-            "--iterations",
-            "2",
-            "--json",
-            "-",
-        ];
         let files = ["identify", axles, road, "--bike", bike];
-        reported(&veloid(&[&files[..], &settings, more].concat()))
+        reported(&veloid(&[&files[..], &QUICK, more].concat()))
     };
     let report = identified(&[]);
     assert_eq!(report["diagnosis"]["verdict"], "cannot_tell");

@@ -56,6 +56,11 @@ impl Lanes {
         self.zip(other, |a, b| if a < b { a } else { b })
     }
 
+    #[inline(always)]
+    pub fn recip(self) -> Self {
+        self.map(f64::recip)
+    }
+
     /// x / sqrt(x^2 + width^2): a sign that is smooth over `width`.
     #[inline(always)]
     pub fn soft_sign(self, width: Self) -> Self {

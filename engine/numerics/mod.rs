@@ -1,6 +1,7 @@
 //! Numerical tools that know nothing of bicycles.
 
 pub mod autoregressive;
+pub mod elementary;
 pub mod lanes;
 pub mod modulating;
 pub mod projection;

@@ -1,19 +1,23 @@
 //! Inner products, orthonormal bases and projections.
 
-use super::lanes::{LANES, Lanes, widest};
+use super::lanes::{LANES, widest};
 
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     widest(
         #[inline(always)]
         || {
-            let (a, a_rest) = a.as_chunks::<LANES>();
-            let (b, b_rest) = b.as_chunks::<LANES>();
-            let mut sums = Lanes::ZERO;
+            // Sums that do not wait for each other.
+            const SUMS: usize = 4;
+            let (a, a_rest) = a.as_chunks::<{ SUMS * LANES }>();
+            let (b, b_rest) = b.as_chunks::<{ SUMS * LANES }>();
+            let mut sums = [0.0; SUMS * LANES];
             for (a, b) in a.iter().zip(b) {
-                sums += Lanes(*a) * Lanes(*b);
+                for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+                    *sum += a * b;
+                }
             }
             let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
-            sums.0.iter().sum::<f64>() + rest
+            sums.iter().sum::<f64>() + rest
         },
     )
 }
@@ -25,9 +29,10 @@ pub fn without(x: &[f64], basis: &[Vec<f64>]) -> Vec<f64> {
     for _ in 0..2 {
         for b in basis {
             let along = dot(&left, b);
-            for (x, b) in left.iter_mut().zip(b) {
-                *x -= along * b;
-            }
+            widest(
+                #[inline(always)]
+                || left.iter_mut().zip(b).for_each(|(x, b)| *x -= along * b),
+            );
         }
     }
     left

@@ -94,6 +94,19 @@ impl Spectrum {
     }
 }
 
+/// Squared amplitudes at the multiples of 1/`length` of Hann-windowed stretches of that many samples, one after the other.
+pub fn adjoining_powers(x: &[f64], length: usize) -> Vec<Vec<f64>> {
+    let fourier = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+    let (window, _) = hann(length);
+    let power = |part: &[f64]| {
+        let mut part: Vec<f64> = part.iter().zip(&window).map(|(x, w)| x * w).collect();
+        let mut out = fourier.make_output_vec();
+        fourier.process(&mut part, &mut out).ok()?;
+        Some(out.iter().map(|o| o.norm_sqr()).collect())
+    };
+    x.chunks_exact(length).filter_map(power).collect()
+}
+
 /// Standard deviation (m) of white noise with a one-sided density (m^2/Hz), sampled every `step` (s).
 pub fn deviation(density: f64, step: f64) -> f64 {
     (0.5 * density / step).sqrt()

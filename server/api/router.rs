@@ -16,11 +16,12 @@ use utoipa_swagger_ui::{Config, SwaggerUi};
 use veloid_engine::report::diagnosis::{Excerpt, Predicted, ResidualSpectrum, Surface};
 
 use super::problem::{Kind, Problem};
-use super::security::{named_facts, secured};
+use super::security::secured;
 use super::{
     Server, access, audit, bikes, dependence, fleet, health, jobs, known, parameters, rides,
     telemetry, webhooks,
 };
+use crate::facts;
 use crate::pages;
 use crate::pages::layout::Fault;
 
@@ -81,19 +82,22 @@ fn routes() -> OpenApiRouter<Arc<Server>> {
         .routes(routes!(health::metrics))
 }
 
+/// The document with what no derived schema tells.
+fn complete(mut document: Document) -> Document {
+    secured(&mut document);
+    facts::bounded(&mut document);
+    document
+}
+
 /// The OpenAPI document.
 pub fn document() -> Document {
-    let mut document = routes().into_openapi();
-    secured(&mut document);
-    named_facts(&mut document);
-    document
+    complete(routes().into_openapi())
 }
 
 /// The whole service.
 pub fn router(server: Arc<Server>) -> Router {
-    let (router, mut document) = routes().split_for_parts();
-    secured(&mut document);
-    named_facts(&mut document);
+    let (router, document) = routes().split_for_parts();
+    let document = complete(document);
     let known = known::of(&document);
     // Shared: what a handler holds is cloned for every connection.
     let document = Arc::new(document);

@@ -1,10 +1,7 @@
 //! What the API's document says of keys: every operation that needs one, and what it answers without.
 
-use utoipa::openapi::schema::{ObjectBuilder, Schema, SchemaType, Type};
 use utoipa::openapi::security::{HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme};
-use utoipa::openapi::{
-    ContentBuilder, HeaderBuilder, OpenApi, Ref, RefOr, Response, ResponseBuilder,
-};
+use utoipa::openapi::{ContentBuilder, HeaderBuilder, OpenApi, Ref, Response, ResponseBuilder};
 
 const SCHEME: &str = "key";
 /// What is open to all.
@@ -41,22 +38,6 @@ pub fn secured(document: &mut OpenApi) {
                 answers.insert(status.to_owned(), response.into());
             }
         }
-    }
-}
-
-/// Names of further numbers among a ride's facts, which no derived schema can tell.
-pub fn named_facts(document: &mut OpenApi) {
-    let name = ObjectBuilder::new()
-        .schema_type(Type::String)
-        .pattern(Some("^[a-z][a-z0-9_]{0,59}$"))
-        .build();
-    let components = document.components.get_or_insert_default();
-    if let Some(RefOr::T(Schema::Object(facts))) = components.schemas.get_mut("Facts") {
-        facts.property_names = Some(Box::new(name.into()));
-        // A patch takes a number away by null.
-        let number = SchemaType::from_iter([Type::Number, Type::Null]);
-        let number = Schema::from(ObjectBuilder::new().schema_type(number).build());
-        facts.additional_properties = Some(Box::new(RefOr::T(number).into()));
     }
 }
 

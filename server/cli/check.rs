@@ -1,13 +1,10 @@
-use std::io::Write;
-
 use clap::Args;
 
 use super::CliError;
 use super::keeping::Keeping;
+use super::prune::by_command;
 use super::storage::Storage;
 use crate::erasure::Prune;
-use crate::jobs::Queue;
-use crate::store::audit::Actor;
 
 /// Holds raw files and rows against each other, and SQLite's database against itself.
 ///
@@ -25,19 +22,9 @@ pub struct Check {
 
 impl Check {
     pub async fn run(self) -> Result<(), CliError> {
-        let (db, files) = self.storage.open().await?;
-        let _lock = self.storage.lock_for_erasure()?;
-        let prune = Prune {
-            queue: &Queue(db.river().build()?),
-            db: &db,
-            files: &files,
-            policy: &Keeping::default().policy(),
-            actor: Actor::Command,
-            dry_run: !self.repair,
-            // Nobody may be reading; what is found does not depend on it.
-            tell: &|line| drop(writeln!(std::io::stdout(), "{line}")),
-        };
-        match prune.scrub().await? {
+        let policy = Keeping::default().policy();
+        let scrub = async |prune: &Prune<'_>| prune.scrub().await;
+        match by_command(&self.storage, &policy, !self.repair, scrub).await? {
             0 => {
                 println!("nothing is wrong");
                 Ok(())

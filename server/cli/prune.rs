@@ -5,7 +5,7 @@ use clap::Args;
 use super::CliError;
 use super::keeping::Keeping;
 use super::storage::Storage;
-use crate::erasure::Prune;
+use crate::erasure::{EraseError, Policy, Prune};
 use crate::jobs::Queue;
 use crate::store::audit::Actor;
 
@@ -23,21 +23,33 @@ pub struct PruneNow {
     dry_run: bool,
 }
 
+/// Has work done on a storage that nobody else erases from meanwhile; what it tells goes to the standard output.
+pub async fn by_command<T>(
+    storage: &Storage,
+    policy: &Policy,
+    dry_run: bool,
+    work: impl AsyncFnOnce(&Prune<'_>) -> Result<T, EraseError>,
+) -> Result<T, CliError> {
+    let (db, files) = storage.open().await?;
+    let _lock = storage.lock_for_erasure()?;
+    let prune = Prune {
+        queue: &Queue(db.river().build()?),
+        db: &db,
+        files: &files,
+        policy,
+        actor: Actor::Command,
+        dry_run,
+        // Nobody may be reading; what is done does not depend on it.
+        tell: &|line| drop(writeln!(std::io::stdout(), "{line}")),
+    };
+    Ok(work(&prune).await?)
+}
+
 impl PruneNow {
     pub async fn run(self) -> Result<(), CliError> {
-        let (db, files) = self.storage.open().await?;
-        let _lock = self.storage.lock_for_erasure()?;
-        let prune = Prune {
-            queue: &Queue(db.river().build()?),
-            db: &db,
-            files: &files,
-            policy: &self.keeping.policy(),
-            actor: Actor::Command,
-            dry_run: self.dry_run,
-            // Nobody may be reading; what is erased does not depend on it.
-            tell: &|line| drop(writeln!(std::io::stdout(), "{line}")),
-        };
-        let erased = prune.run().await?;
+        let policy = self.keeping.policy();
+        let erase = async |prune: &Prune<'_>| prune.run().await;
+        let erased = by_command(&self.storage, &policy, self.dry_run, erase).await?;
         println!(
             "{}erased: {} rides, {} jobs, {} bikes, {} raw files",
             if self.dry_run { "would be " } else { "" },

@@ -40,7 +40,7 @@ const TAGS: usize = 20;
 const TAG: usize = 40;
 /// Further numbers, and the longest name of one.
 const FURTHER: usize = 50;
-const NAME: usize = 60;
+pub const NAME: usize = 60;
 /// Clocks and time zones differ by so much (ms).
 const DAY_MS: i64 = 86_400_000;
 

@@ -1,11 +1,13 @@
 //! What is known of a ride besides its file: when, where, by whom and on what it was ridden. Named facts have
 //! units and bounds; any further number is kept under the name that it is given.
 
+mod document;
 mod error;
 mod known;
 mod lines;
 mod of_file;
 
+pub use document::bounded;
 pub use error::FactsError;
 pub use known::{MOMENT, NUMBERS, TEXTS};
 pub use lines::{from_form, from_json, names};
@@ -23,25 +25,17 @@ use utoipa::ToSchema;
 pub struct Facts {
     /// Day (2026-05-01) or time (RFC 3339) of the ride.
     pub ridden_at: Option<String>,
-    #[schema(minimum = 0.1, maximum = 20)]
     pub pressure_front_bar: Option<f64>,
-    #[schema(minimum = 0.1, maximum = 20)]
     pub pressure_rear_bar: Option<f64>,
     /// Of the air (degC).
-    #[schema(minimum = -60, maximum = 80)]
     pub temperature_c: Option<f64>,
-    #[schema(max_length = 200)]
     pub rider: Option<String>,
-    #[schema(minimum = 5, maximum = 300)]
     pub rider_mass_kg: Option<f64>,
-    #[schema(max_length = 200)]
     pub tyres: Option<String>,
-    #[schema(max_length = 200)]
     pub road: Option<String>,
     /// A patch may take them away by null.
     #[schema(value_type = Option<Vec<String>>)]
     pub tags: Vec<String>,
-    #[schema(max_length = 4000)]
     pub notes: Option<String>,
     #[serde(flatten)]
     pub more: BTreeMap<String, f64>,

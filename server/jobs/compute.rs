@@ -93,7 +93,7 @@ impl Lane {
             Place::Children(children, permits) => {
                 let (control, _permit) = control.permit(permits).await?;
                 control.begins();
-                let hear = |iteration| control.hear(iteration);
+                let hear = |heard| control.hear(heard);
                 tokio::select! {
                     outcome = children.perform(&subject, task, hear) => Ok(outcome?),
                     () = control.over() => Err(control.fault()),

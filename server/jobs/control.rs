@@ -9,7 +9,7 @@ use uuid::Uuid;
 use veloid_engine::Progress;
 
 use super::fault::Fault;
-use super::hub::{Hub, Iteration};
+use super::hub::{Heard, Hub, Iteration, Searched};
 use crate::crash;
 
 /// A computation that goes on for so long after it was to end is deaf, and is given up.
@@ -70,19 +70,28 @@ impl Control {
         crash::point("computing");
     }
 
-    pub fn hear(&self, iteration: Iteration) {
-        crash::point("in_trial");
-        self.hub.iteration(self.job, iteration);
+    pub fn hear(&self, heard: Heard) {
+        match heard {
+            Heard::Iteration(iteration) => {
+                crash::point("in_trial");
+                self.hub.iteration(self.job, iteration);
+            }
+            Heard::Searched(searched) => self.hub.searched(self.job, searched),
+        }
     }
 }
 
 impl Progress for Control {
     fn iteration(&self, trial: usize, iteration: usize, best_cost: f64) {
-        self.hear(Iteration {
+        self.hear(Heard::Iteration(Iteration {
             trial,
             iteration,
             best_cost,
-        });
+        }));
+    }
+
+    fn searched(&self, steps: u64, budget: u64) {
+        self.hear(Heard::Searched(Searched { steps, budget }));
     }
 
     fn cancelled(&self) -> bool {

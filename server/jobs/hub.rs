@@ -22,12 +22,29 @@ pub struct Iteration {
     pub best_cost: f64,
 }
 
+/// How far the search for missing physics is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Searched {
+    /// Integrator steps taken.
+    pub steps: u64,
+    /// Integrator steps that it may take; most searches need a part of them.
+    pub budget: u64,
+}
+
+/// What a computation tells while it runs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Heard {
+    Iteration(Iteration),
+    Searched(Searched),
+}
+
 #[derive(Clone, Debug, PartialEq)]
 pub enum HubEvent {
     Iteration {
         id: u64,
         iteration: Iteration,
     },
+    Searched(Searched),
     /// The job's row changed.
     Changed,
 }
@@ -43,6 +60,7 @@ struct Channel {
     sender: broadcast::Sender<HubEvent>,
     history: VecDeque<(u64, Iteration)>,
     curves: BTreeMap<usize, Vec<f64>>,
+    searched: Option<Searched>,
     last_id: u64,
 }
 
@@ -53,6 +71,7 @@ pub struct Subscription {
     pub missed: Option<Vec<(u64, Iteration)>>,
     /// Best cost so far of the trials that this process runs.
     pub curves: BTreeMap<usize, Vec<f64>>,
+    pub searched: Option<Searched>,
     pub last_id: u64,
 }
 
@@ -92,6 +111,13 @@ impl Hub {
             channel.history.pop_front();
         }
         let _ = channel.sender.send(HubEvent::Iteration { id, iteration });
+    }
+
+    pub fn searched(&self, job: Uuid, searched: Searched) {
+        if let Some(channel) = self.lock().get_mut(&job) {
+            channel.searched = Some(searched);
+            let _ = channel.sender.send(HubEvent::Searched(searched));
+        }
     }
 
     /// A trial begins, perhaps again: from here on its iterations are kept.
@@ -135,6 +161,7 @@ impl Hub {
             receiver: channel.sender.subscribe(),
             missed,
             curves: channel.curves.clone(),
+            searched: channel.searched,
             last_id: channel.last_id,
         }
     }
@@ -150,6 +177,7 @@ impl Channel {
             sender: broadcast::channel(256).0,
             history: VecDeque::new(),
             curves: BTreeMap::new(),
+            searched: None,
             last_id: 0,
         }
     }
@@ -192,6 +220,19 @@ mod tests {
         assert!(hub.subscribe(job, Some(2)).missed.is_some());
         assert!(hub.subscribe(job, Some(1 << 40)).missed.is_none());
         assert_eq!(hub.parse_event_id("7-3"), None);
+    }
+
+    #[tokio::test]
+    async fn how_far_a_search_is_is_told_to_those_who_listen_and_to_those_who_come() {
+        let (hub, job) = (Hub::new(), Uuid::now_v7());
+        let mut receiver = hub.subscribe(job, None).receiver;
+        let searched = Searched {
+            steps: 3,
+            budget: 10,
+        };
+        hub.searched(job, searched);
+        assert_eq!(receiver.recv().await, Ok(HubEvent::Searched(searched)));
+        assert_eq!(hub.subscribe(job, None).searched, Some(searched));
     }
 
     #[tokio::test]

@@ -33,7 +33,7 @@ pub use cache::{RideCache, named, read};
 pub use compute::Compute;
 pub use fault::Fault;
 pub use gate::Gate;
-pub use hub::{Hub, HubEvent};
+pub use hub::{Hub, HubEvent, Searched};
 pub use isolate::{Child, ChildError};
 pub use queue::{QUICK, Queue};
 #[cfg(test)]

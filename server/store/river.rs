@@ -13,6 +13,13 @@ pub struct Orphan {
     pub args: String,
 }
 
+/// Kinds of rows that tell others of what happened; nobody's ride waits for them.
+macro_rules! news {
+    () => {
+        "('announce', 'deliver')"
+    };
+}
+
 /// A `running` row whose last owner is not in the `worker` table. Two texts: the dialects keep the
 /// array of owners differently.
 macro_rules! orphaned {
@@ -29,11 +36,15 @@ macro_rules! orphaned {
 
 pub async fn orphans(db: &Db) -> sqlx::Result<Vec<Orphan>> {
     const SQLITE: &str = concat!(
-        "SELECT id, kind, json(args) AS args FROM river_job WHERE kind NOT IN ('announce', 'deliver') AND ",
+        "SELECT id, kind, json(args) AS args FROM river_job WHERE kind NOT IN ",
+        news!(),
+        " AND ",
         orphaned!(sqlite)
     );
     const POSTGRES: &str = concat!(
-        "SELECT id, kind, CAST(args AS TEXT) AS args FROM river_job WHERE kind NOT IN ('announce', 'deliver') AND ",
+        "SELECT id, kind, CAST(args AS TEXT) AS args FROM river_job WHERE kind NOT IN ",
+        news!(),
+        " AND ",
         orphaned!(postgres)
     );
     let sql = db.spelt(SQLITE, POSTGRES);
@@ -43,11 +54,15 @@ pub async fn orphans(db: &Db) -> sqlx::Result<Vec<Orphan>> {
 /// Lets others do what processes that are gone were telling. What is told twice has one identifier.
 pub async fn tell_again(tx: &mut Tx) -> sqlx::Result<()> {
     const SQLITE: &str = concat!(
-        "UPDATE river_job SET state = 'available' WHERE kind IN ('announce', 'deliver') AND ",
+        "UPDATE river_job SET state = 'available' WHERE kind IN ",
+        news!(),
+        " AND ",
         orphaned!(sqlite)
     );
     const POSTGRES: &str = concat!(
-        "UPDATE river_job SET state = 'available' WHERE kind IN ('announce', 'deliver') AND ",
+        "UPDATE river_job SET state = 'available' WHERE kind IN ",
+        news!(),
+        " AND ",
         orphaned!(postgres)
     );
     let sql = tx.spelt(SQLITE, POSTGRES);

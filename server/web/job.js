@@ -50,12 +50,18 @@ function watch() {
     if (job.least_squares) showEarly(job.least_squares);
   };
 
+  const searched = ({ steps, budget }) => {
+    const share = Math.min(100, Math.round(100 * steps / budget));
+    document.querySelector('#said').textContent = `searching for missing physics: ${share} % of the steps it may take`;
+  };
+
   follow(about.job, {
-    snapshot({ job, trials }) {
+    snapshot({ job, trials, searched: known }) {
       curves.clear();
       for (const { trial, best_cost: costs } of trials) if (costs.length) curves.set(trial, costs);
       host.hidden = curves.size === 0;
       show(job);
+      if (known) searched(known);
       redraw();
     },
     iteration({ trial, iteration, best_cost: cost }) {
@@ -64,6 +70,7 @@ function watch() {
       host.hidden = false;
       redraw();
     },
+    searched,
     stage: show,
     done() { location.reload(); },
   });

@@ -3,7 +3,7 @@
 
 export const running = (job) => ['queued', 'running'].includes(job.state);
 
-/** Calls `on.snapshot`, `on.iteration`, `on.stage`, `on.done` as the job moves. */
+/** Calls `on.snapshot`, `on.iteration`, `on.searched`, `on.stage`, `on.done` as the job moves. */
 export function follow(job, on) {
   const source = new EventSource(`${job}/events`);
   let heard = false;
@@ -13,7 +13,7 @@ export function follow(job, on) {
     if (name === 'done') { ended = true; source.close(); }
     on[name]?.(JSON.parse(event.data));
   });
-  ['snapshot', 'iteration', 'stage', 'done'].forEach(listen);
+  ['snapshot', 'iteration', 'searched', 'stage', 'done'].forEach(listen);
   const fall = () => {
     if (ended) return;
     ended = true;

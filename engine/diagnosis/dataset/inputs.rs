@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use super::speed;
 use super::work::Work;
 use crate::bicycle::{Axle, Bike, PerAxle};
-use crate::diagnosis::law::{Need, OwnLaw, Scale, Tap};
+use crate::diagnosis::law::{Need, OwnLaw, Scale};
 use crate::numerics::random::normal;
 use crate::numerics::spectrum::{measured_noise, white_floor};
 use crate::numerics::spline::{cubic, slopes};
@@ -134,30 +134,22 @@ impl Track {
         )
     }
 
-    /// Height and rate of the road as `tap` reads it at sample `i`.
-    pub fn tapped(&self, i: usize, tap: &Tap) -> (f64, f64) {
+    /// Height (m) and rate (m/s) of the road `shift` (s) before sample `i`, averaged over `half_window` (s) to both sides.
+    pub fn road_before(&self, i: usize, shift: f64, half_window: f64) -> (f64, f64) {
         let step = self.input.step;
-        let centre = i as f64 - tap.shift / step;
-        let half = tap.half_window / step;
-        let (value, slope) = if half < 1e-6 {
-            self.road_at(centre)
-        } else {
-            // Beyond its ends the record is held constant, so the window shrinks there.
-            let last = (self.input.len() - 1) as f64;
-            let half = half
-                .min(centre.clamp(0.0, last))
-                .min(last - centre.clamp(0.0, last));
-            if half < 1e-6 {
-                self.road_at(centre)
-            } else {
-                let width = 2.0 * half * step;
-                (
-                    (self.integral_at(centre + half) - self.integral_at(centre - half)) / width,
-                    (self.road_at(centre + half).0 - self.road_at(centre - half).0) / width,
-                )
-            }
-        };
-        (value + tap.value, slope + tap.slope)
+        let centre = i as f64 - shift / step;
+        // Beyond its ends the record is held constant, so the window shrinks there.
+        let last = (self.input.len() - 1) as f64;
+        let room = centre.clamp(0.0, last).min(last - centre.clamp(0.0, last));
+        let half = (half_window / step).min(room);
+        if half < 1e-6 {
+            return self.road_at(centre);
+        }
+        let width = 2.0 * half * step;
+        (
+            (self.integral_at(centre + half) - self.integral_at(centre - half)) / width,
+            (self.road_at(centre + half).0 - self.road_at(centre - half).0) / width,
+        )
     }
 }
 
@@ -173,6 +165,8 @@ pub struct Scene {
     pub speed_rate: Vec<f64>,
     pub distance: Vec<f64>,
     pub crank: Vec<f64>,
+    /// Sine and cosine of twice the crank angle.
+    pub double_crank: Vec<[f64; 2]>,
     has_speed: bool,
     varying_speed: bool,
     has_cadence: bool,
@@ -223,6 +217,7 @@ impl Scene {
             speed,
             speed_rate,
             distance,
+            double_crank: double(&crank),
             crank,
             geometry,
             noise_order: ORDER,
@@ -350,6 +345,12 @@ impl Scene {
         }
     }
 
+    /// Has the crank at other angles (rad).
+    pub fn set_crank(&mut self, crank: Vec<f64>) {
+        self.double_crank = double(&crank);
+        self.crank = crank;
+    }
+
     /// Takes the spring out of the plain model of every axle.
     pub fn remove_springs(&mut self) {
         for track in &mut self.tracks {
@@ -397,6 +398,10 @@ impl Scene {
         };
         (!there).then_some(why)
     }
+}
+
+fn double(crank: &[f64]) -> Vec<[f64; 2]> {
+    crank.iter().map(|x| (2.0 * x).sin_cos().into()).collect()
 }
 
 fn integral(x: &[f64], step: f64) -> Vec<f64> {

@@ -74,7 +74,7 @@ pub fn planned(scene: &Scene, change: &Change) -> Scene {
         *rate *= if *back { -1.0 } else { 1.0 };
     }
     next.distance = along(&scene.distance);
-    next.crank = along(&scene.crank);
+    next.set_crank(along(&scene.crank));
     for track in &mut next.tracks {
         let road = times(at(&track.input.road), change.rougher);
         let force = (track.input.force.as_ref()).map(|(f, _)| times(at(f), change.rougher));

@@ -16,6 +16,13 @@ mod own_law;
 
 pub use own_law::Shape;
 
+/// Work that is compiled for each effect.
+pub trait ForEffect {
+    fn of<E: Effect>(self);
+
+    fn of_own_law(self);
+}
+
 macro_rules! library {
     ($($file:ident :: $name:ident),* $(,)?) => {
         $(mod $file;)*
@@ -39,39 +46,56 @@ macro_rules! library {
                 }
             }
 
-            #[inline(always)]
-            pub fn tyre(self, p: &LaneValues, m: &Motion, s: &States, force: Lanes) -> Lanes {
+            /// Has `work` done for the effect's type.
+            pub fn visit(self, work: impl ForEffect) {
                 match self {
-                    Kind::Own(_) => own_law::tyre(p, m, s, force),
-                    $(Kind::$name => $file::$name::tyre(p, m, s, force)),*
+                    Kind::Own(_) => work.of_own_law(),
+                    $(Kind::$name => work.of::<$file::$name>()),*
+                }
+            }
+
+            /// What the effect makes of the tyre's force and of the others on the mass.
+            #[inline(always)]
+            pub fn forces(
+                self,
+                p: &LaneValues,
+                m: &Motion,
+                s: &States,
+                [tyre, body]: [Lanes; 2],
+            ) -> [Lanes; 2] {
+                match self {
+                    Kind::Own(_) => [own_law::tyre(p, m, s, tyre), own_law::body(p, m, s, body)],
+                    $(Kind::$name => [
+                        $file::$name::tyre(p, m, s, tyre),
+                        $file::$name::body(p, m, s, body),
+                    ]),*
+                }
+            }
+
+            /// The acceleration under a `force`, with the rates of the effect's own states.
+            #[inline(always)]
+            pub fn moved(
+                self,
+                p: &LaneValues,
+                m: &Motion,
+                s: &States,
+                force: Lanes,
+                rates: &mut States,
+            ) -> Lanes {
+                match self {
+                    Kind::Own(_) => {
+                        *rates = own_law::rates(p, m, s);
+                        force
+                    }
+                    $(Kind::$name => {
+                        *rates = $file::$name::rates(p, m, s);
+                        $file::$name::inertia(p, m, s, force)
+                    }),*
                 }
             }
 
             #[inline(always)]
-            pub fn body(self, p: &LaneValues, m: &Motion, s: &States, force: Lanes) -> Lanes {
-                match self {
-                    Kind::Own(_) => own_law::body(p, m, s, force),
-                    $(Kind::$name => $file::$name::body(p, m, s, force)),*
-                }
-            }
-
-            #[inline(always)]
-            pub fn inertia(self, p: &LaneValues, m: &Motion, s: &States, force: Lanes) -> Lanes {
-                match self {
-                    Kind::Own(_) => force,
-                    $(Kind::$name => $file::$name::inertia(p, m, s, force)),*
-                }
-            }
-
-            #[inline(always)]
-            pub fn rates(self, p: &LaneValues, m: &Motion, s: &States) -> States {
-                match self {
-                    Kind::Own(_) => own_law::rates(p, m, s),
-                    $(Kind::$name => $file::$name::rates(p, m, s)),*
-                }
-            }
-
-            pub fn road(self, p: &Values, spot: &Spot, scale: &Scale, tap: &mut Tap) {
+            pub fn road(self, p: &LaneValues, spot: &Spot, scale: &Scale, tap: &mut Tap) {
                 match self {
                     Kind::Own(_) => {}
                     $(Kind::$name => $file::$name::road(p, spot, scale, tap)),*

@@ -190,7 +190,7 @@ fn steepest(p: &Values, scale: &Scale) -> [f64; 2] {
 /// The motion as expressions know it.
 fn motion(m: &Motion) -> OwnMotion {
     let wheel = m.distance / m.scale.wheel_radius;
-    let [speed, t, crank, wheel] = [m.speed, m.t, m.crank_angle, wheel].map(Lanes::all);
+    let [speed, t, crank, wheel] = [m.speed, m.t, m.crank.angle, wheel].map(Lanes::all);
     [m.d, m.w, m.z, m.v, speed, t, crank, wheel]
 }
 

@@ -39,7 +39,8 @@ impl Effect for PedallingForce {
 
     #[inline(always)]
     fn body(p: &LaneValues, m: &Motion, _s: &States, force: Lanes) -> Lanes {
-        force + (p[0] * m.crank[0] + p[1] * m.crank[1]) * m.per_mass
+        let [sin, cos] = m.crank.double();
+        force + (p[0] * sin + p[1] * cos) * m.per_mass
     }
 
     fn from_reported(reported: &[f64], _scale: &Scale) -> Values {

@@ -43,11 +43,7 @@ impl Effect for PowerDamping {
     #[inline(always)]
     fn tyre(p: &LaneValues, m: &Motion, _s: &States, force: Lanes) -> Lanes {
         let w = m.w / m.scale.w_rms;
-        let mut law = Lanes::ZERO;
-        for i in 0..law.0.len() {
-            let size = w.0[i] * w.0[i] + ROUND * ROUND;
-            law.0[i] = w.0[i] * size.powf(0.5 * (p[1].0[i] - 1.0));
-        }
+        let law = w * (w * w + ROUND * ROUND).powf((p[1] - 1.0) * 0.5);
         force + p[0] * m.per_mass * law
     }
 }

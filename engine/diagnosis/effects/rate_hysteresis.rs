@@ -38,10 +38,7 @@ impl Effect for RateHysteresis {
     #[inline(always)]
     fn rates(p: &LaneValues, m: &Motion, s: &States) -> States {
         let w = m.w / m.scale.w_rms;
-        let mut y = p[1];
-        for i in 0..y.0.len() {
-            y.0[i] *= (w.0[i] * w.0[i] + ROUND * ROUND).powf(0.5 * p[2].0[i]);
-        }
+        let y = p[1] * (w * w + ROUND * ROUND).powf(p[2] * 0.5);
         [slide(y, m, s[0]), Lanes::ZERO]
     }
 }

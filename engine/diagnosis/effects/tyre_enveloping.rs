@@ -27,7 +27,8 @@ impl Effect for TyreEnveloping {
         ..Spec::ORDINARY
     };
 
-    fn road(p: &Values, spot: &Spot, _scale: &Scale, tap: &mut Tap) {
-        tap.half_window += 0.5 * p[0] / spot.speed.max(0.3);
+    #[inline(always)]
+    fn road(p: &LaneValues, spot: &Spot, _scale: &Scale, tap: &mut Tap) {
+        tap.half_window += p[0] * (0.5 / spot.speed.max(0.3));
     }
 }

@@ -85,6 +85,7 @@ impl Effect for UnsprungMass {
         }),
         states: 2,
         second_mass: true,
+        carries: true,
         expected: &[(0, 0.15, 0.1)],
         law: "a share (mass_fraction) of the mass stands on the tyre and carries the rest, z, on a spring and damper (natural_frequency, damping_ratio)",
         words: "the wheel is a mass of its own on the tyre, below a fork or suspension stage",

@@ -52,11 +52,12 @@ impl Effect for WheelOutOfRound {
         ..Spec::ORDINARY
     };
 
-    fn road(p: &Values, spot: &Spot, scale: &Scale, tap: &mut Tap) {
-        let radius = p[2] * scale.wheel_radius;
-        let (sin, cos) = (spot.distance / radius).sin_cos();
+    #[inline(always)]
+    fn road(p: &LaneValues, spot: &Spot, scale: &Scale, tap: &mut Tap) {
+        let turn = (p[2] * scale.wheel_radius).recip();
+        let [sin, cos] = (turn * spot.distance).sin_cos();
         tap.value += p[0] * sin + p[1] * cos;
-        tap.slope += (p[0] * cos - p[1] * sin) * spot.speed / radius;
+        tap.slope += (p[0] * cos - p[1] * sin) * turn * spot.speed;
     }
 
     fn from_reported(reported: &[f64], scale: &Scale) -> Values {

@@ -27,7 +27,8 @@ impl Effect for WheelbaseDelay {
         ..Spec::ORDINARY
     };
 
-    fn road(p: &Values, spot: &Spot, _scale: &Scale, tap: &mut Tap) {
+    #[inline(always)]
+    fn road(p: &LaneValues, spot: &Spot, _scale: &Scale, tap: &mut Tap) {
         tap.shift += p[0] / spot.speed.max(0.3);
     }
 }

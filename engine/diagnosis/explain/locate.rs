@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use crate::diagnosis::dataset::Scene;
 use crate::diagnosis::fit::Motion;
+use crate::numerics::spectrum::adjoining_powers;
 use crate::numerics::statistics::normal_tail;
 
 /// Times (s) where the excess of squared residual is significant, corrected for the number of windows.
@@ -61,39 +62,22 @@ fn significance(excess: &[f64]) -> f64 {
 
 /// Bands (Hz) where the plain residual's spectrum lies significantly above the other's.
 pub fn bands(plain: &[f64], left: &[f64], step: f64, alpha: f64) -> Vec<[f64; 2]> {
-    let length = (4.0 / step).round().clamp(64.0, 2048.0) as usize;
-    let segments = plain.len() / length;
-    if segments < 4 {
+    let length = (4.0 / step).round().clamp(64.0, 2048.0) as usize & !1;
+    if plain.len() / length < 4 {
         return Vec::new();
     }
     let bins = 40.min(length / 4);
     let top = 0.5 / step;
-    // Energy of each segment in each band, by Goertzel sums at four frequencies in the band.
-    let energy = |x: &[f64], band: usize| -> Vec<f64> {
-        x.chunks_exact(length)
-            .map(|chunk| {
-                (0..4)
-                    .map(|k| {
-                        let f = (band as f64 + (k as f64 + 0.5) / 4.0) * top / bins as f64;
-                        let turn = std::f64::consts::TAU * f * step;
-                        let (mut re, mut im) = (0.0, 0.0);
-                        for (i, x) in chunk.iter().enumerate() {
-                            let hann = (std::f64::consts::PI * i as f64 / length as f64)
-                                .sin()
-                                .powi(2);
-                            let (sin, cos) = (turn * i as f64).sin_cos();
-                            re += hann * x * cos;
-                            im -= hann * x * sin;
-                        }
-                        re * re + im * im
-                    })
-                    .sum()
-            })
-            .collect()
+    let powers = [plain, left].map(|x| adjoining_powers(x, length));
+    // Power of each stretch in a band.
+    let energy = |powers: &[Vec<f64>], band: usize| -> Vec<f64> {
+        let inside = [band, band + 1].map(|edge| edge * length / 2 / bins);
+        let sum = |power: &Vec<f64>| power[inside[0]..inside[1]].iter().sum();
+        powers.iter().map(sum).collect()
     };
     let mut found: Vec<[f64; 2]> = Vec::new();
     for band in 0..bins {
-        let (a, b) = (energy(plain, band), energy(left, band));
+        let [a, b] = [&powers[0], &powers[1]].map(|powers| energy(powers, band));
         let differences: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
         let count = differences.len() as f64;
         let mean = differences.iter().sum::<f64>() / count;

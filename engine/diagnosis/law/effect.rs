@@ -25,9 +25,7 @@ pub struct Motion<'a> {
     /// Speed (m/s) and its smoothed rate (m/s^2).
     pub speed: f64,
     pub speed_rate: f64,
-    /// Sine and cosine of twice the crank angle, and the angle itself (rad).
-    pub crank: [f64; 2],
-    pub crank_angle: f64,
+    pub crank: Crank,
     /// Distance ridden (m).
     pub distance: f64,
     /// Step of the integrator (s).
@@ -37,15 +35,55 @@ pub struct Motion<'a> {
     pub scale: &'a Scale,
 }
 
-/// Where an effect reads the road at one sample, for one parameter set.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// The crank at one instant.
+pub struct Crank {
+    /// Its angle (rad).
+    pub angle: f64,
+    /// Sine and cosine of twice its angle shortly before, and how far (rad) that has turned since.
+    pub before: [f64; 2],
+    pub turned: f64,
+}
+
+impl Crank {
+    /// Sine and cosine of twice the angle.
+    #[inline(always)]
+    pub fn double(&self) -> [f64; 2] {
+        turned(self.before, self.turned)
+    }
+}
+
+/// Sine and cosine of an angle from those of one that is smaller by `turn` (rad). Small turns, and these are small
+/// unless a crank is logged at some 10 Hz, by their series, right to 1e-8.
+#[inline(always)]
+fn turned([sin, cos]: [f64; 2], turn: f64) -> [f64; 2] {
+    let [s, c] = if turn.abs() < 0.5 {
+        let q = turn * turn;
+        [
+            turn * (1.0 - q / 6.0 * (1.0 - q / 20.0 * (1.0 - q / 42.0))),
+            1.0 - q / 2.0 * (1.0 - q / 12.0 * (1.0 - q / 30.0 * (1.0 - q / 56.0))),
+        ]
+    } else {
+        far(turn)
+    };
+    [sin * c + cos * s, cos * c - sin * s]
+}
+
+/// Apart, since the compiler takes sines for cheap and has them ready at every step.
+#[cold]
+#[inline(never)]
+fn far(turn: f64) -> [f64; 2] {
+    turn.sin_cos().into()
+}
+
+/// Where an effect reads the road at one sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tap {
     /// The road is read `shift` (s) earlier, averaged over `half_window` (s) to both sides.
-    pub shift: f64,
-    pub half_window: f64,
+    pub shift: Lanes,
+    pub half_window: Lanes,
     /// Added height (m) and its rate (m/s).
-    pub value: f64,
-    pub slope: f64,
+    pub value: Lanes,
+    pub slope: Lanes,
 }
 
 /// What is known of the sample at which the road is read.
@@ -93,7 +131,8 @@ pub trait Effect {
         [Lanes::ZERO; MAX_STATES]
     }
 
-    fn road(_p: &Values, _spot: &Spot, _scale: &Scale, _tap: &mut Tap) {}
+    #[inline(always)]
+    fn road(_p: &LaneValues, _spot: &Spot, _scale: &Scale, _tap: &mut Tap) {}
 
     fn sensor(_p: &Values, _t: f64, _pickup: &mut Pickup) {}
 

@@ -7,7 +7,7 @@ pub mod own;
 mod scale;
 mod spec;
 
-pub use effect::{Effect, Motion, Pickup, STABLE, Spot, Tap, as_reported};
+pub use effect::{Crank, Effect, Motion, Pickup, STABLE, Spot, Tap, as_reported};
 pub use limits::{LaneValues, MAX_PARAMETERS, MAX_STATES, States, Values};
 pub use need::Need;
 pub use own::OwnLaw;

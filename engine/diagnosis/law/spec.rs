@@ -71,6 +71,8 @@ pub struct Spec {
     pub states: usize,
     /// Whether two states are the height and the velocity of a second mass.
     pub second_mass: bool,
+    /// Whether the second mass, the first parameter's share of the whole, stands on the tyre and carries the rest.
+    pub carries: bool,
     pub on_road: bool,
     pub on_sensor: bool,
     /// Whether the effect belongs to a moment of this ride, so that the held-out part need not show it.
@@ -113,6 +115,7 @@ impl Spec {
         twin: None,
         states: 0,
         second_mass: false,
+        carries: false,
         on_road: false,
         on_sensor: false,
         local: false,

@@ -151,6 +151,11 @@ impl Search<'_> {
         }
     }
 
+    pub fn tell_progress(&self) {
+        let done = self.fitter.scene.work.done();
+        self.progress.searched(done, self.budget.steps);
+    }
+
     /// Whether the budget is spent. To be asked while nothing else computes: then the answer is the same on every machine.
     pub fn is_spent(&self) -> bool {
         self.fitter.scene.work.done() > self.until

@@ -18,6 +18,8 @@ use crate::report::diagnosis::Place;
 const HOPE: f64 = 0.4;
 /// Refits between which the budget is looked at.
 const GROUP: usize = 8;
+/// Share of the best candidate's gain from which one is fitted to the end: none is chosen with less than half of it.
+const WORTH: f64 = 0.2;
 /// Candidates that are fitted to the end in every round.
 pub const LEADERS: usize = 6;
 
@@ -105,7 +107,11 @@ impl Search<'_> {
         found.sort_by(|a, b| b.likelihood.total_cmp(&a.likelihood));
         first_of_each(&mut found, |m| &m.terms);
         // The leaders once more, to the end and each under its own noise.
-        let rest = found.split_off(found.len().min(LEADERS));
+        let gain = |m: &Model| m.likelihood - model.likelihood;
+        let most = found.first().map_or(0.0, gain);
+        let leads = |m: &&Model| gain(m) >= WORTH * most;
+        let leaders = found.iter().take(LEADERS).take_while(leads).count();
+        let rest = found.split_off(leaders);
         let mut found: Vec<Model> = found
             .into_par_iter()
             .map(|m| self.settled(model, m, offers, reach))
@@ -131,8 +137,7 @@ impl Search<'_> {
                 break;
             }
             found.par_extend(group.par_iter().filter_map(|s| refit(s)));
-            let done = self.fitter.scene.work.done();
-            self.progress.searched(done, self.budget.steps);
+            self.tell_progress();
         }
         found
     }

@@ -53,6 +53,7 @@ impl Search<'_> {
         let mut pale: Option<Model> = None;
         while model.terms.len() < MOST_TERMS && !self.is_spent() {
             self.check()?;
+            self.tell_progress();
             let goes_on = 'round: {
                 let offers = self.offers(pale.as_ref().unwrap_or(&model), &model.terms);
                 let null = Null::new(&offers, self.seed, rounds.len());

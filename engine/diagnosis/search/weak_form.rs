@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::diagnosis::dataset::{Scene, Track};
 use crate::diagnosis::effects::Kind;
 use crate::diagnosis::fit::{Fitter, Point, Unit};
-use crate::diagnosis::law::{MAX_STATES, Motion, Values};
+use crate::diagnosis::law::{Crank, MAX_STATES, Motion, Values};
 use crate::numerics::lanes::Lanes;
 use crate::numerics::modulating::window;
 use crate::simulate::linear::Input;
@@ -121,15 +121,18 @@ impl<'a> Rows<'a> {
                     t: i as f64 * scene.step,
                     speed: scene.speed[i],
                     speed_rate: scene.speed_rate[i],
-                    crank: [(2.0 * scene.crank[i]).sin(), (2.0 * scene.crank[i]).cos()],
-                    crank_angle: scene.crank[i],
+                    crank: Crank {
+                        angle: scene.crank[i],
+                        before: scene.double_crank[i],
+                        turned: 0.0,
+                    },
                     distance: scene.distance[i],
                     step: scene.step,
                     felt_after: self.input.felt_after(scene.step),
                     scale: &track.scale,
                 };
-                let tyre = kind.tyre(&p, &motion, &states, Lanes::ZERO);
-                kind.body(&p, &motion, &states, tyre).0[0]
+                let [tyre, body] = kind.forces(&p, &motion, &states, [Lanes::ZERO; 2]);
+                (tyre + body).0[0]
             })
             .collect()
     }

@@ -16,7 +16,7 @@ use crate::api::access::Caller;
 use crate::api::extract::Path;
 use crate::api::problem::Problem;
 use crate::api::{App, Server};
-use crate::jobs::HubEvent;
+use crate::jobs::{HubEvent, Searched};
 use crate::store::{job, trial};
 
 /// How often the database is asked for what other processes did, and whether the key has ended.
@@ -29,6 +29,8 @@ const RETRY: Duration = Duration::from_secs(2);
 pub struct Snapshot {
     pub job: JobView,
     pub trials: Vec<Curve>,
+    /// How far the search for missing physics is, where this server computes it.
+    pub searched: Option<Searched>,
 }
 
 /// Best cost of one trial after each iteration so far.
@@ -42,14 +44,14 @@ pub struct Curve {
 /// What a job does, as it happens.
 ///
 /// `snapshot` comes first and holds everything so far; then `iteration` for every iteration of a
-/// swarm, `stage` with the job whenever it has changed, and `done` with the job at its end, which is
+/// swarm, `searched` while the search for missing physics goes on, `stage` with the job whenever it has changed, and `done` with the job at its end, which is
 /// also the end of the stream. It ends too when the caller's key does. A client that comes back with `Last-Event-ID` gets what it missed, or
 /// a snapshot where that is no longer known.
 #[utoipa::path(get, path = "/v1/jobs/{id}/events", operation_id = "follow_job", tag = "jobs",
     params(("id" = Uuid, Path),
         ("Last-Event-ID" = Option<String>, Header, description = "Id of the last event that was received")),
     responses(
-        (status = 200, description = "Server-sent events: snapshot, iteration, stage, done", body = String, content_type = "text/event-stream"),
+        (status = 200, description = "Server-sent events: snapshot, iteration, searched, stage, done", body = String, content_type = "text/event-stream"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn events(
     State(server): App,
@@ -83,7 +85,7 @@ fn stream(
             },
             None => {
                 let Ok(trials) = curves(&server, id, &subscription.curves).await else { return };
-                let snapshot = Snapshot { job: view.clone(), trials };
+                let snapshot = Snapshot { job: view.clone(), trials, searched: subscription.searched };
                 yield Ok(event(&server, event_id, "snapshot", &snapshot).retry(RETRY));
             }
         }
@@ -106,6 +108,10 @@ fn stream(
                 Ok(HubEvent::Iteration { id, iteration }) => {
                     event_id = id;
                     yield Ok(event(&server, event_id, "iteration", &iteration));
+                    continue;
+                }
+                Ok(HubEvent::Searched(searched)) => {
+                    yield Ok(event(&server, event_id, "searched", &searched));
                     continue;
                 }
                 Ok(HubEvent::Changed) => {}

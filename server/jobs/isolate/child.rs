@@ -14,11 +14,11 @@ use veloid_engine::{EngineError, Progress};
 
 use super::frame;
 use super::word::{Order, Word};
-use crate::jobs::hub::Iteration;
+use crate::jobs::hub::{Heard, Iteration, Searched};
 use crate::jobs::panics::panic_text;
 use crate::jobs::task::{Outcome, Subject, Task};
 
-/// Iterations are told at most this often; a short swarm has a hundred in a few milliseconds.
+/// What happens is told at most this often; a short swarm has a hundred in a few milliseconds.
 const EVERY: Duration = Duration::from_millis(20);
 /// Memory besides the job's (bytes): the program's own, and stacks of threads.
 const OWN: u64 = 256 << 20;
@@ -134,7 +134,7 @@ struct Telling(Mutex<Unsaid>);
 
 /// What is told with the next word.
 struct Unsaid {
-    iterations: Vec<Iteration>,
+    heard: Vec<Heard>,
     spoke: Instant,
     pipe: Stdout,
 }
@@ -142,7 +142,7 @@ struct Unsaid {
 impl Default for Telling {
     fn default() -> Self {
         Self(Mutex::new(Unsaid {
-            iterations: Vec::new(),
+            heard: Vec::new(),
             spoke: Instant::now(),
             pipe: io::stdout(),
         }))
@@ -150,6 +150,15 @@ impl Default for Telling {
 }
 
 impl Telling {
+    fn tell(&self, heard: Heard) {
+        let mut unsaid = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        unsaid.heard.push(heard);
+        if unsaid.spoke.elapsed() >= EVERY && unsaid.say().is_err() {
+            // Nobody listens any more.
+            std::process::exit(0);
+        }
+    }
+
     fn finish(&self, word: Word) -> io::Result<()> {
         let mut unsaid = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         unsaid.say()?;
@@ -160,25 +169,24 @@ impl Telling {
 impl Unsaid {
     fn say(&mut self) -> io::Result<()> {
         self.spoke = Instant::now();
-        let iterations = std::mem::take(&mut self.iterations);
-        match iterations.is_empty() {
+        let heard = std::mem::take(&mut self.heard);
+        match heard.is_empty() {
             true => Ok(()),
-            false => frame::write(&mut self.pipe, &Word::Iterations(iterations)),
+            false => frame::write(&mut self.pipe, &Word::Meanwhile(heard)),
         }
     }
 }
 
 impl Progress for Telling {
     fn iteration(&self, trial: usize, iteration: usize, best_cost: f64) {
-        let mut unsaid = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        unsaid.iterations.push(Iteration {
+        self.tell(Heard::Iteration(Iteration {
             trial,
             iteration,
             best_cost,
-        });
-        if unsaid.spoke.elapsed() >= EVERY && unsaid.say().is_err() {
-            // Nobody listens any more.
-            std::process::exit(0);
-        }
+        }));
+    }
+
+    fn searched(&self, steps: u64, budget: u64) {
+        self.tell(Heard::Searched(Searched { steps, budget }));
     }
 }

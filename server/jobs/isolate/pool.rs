@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::child::Child;
 use super::process::{Ended, Process};
-use crate::jobs::hub::Iteration;
+use crate::jobs::hub::Heard;
 use crate::jobs::task::{Outcome, Subject, Task};
 
 pub struct Children {
@@ -27,7 +27,7 @@ impl Children {
         &self,
         subject: &Arc<Subject>,
         task: Task,
-        hear: impl Fn(Iteration),
+        hear: impl Fn(Heard),
     ) -> Result<Outcome, Ended> {
         let mut child = self.take(subject)?;
         let outcome = child.perform(subject, task, hear).await;

@@ -16,7 +16,7 @@ use uuid::Uuid;
 use super::child::Child;
 use super::frame;
 use super::word::{Order, Word};
-use crate::jobs::hub::Iteration;
+use crate::jobs::hub::Heard;
 use crate::jobs::task::{Outcome, Subject, Task};
 
 /// Time in which a child that closed its pipes is gone, and what it said has arrived.
@@ -99,12 +99,12 @@ impl Process {
         matches!(self.child.try_wait(), Ok(None))
     }
 
-    /// Has a task carried out, and passes on the iterations that are told meanwhile.
+    /// Has a task carried out, and passes on what is told meanwhile.
     pub async fn perform(
         &mut self,
         subject: &Arc<Subject>,
         task: Task,
-        hear: impl Fn(Iteration),
+        hear: impl Fn(Heard),
     ) -> Result<Outcome, Ended> {
         let known = self.holds.replace(subject.job) == Some(subject.job);
         let subject = (!known).then(|| Arc::clone(subject));
@@ -120,7 +120,7 @@ impl Process {
             };
             let word = spawn_blocking(move || frame::decode(&bytes));
             match word.await.map_err(io::Error::other)?? {
-                Word::Iterations(iterations) => iterations.into_iter().for_each(&hear),
+                Word::Meanwhile(heard) => heard.into_iter().for_each(&hear),
                 Word::Done(outcome) => return Ok(outcome),
                 Word::Refused { is_input, message } => {
                     return Err(Ended::Refused { is_input, message });

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::jobs::hub::Iteration;
+use crate::jobs::hub::Heard;
 use crate::jobs::task::{Outcome, Subject, Task};
 
 /// Parent to child.
@@ -15,10 +15,10 @@ pub struct Order {
     pub task: Task,
 }
 
-/// Child to parent: any number of iterations, then how the task ended.
+/// Child to parent: any number of times how far it is, then how the task ended.
 #[derive(Serialize, Deserialize)]
 pub enum Word {
-    Iterations(Vec<Iteration>),
+    Meanwhile(Vec<Heard>),
     Done(Outcome),
     /// An error of the engine.
     Refused {

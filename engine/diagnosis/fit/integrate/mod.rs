@@ -1,0 +1,290 @@
+//! The extended model in motion: fourth-order Runge-Kutta on eight parameter sets at once, with the
+//! road and forces as cubic splines through the samples.
+
+mod laws;
+mod road;
+mod runner;
+mod sensed;
+
+pub use sensed::sensed;
+
+use laws::{Laws, Listed, Nothing, One};
+use runner::{Piece, Runner};
+
+use crate::diagnosis::dataset::{Scene, Track};
+use crate::diagnosis::effects::{ForEffect, Kind};
+use crate::diagnosis::law::{Acts, Effect, LaneValues, MAX_STATES, States, Values};
+use crate::numerics::lanes::{Lanes, widest};
+
+/// Effects on one axle at most.
+pub const MAX_EFFECTS: usize = 6;
+const STATES: usize = 2 + MAX_EFFECTS * MAX_STATES;
+
+/// Eight parameter sets of one axle.
+#[derive(Clone, Debug)]
+pub struct AxleLanes {
+    /// k/m, B/m, 1/m, constant force over m, z(0), z'(0).
+    pub base: [Lanes; 6],
+    pub effects: Vec<EffectLanes>,
+}
+
+#[derive(Clone, Debug)]
+pub struct EffectLanes {
+    pub kind: Kind,
+    pub values: LaneValues,
+    /// Where the effect's own states start, relative to the mass for a mass's height and velocity.
+    pub initial: States,
+}
+
+impl EffectLanes {
+    fn of_lane(&self, lane: usize) -> Values {
+        self.values.map(|v| v.0[lane])
+    }
+}
+
+/// Simulated motion of one axle at every sample.
+#[derive(Clone, Debug, Default)]
+pub struct Motions {
+    pub z: Vec<Lanes>,
+    /// Velocity and acceleration, where asked for.
+    pub v: Vec<Lanes>,
+    pub a: Vec<Lanes>,
+}
+
+/// Simulates `samples` samples of the axles; with two axles in `coupled` = (c_own, c_other) form
+/// they push each other. `substeps` per sample; velocities and accelerations are kept when `full`.
+pub fn run(
+    scene: &Scene,
+    axles: &[(&Track, &AxleLanes)],
+    coupling: Option<&Lanes>,
+    samples: usize,
+    substeps: usize,
+    full: bool,
+) -> Vec<Motions> {
+    let cost: usize = axles.iter().map(|(track, lanes)| cost(track, lanes)).sum();
+    scene.work.add((samples * substeps * cost) as u64);
+    let runners: Vec<Runner> = axles
+        .iter()
+        .map(|(t, l)| Runner::new(scene, t, l, samples))
+        .collect();
+    let room = |wanted: bool| Vec::with_capacity(if wanted { samples } else { 0 });
+    let mut out: Vec<Motions> = axles
+        .iter()
+        .map(|_| Motions {
+            z: room(true),
+            v: room(full),
+            a: room(full),
+        })
+        .collect();
+    let job = Job {
+        scene,
+        runners: &runners,
+        coupling,
+        samples,
+        substeps,
+        full,
+        out: &mut out,
+    };
+    match acting(axles) {
+        Acting::Nothing => job.on_each::<2, _>(|_| Nothing),
+        Acting::One(kind) => kind.visit(job),
+        Acting::Several => job.listed(),
+    }
+    out
+}
+
+/// What the integrator is chosen by.
+enum Acting {
+    Nothing,
+    One(Kind),
+    Several,
+}
+
+fn acting(axles: &[(&Track, &AxleLanes)]) -> Acting {
+    let mut effects = axles.iter().map(|(_, lanes)| lanes.effects.as_slice());
+    match effects.next() {
+        Some([]) if effects.all(<[_]>::is_empty) => Acting::Nothing,
+        Some([one]) if effects.all(|e| matches!(e, [e] if e.kind == one.kind)) => {
+            Acting::One(one.kind)
+        }
+        _ => Acting::Several,
+    }
+}
+
+/// Operations of a law of the user's own that take as long as a step without one.
+const OPERATIONS: usize = 10;
+
+/// What a step on one axle costs, counted in steps of an axle with effects of the library.
+fn cost(track: &Track, lanes: &AxleLanes) -> usize {
+    let has_own = lanes.effects.iter().any(|e| matches!(e.kind, Kind::Own(_)));
+    let own = track.scale.own.as_ref().filter(|_| has_own);
+    1 + own.map_or(0, |law| law.operations().div_ceil(OPERATIONS))
+}
+
+/// What one integration works on.
+struct Job<'a> {
+    scene: &'a Scene,
+    runners: &'a [Runner<'a>],
+    coupling: Option<&'a Lanes>,
+    samples: usize,
+    substeps: usize,
+    full: bool,
+    out: &'a mut [Motions],
+}
+
+impl ForEffect for Job<'_> {
+    fn of<E: Effect>(self) {
+        match E::SPEC.states {
+            0 => self.one::<E, 2>(),
+            1 => self.one::<E, 3>(),
+            _ => self.one::<E, 4>(),
+        }
+    }
+
+    fn of_own_law(self) {
+        self.listed();
+    }
+}
+
+impl<'a> Job<'a> {
+    fn one<E: Effect, const S: usize>(self) {
+        let one = |runner: &Runner<'a>| One::<E>::of(&runner.lanes.effects[0]);
+        match (E::SPEC.acts, self.runners) {
+            (Acts::Both, _) => self.on_each::<S, _>(one),
+            (Acts::OneAxle | Acts::Front | Acts::Rear, [_]) => self.on_one::<S, _>(one),
+            // Each axle has one of its own.
+            (Acts::OneAxle | Acts::Front | Acts::Rear, _) => self.listed(),
+        }
+    }
+
+    /// With as few states as the effects need.
+    fn listed(self) {
+        let listed = |runner: &Runner<'a>| Listed::of(&runner.lanes.effects);
+        match self.runners.iter().map(Runner::states).max() {
+            Some(..=2) => self.on_each::<2, _>(listed),
+            Some(..=4) => self.on_each::<4, _>(listed),
+            Some(..=6) => self.on_each::<6, _>(listed),
+            _ => self.on_each::<STATES, _>(listed),
+        }
+    }
+
+    fn on_each<const S: usize, L: Laws>(mut self, laws: impl Fn(&Runner<'a>) -> L) {
+        match self.runners {
+            [front, rear] => {
+                let laws = [laws(front), laws(rear)];
+                widest(
+                    #[inline(always)]
+                    || self.integrate::<2, S, L>(&laws),
+                );
+            }
+            _ => self.on_one::<S, L>(laws),
+        }
+    }
+
+    fn on_one<const S: usize, L: Laws>(mut self, laws: impl Fn(&Runner<'a>) -> L) {
+        if let [axle] = self.runners {
+            let laws = [laws(axle)];
+            widest(
+                #[inline(always)]
+                || self.integrate::<1, S, L>(&laws),
+            );
+        }
+    }
+
+    #[inline(always)]
+    fn integrate<const A: usize, const S: usize, L: Laws>(&mut self, laws: &[L; A]) {
+        let scene = self.scene;
+        let h = scene.step / self.substeps as f64;
+        let mut x: [[Lanes; S]; A] = [[Lanes::ZERO; S]; A];
+        for (x, r) in x.iter_mut().zip(self.runners) {
+            r.start(x);
+        }
+        let end = self.samples.min(scene.samples);
+        for i in 0..end {
+            let last = i + 1 == end;
+            let from = if last { i.saturating_sub(1) } else { i };
+            let pieces: [Piece; A] = std::array::from_fn(|a| self.runners[a].piece(scene, from));
+            for a in 0..A {
+                self.out[a].z.push(x[a][0]);
+                if self.full {
+                    self.out[a].v.push(x[a][1]);
+                }
+            }
+            if self.full {
+                let s = if last { 1.0 } else { 0.0 };
+                let rates = self.rates(laws, &pieces, i, [s, h], &x);
+                for a in 0..A {
+                    self.out[a].a.push(rates[a][1]);
+                }
+            }
+            if last {
+                break;
+            }
+            for sub in 0..self.substeps {
+                let s0 = sub as f64 / self.substeps as f64;
+                x = self.stepped(laws, &pieces, i, [s0, h], x);
+            }
+        }
+    }
+
+    /// The states a step `h` (s) later than at the part `s0` of an interval.
+    #[inline(always)]
+    fn stepped<const A: usize, const S: usize, L: Laws>(
+        &self,
+        laws: &[L; A],
+        pieces: &[Piece; A],
+        i: usize,
+        [s0, h]: [f64; 2],
+        x: [[Lanes; S]; A],
+    ) -> [[Lanes; S]; A] {
+        let ds = 1.0 / self.substeps as f64;
+        let (mut sum, mut at) = (x, x);
+        for stage in 0..4 {
+            let (s, weight, next) = match stage {
+                0 => (s0, h / 6.0, 0.5 * h),
+                1 => (s0 + 0.5 * ds, h / 3.0, 0.5 * h),
+                2 => (s0 + 0.5 * ds, h / 3.0, h),
+                _ => (s0 + ds, h / 6.0, 0.0),
+            };
+            let mut rates = self.rates(laws, pieces, i, [s, h], &at);
+            for a in 0..A {
+                if self.runners[a].track.input.prescribed {
+                    (rates[a][0], rates[a][1]) = (Lanes::ZERO, Lanes::ZERO);
+                }
+                for q in 0..S {
+                    sum[a][q] += rates[a][q] * weight;
+                    at[a][q] = x[a][q] + rates[a][q] * next;
+                }
+            }
+        }
+        sum
+    }
+
+    #[inline(always)]
+    fn rates<const A: usize, const S: usize, L: Laws>(
+        &self,
+        laws: &[L; A],
+        pieces: &[Piece; A],
+        i: usize,
+        [s, h]: [f64; 2],
+        x: &[[Lanes; S]; A],
+    ) -> [[Lanes; S]; A] {
+        let t = (i as f64 + s) * self.scene.step;
+        let mut out = [[Lanes::ZERO; S]; A];
+        for a in 0..A {
+            self.runners[a].rates(&laws[a], &pieces[a], [t, s, h], &x[a], &mut out[a]);
+        }
+        if A == 2
+            && let (Some(q), Some([l_f, l_r, m_f, m_r])) = (self.coupling, self.scene.geometry)
+        {
+            // z_F'' = F_F (1/m + l_F^2/I) + F_R (1/m - l_F l_R/I) with 1/I = (1 + q)/(m l_F l_R).
+            let total = m_f + m_r;
+            let (f, r) = (out[0][1] * m_f, out[A - 1][1] * m_r);
+            let own = |ratio: f64| (*q + 1.0) * (ratio / total) + 1.0 / total;
+            let cross = *q * (-1.0 / total);
+            out[0][1] = f * own(l_f / l_r) + r * cross;
+            out[A - 1][1] = r * own(l_r / l_f) + f * cross;
+        }
+        out
+    }
+}
