@@ -90,6 +90,7 @@ pub fn partly(
              model,
              claims,
              jackknife,
+             ..
          }| {
             let of_claim = |claim: &Claim| jackknife.effect(&scene, claim.term);
             Partly {
@@ -175,17 +176,16 @@ fn chosen(last: &[Left]) -> Vec<Model> {
 struct Examined {
     model: Model,
     claims: Vec<Claim>,
+    /// Effects that would hold if blocks agreed on their size.
+    supported: Vec<Term>,
     jackknife: Jackknife,
 }
 
-/// A limit of a law that holds, where that holds alone too: what a model that is not complete gains by the wider law may as well be
-/// a part of what it lacks.
+/// A limit of a law that the record supports, where that holds alone: what a model that is not complete gains by the wider law may as
+/// well be a part of what it lacks, and where the wider one has no size the limit may have one.
 fn as_limit(search: &Search, wide: &Examined, tried: &[Model]) -> Option<Examined> {
-    let held: Vec<Term> = (wide.claims.iter())
-        .filter(|c| c.holds)
-        .map(|c| c.term)
-        .collect();
-    let is_limit = |m: &&Model| matches!(m.terms[..], [term] if held.iter().any(|h| affirm::is_limit(term, *h)));
+    let of_wide = |term: Term| wide.supported.iter().any(|w| affirm::is_limit(term, *w));
+    let is_limit = |m: &&Model| matches!(m.terms[..], [term] if of_wide(term));
     let narrow = tried.iter().find(is_limit)?;
     let mut narrow = examined(search, narrow, tried)?;
     narrow
@@ -198,6 +198,7 @@ fn as_limit(search: &Search, wide: &Examined, tried: &[Model]) -> Option<Examine
 fn examined(search: &Search, model: &Model, tried: &[Model]) -> Option<Examined> {
     let model = affirm::unweighted(&search.fitter, model)?;
     let mut claims = affirm::examine(search, &model, tried);
+    let supported = claims.iter().filter(|c| c.holds).map(|c| c.term).collect();
     let jackknife = Jackknife::new(&search.fitter, &model);
     for claim in &mut claims {
         let tells = jackknife.tells(&model, claim.term);
@@ -207,6 +208,7 @@ fn examined(search: &Search, model: &Model, tried: &[Model]) -> Option<Examined>
     Some(Examined {
         model,
         claims,
+        supported,
         jackknife,
     })
 }

@@ -4,7 +4,7 @@
 use std::hint::black_box;
 use std::marker::PhantomData;
 
-use super::{EffectLanes, MAX_EFFECTS};
+use super::axle::{EffectLanes, MAX_EFFECTS};
 use crate::diagnosis::law::{Effect, LaneValues, MAX_STATES, Motion, States};
 use crate::numerics::lanes::Lanes;
 

@@ -1,55 +1,23 @@
 //! The extended model in motion: fourth-order Runge-Kutta on eight parameter sets at once, with the
 //! road and forces as cubic splines through the samples.
 
+mod axle;
 mod laws;
 mod road;
 mod runner;
 mod sensed;
 
+pub use axle::{AxleLanes, EffectLanes, MAX_EFFECTS, Motions};
 pub use sensed::sensed;
 
+use axle::STATES;
 use laws::{Laws, Listed, Nothing, One};
 use runner::{Piece, Runner};
 
 use crate::diagnosis::dataset::{Scene, Track};
 use crate::diagnosis::effects::{ForEffect, Kind};
-use crate::diagnosis::law::{Acts, Effect, LaneValues, MAX_STATES, States, Values};
+use crate::diagnosis::law::{Acts, Effect};
 use crate::numerics::lanes::{Lanes, widest};
-
-/// Effects on one axle at most.
-pub const MAX_EFFECTS: usize = 6;
-const STATES: usize = 2 + MAX_EFFECTS * MAX_STATES;
-
-/// Eight parameter sets of one axle.
-#[derive(Clone, Debug)]
-pub struct AxleLanes {
-    /// k/m, B/m, 1/m, constant force over m, z(0), z'(0).
-    pub base: [Lanes; 6],
-    pub effects: Vec<EffectLanes>,
-}
-
-#[derive(Clone, Debug)]
-pub struct EffectLanes {
-    pub kind: Kind,
-    pub values: LaneValues,
-    /// Where the effect's own states start, relative to the mass for a mass's height and velocity.
-    pub initial: States,
-}
-
-impl EffectLanes {
-    fn of_lane(&self, lane: usize) -> Values {
-        self.values.map(|v| v.0[lane])
-    }
-}
-
-/// Simulated motion of one axle at every sample.
-#[derive(Clone, Debug, Default)]
-pub struct Motions {
-    pub z: Vec<Lanes>,
-    /// Velocity and acceleration, where asked for.
-    pub v: Vec<Lanes>,
-    pub a: Vec<Lanes>,
-}
 
 /// Simulates `samples` samples of the axles; with two axles in `coupled` = (c_own, c_other) form
 /// they push each other. `substeps` per sample; velocities and accelerations are kept when `full`.

@@ -1,6 +1,6 @@
 //! The road under each lane, where effects change it.
 
-use super::{AxleLanes, EffectLanes};
+use super::axle::{AxleLanes, EffectLanes};
 use crate::diagnosis::dataset::{Scene, Track};
 use crate::diagnosis::law::{Spot, Tap};
 use crate::numerics::lanes::{LANES, Lanes, widest};

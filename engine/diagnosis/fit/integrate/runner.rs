@@ -1,8 +1,8 @@
 //! One axle's equation of motion.
 
+use super::axle::{AxleLanes, MAX_EFFECTS};
 use super::laws::Laws;
 use super::road::{LaneRoad, recorded};
-use super::{AxleLanes, MAX_EFFECTS};
 use crate::diagnosis::dataset::{Scene, Track};
 use crate::diagnosis::law::{Crank, Motion};
 use crate::numerics::lanes::Lanes;

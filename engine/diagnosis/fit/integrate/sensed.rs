@@ -1,6 +1,6 @@
 //! What the displacement sensor reads of simulated motion.
 
-use super::{AxleLanes, EffectLanes, Motions};
+use super::axle::{AxleLanes, EffectLanes, Motions};
 use crate::diagnosis::dataset::Scene;
 use crate::diagnosis::law::{Pickup, Values};
 use crate::numerics::lanes::{LANES, Lanes, widest};
