@@ -16,7 +16,7 @@ use crate::diagnosis::verdict::carries::has_size;
 use crate::diagnosis::verdict::choose::{Chosen, choose};
 use crate::diagnosis::verdict::general_laws::{dominates, is_curve, is_outgrown};
 use crate::diagnosis::verdict::judge::{Judged, judge};
-use crate::diagnosis::verdict::partly::{Partly, partly};
+use crate::diagnosis::verdict::partly::{self, Partly, partly};
 use crate::report::diagnosis::{SearchCost, Verdict};
 use crate::settings::Settings;
 
@@ -55,7 +55,7 @@ pub fn decide(
     let swallowed = is_swallowed(search, &first, prepared.record());
     let mut decision = match first.verdict == Verdict::Unnamed || swallowed {
         true => second_look(first, swallowed, prepared, search, settings)?,
-        false => first,
+        false => agreed(first, prepared, search, settings),
     };
     decision.cost.steps = prepared.scene.work.done();
     decision.cost.budget = search.budget.steps;
@@ -73,9 +73,10 @@ fn second_look(
     // What the first search has left, and at least what was set aside.
     let (work, budget) = (&prepared.scene.work, search.budget);
     let until = budget.steps.max(work.done() + budget.steps - budget.first);
-    // Where the likelihood is not to be trusted something may be left on all tracks.
+    // Where the likelihood is not to be trusted, or a wider law explains the ride, something may be left on all tracks.
+    let nowhere = first.judged.iter().all(|j| !j.remains);
     let remains: Vec<bool> = (first.judged.iter())
-        .map(|j| j.remains || swallowed)
+        .map(|j| j.remains || swallowed || nowhere)
         .collect();
     let first = Decision {
         verdict: Verdict::Unnamed,
@@ -94,6 +95,24 @@ fn second_look(
         true => decision.without_shape(prepared, settings),
         false => decision,
     })
+}
+
+/// Where models tie, what they agree on, if that explains nearly all: of what they differ in only the rest is then to be told.
+fn agreed(
+    first: Decision,
+    prepared: &Prepared,
+    search: &Search,
+    settings: &Settings,
+) -> Decision {
+    let in_all = |term: &&Term| first.tied.iter().all(|m| m.terms.contains(term));
+    let core: Vec<Term> = first.model.terms.iter().filter(in_all).copied().collect();
+    if first.verdict != Verdict::Ambiguous || core.is_empty() {
+        return first;
+    }
+    match partly::of_core(search, prepared.record(), &first.model, &core) {
+        Some(core) => first.in_part(core, prepared, settings),
+        None => first,
+    }
 }
 
 /// What the search by likelihood leads to.

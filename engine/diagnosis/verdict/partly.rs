@@ -6,8 +6,10 @@ use crate::EngineError;
 use crate::bicycle::PerAxle;
 use crate::diagnosis::dataset::Scene;
 use crate::diagnosis::fit::physical::is_physical;
+use crate::diagnosis::fit::polish::reduce;
 use crate::diagnosis::fit::{Fitter, Model, Term};
 use crate::diagnosis::search::Search;
+use crate::diagnosis::search::criteria::ADEQUATE;
 use crate::diagnosis::search::extend::Reach;
 use crate::diagnosis::search::refit::first_of_each;
 
@@ -48,25 +50,9 @@ pub fn partly(
     found: &Model,
     until: u64,
 ) -> Result<Option<Partly>, EngineError> {
-    let mut scene = record.clone();
-    scene.noise_order = 0;
-    let fitter = || Fitter {
-        scene: &scene,
-        samples: search.fitter.samples,
-    };
-    let Some(plain) = affirm::unweighted(&fitter(), &search.plain) else {
+    let scene = of_squares(record);
+    let Some(again) = search_by_squares(search, &scene, remains, until) else {
         return Ok(None);
-    };
-    let again = Search {
-        fitter: fitter(),
-        plain: plain.clone(),
-        held: search.held.clone(),
-        candidates: lasting(search, remains),
-        alpha: search.alpha,
-        seed: search.seed,
-        until,
-        budget: search.budget,
-        progress: search.progress,
     };
     let holds = |looked: &Examined| looked.claims.iter().any(|c| c.holds);
     let rounds = rounds(&again)?;
@@ -85,23 +71,56 @@ pub fn partly(
     let place = (looked.iter().position(holds)).or_else(|| looked.iter().position(nearer));
     let kept = place.map(|i| looked.swap_remove(i));
     let kept = kept.map(|wide| as_limit(&again, &wide, &tried).unwrap_or(wide));
-    Ok(kept.map(
-        |Examined {
-             model,
-             claims,
-             jackknife,
-             ..
-         }| {
-            let of_claim = |claim: &Claim| jackknife.effect(&scene, claim.term);
-            Partly {
-                effect_errors: claims.iter().map(of_claim).collect(),
-                base_errors: jackknife.base(&scene, &model),
-                model,
-                plain,
-                claims,
-            }
-        },
-    ))
+    Ok(kept.map(|kept| kept.told(&again)))
+}
+
+/// What the effects of `core`, which all of several models have that explain the ride as well, take off by themselves; nothing unless
+/// every one of them holds and together they take nearly all off what is missing.
+pub fn of_core(search: &Search, record: &Scene, model: &Model, core: &[Term]) -> Option<Partly> {
+    let acts_on = |terms: &[Term], axle| terms.iter().any(|t| t.acts_on(axle));
+    let remains: Vec<bool> = (search.fitter.scene.tracks.iter())
+        .map(|track| acts_on(&model.terms, track.axle))
+        .collect();
+    let scene = of_squares(record);
+    let again = search_by_squares(search, &scene, &remains, search.until)?;
+    let core = reduce(&again.fitter, model, core, search.thorough(model))?;
+    let core = examined(&again, &core, &[])?;
+    let explains = (scene.tracks.iter().zip(&remains))
+        .filter(|(_, remains)| **remains)
+        .all(|(track, _)| again.left(track.axle, &core.model) <= 1.0 - ADEQUATE);
+    let holds = explains && core.claims.iter().all(|c| c.holds);
+    holds.then(|| core.told(&again))
+}
+
+/// The record for fits by plain squares.
+fn of_squares(record: &Scene) -> Scene {
+    let mut scene = record.clone();
+    scene.noise_order = 0;
+    scene
+}
+
+/// The search of a record `of_squares` for what acts on the tracks where something `remains`; nothing if the plain model has no fit.
+fn search_by_squares<'s>(
+    search: &Search<'s>,
+    scene: &'s Scene,
+    remains: &[bool],
+    until: u64,
+) -> Option<Search<'s>> {
+    let fitter = || Fitter {
+        scene,
+        samples: search.fitter.samples,
+    };
+    Some(Search {
+        plain: affirm::unweighted(&fitter(), &search.plain)?,
+        fitter: fitter(),
+        held: search.held.clone(),
+        candidates: lasting(search, remains),
+        alpha: search.alpha,
+        seed: search.seed,
+        until,
+        budget: search.budget,
+        progress: search.progress,
+    })
 }
 
 /// The candidates for the tracks where something remains that act all the time, and not too slowly to be told from a sensor's
@@ -179,6 +198,20 @@ struct Examined {
     /// Effects that would hold if blocks agreed on their size.
     supported: Vec<Term>,
     jackknife: Jackknife,
+}
+
+impl Examined {
+    fn told(self, search: &Search) -> Partly {
+        let scene = search.fitter.scene;
+        let of_claim = |claim: &Claim| self.jackknife.effect(scene, claim.term);
+        Partly {
+            effect_errors: self.claims.iter().map(of_claim).collect(),
+            base_errors: self.jackknife.base(scene, &self.model),
+            model: self.model,
+            plain: search.plain.clone(),
+            claims: self.claims,
+        }
+    }
 }
 
 /// A limit of a law that the record supports, where that holds alone: what a model that is not complete gains by the wider law may as

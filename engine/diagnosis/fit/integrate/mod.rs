@@ -7,7 +7,7 @@ mod road;
 mod runner;
 mod sensed;
 
-pub use axle::{AxleLanes, EffectLanes, MAX_EFFECTS, Motions};
+pub use axle::{AxleLanes, EffectLanes, Motions};
 pub use sensed::sensed;
 
 use axle::STATES;
