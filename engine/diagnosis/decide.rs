@@ -98,12 +98,7 @@ fn second_look(
 }
 
 /// Where models tie, what they agree on, if that explains nearly all: of what they differ in only the rest is then to be told.
-fn agreed(
-    first: Decision,
-    prepared: &Prepared,
-    search: &Search,
-    settings: &Settings,
-) -> Decision {
+fn agreed(first: Decision, prepared: &Prepared, search: &Search, settings: &Settings) -> Decision {
     let in_all = |term: &&Term| first.tied.iter().all(|m| m.terms.contains(term));
     let core: Vec<Term> = first.model.terms.iter().filter(in_all).copied().collect();
     if first.verdict != Verdict::Ambiguous || core.is_empty() {

@@ -5,6 +5,7 @@ mod banded;
 mod budget;
 mod honest;
 mod own_law;
+mod pendulum;
 mod rig;
 mod scaled;
 mod shaken;

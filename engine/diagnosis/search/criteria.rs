@@ -18,6 +18,9 @@ use crate::progress::Progress;
 const BESIDE: f64 = 0.02;
 /// Share of the held-out squares that it must remove instead; where the road is noisy, in any case.
 const SHOWN: f64 = 0.08;
+/// Part of the held-out squares that other effects remove which one more must remove, unless it belongs to a moment: a law is right
+/// to about half a percent of what it does.
+const TRIFLE: f64 = 2.5e-5;
 /// Share of the explainable held-out variance beyond which an extension is adequate anyway.
 pub const ADEQUATE: f64 = 0.98;
 /// Candidates that are behind the best by no more than this in log likelihood are chosen by merit.
@@ -111,8 +114,17 @@ impl Search<'_> {
     /// Whether what `larger` has beyond `model` is large enough to be told beside other effects: in
     /// likelihood, or in the held-out error, where a slow effect shows that coloured noise would hide.
     pub fn counts(&self, model: &Model, larger: &Model) -> bool {
-        larger.likelihood - model.likelihood > BESIDE * self.fitter.samples as f64
-            || self.shows(model, larger)
+        let gains = larger.likelihood - model.likelihood > BESIDE * self.fitter.samples as f64;
+        (gains || self.shows(model, larger)) && !self.is_trifle(model, larger)
+    }
+
+    /// Whether what `larger` has beyond `model` may be the error of a law that is in both.
+    fn is_trifle(&self, model: &Model, larger: &Model) -> bool {
+        let [plain, before, after] = [&self.plain, model, larger].map(|m| self.held_squares(m));
+        let trifle = |t: usize| before[t] - after[t] < TRIFLE * (plain[t] - before[t]);
+        let term = added(model, larger);
+        let mut tracks = self.fitter.scene.tracks.iter().enumerate();
+        !term.kind.spec().local && tracks.all(|(t, track)| !term.acts_on(track.axle) || trifle(t))
     }
 
     /// Log likelihood less what the number of parameters costs (Schwarz's criterion), and less again for

@@ -2,6 +2,7 @@
 
 pub mod criteria;
 pub mod extend;
+mod flatness;
 pub mod null;
 pub mod refit;
 pub mod rounds;

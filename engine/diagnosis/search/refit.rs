@@ -18,8 +18,9 @@ use crate::report::diagnosis::Place;
 const HOPE: f64 = 0.4;
 /// Refits between which the budget is looked at.
 const GROUP: usize = 8;
-/// Share of the best candidate's gain from which one is fitted to the end: none is chosen with less than half of it.
-const WORTH: f64 = 0.2;
+/// Share of the best candidate's gain from which one is fitted to the end: none is chosen with less than half of it, but first fits are
+/// no more than near. (With 0.2 the rivals of a cogging drive's friction were unfitted.)
+const WORTH: f64 = 0.05;
 /// Candidates that are fitted to the end in every round.
 pub const LEADERS: usize = 6;
 
@@ -109,7 +110,8 @@ impl Search<'_> {
         // The leaders once more, to the end and each under its own noise.
         let gain = |m: &Model| m.likelihood - model.likelihood;
         let most = found.first().map_or(0.0, gain);
-        let leads = |m: &&Model| gain(m) >= WORTH * most;
+        // Where none has gained yet, under a noise that has taken what is missing for its own, every one may.
+        let leads = |m: &&Model| most <= 0.0 || gain(m) >= WORTH * most;
         let leaders = found.iter().take(LEADERS).take_while(leads).count();
         let rest = found.split_off(leaders);
         let mut found: Vec<Model> = found

@@ -186,7 +186,8 @@ impl Search<'_> {
             2.0 + HELD * (larger.likelihood - proven.likelihood) * share
         };
         let beyond_chance = null.p_value(gain) <= self.alpha
-            && (!local || gain > UNCONFIRMED * null.bound(self.alpha));
+            && (!local
+                || gain > UNCONFIRMED * null.bound(self.alpha) * self.unevenness(model, larger));
         let counts = model.terms.is_empty() && !slow || self.counts(model, larger);
         let repeats = self.held_score(larger) - self.held_score(proven) > wanted;
         let told = if slow { SLOWLY } else { ADEQUATE };

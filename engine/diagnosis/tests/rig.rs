@@ -158,6 +158,22 @@ fn a_lag_of_the_force_is_named_with_the_friction_that_it_rounds() {
     );
 }
 
+/// A force cell whose gain wanders by 1 %: that has no name, but the friction has.
+#[test]
+fn a_force_cell_that_wanders_hides_no_friction() {
+    let text = logged("t,d_f,force_f", 1.0, |d, w, i| {
+        let force = 1e3 * d + 400.0 * w + 40.0 * (w / 3e-3).tanh();
+        let wandering = 1.0 + 0.01 * (0.3 * i as f64 / RATE).sin();
+        force * wandering - 20e3 * d - 300.0 * w
+    });
+    let d = told(&text).diagnosis.unwrap();
+    let affirmed: Vec<_> = d.effects.iter().filter(|e| e.affirmed).collect();
+    assert_eq!(affirmed.len(), 1, "{}", d.sentence);
+    assert_eq!(affirmed[0].id, "coulomb_friction", "{}", d.sentence);
+    let found = affirmed[0].parameters["friction"].value;
+    assert!((found / 40.0 - 1.0).abs() < 0.05, "{found}");
+}
+
 #[test]
 fn a_rig_whose_force_never_changes_is_refused() {
     let text = logged("t,d_f,force_f", 0.0, |_, _, _| 0.0);
