@@ -3,6 +3,7 @@
 
 mod allocator;
 mod api;
+mod bicycle;
 mod cli;
 #[cfg(test)]
 mod conformance;

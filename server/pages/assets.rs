@@ -32,6 +32,7 @@ static FILES: &[(&str, &str, &str)] = &files![
     "plot.js" SCRIPT,
     "number.js" SCRIPT,
     "upload.js" SCRIPT,
+    "bicycle.js" SCRIPT,
     "jobs.js" SCRIPT,
     "job.js" SCRIPT,
     "figures.js" SCRIPT,

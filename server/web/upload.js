@@ -1,6 +1,7 @@
 // The upload form with JavaScript: several rides at once, a preview of what was understood of each,
 // progress and outcome per ride, to the end of its job. Without it the plain form sends one ride.
 
+import { blame, isOfBicycle, isTold } from './bicycle.js';
 import { running, watch } from './live.js';
 import { rough } from './number.js';
 
@@ -11,7 +12,8 @@ const list = document.querySelector('#rides');
 const drop = document.querySelector('.drop');
 const rides = new Map();
 /** What it depends on how a file is read, and whether it can be identified. */
-const READING = ['rate_hz', 'rows', 'map', 'bike', 'fleet'];
+const READING = ['rate_hz', 'rows', 'map'];
+const isRead = (name) => READING.includes(name) || isOfBicycle(name);
 
 const together = document.querySelector('#together');
 const one = document.querySelector('#one');
@@ -34,20 +36,8 @@ drop.addEventListener('drop', (event) => {
 });
 input.addEventListener('change', () => { add(input.files); input.value = ''; });
 form.addEventListener('change', ({ target }) => {
-  if (READING.includes(target.name)) for (const ride of rides.values()) if (!ride.sent) preview(ride);
+  if (isRead(target.name)) for (const ride of rides.values()) if (!ride.sent) preview(ride);
 });
-
-const bike = document.querySelector('#bike');
-const fleet = document.querySelector('#fleet');
-const bikeFault = document.querySelector('#bike-fault');
-for (const event of ['input', 'change']) {
-  for (const field of [bike, fleet]) field?.addEventListener(event, () => { bikeFault.textContent = ''; });
-}
-
-function blame(text) {
-  bikeFault.textContent = text;
-  bikeFault.className = 'fault';
-}
 
 const another = document.querySelector('#another');
 another.hidden = false;
@@ -110,18 +100,18 @@ function withFiles(ride, body) {
   return body;
 }
 
-/** What is filled in of the form's fields, or of some of them; several may have one name. */
-function filled(names = null) {
+/** What is filled in of the form's fields, or of those whose names are wanted; several may have one name. */
+function filled(isWanted = () => true) {
   const data = new FormData();
   for (const [name, value] of new FormData(form)) {
-    if (typeof value === 'string' && value.trim() && (names?.includes(name) ?? true)) data.append(name, value);
+    if (typeof value === 'string' && value.trim() && isWanted(name)) data.append(name, value);
   }
   return data;
 }
 
 async function preview(ride) {
   say(ride, 'reading …');
-  const body = withFiles(ride, filled(READING));
+  const body = withFiles(ride, filled(isRead));
   try {
     const response = await fetch('/v1/rides/preview', { method: 'POST', body });
     const answer = await response.json();
@@ -156,13 +146,9 @@ function note(ride, text) {
 
 form.addEventListener('submit', async (event) => {
   event.preventDefault();
-  bikeFault.textContent = '';
+  blame('');
   if (rides.size === 0) { input.required = true; input.reportValidity(); input.required = false; return; }
-  if (!bike.value.trim() && !fleet?.value) {
-    blame(fleet ? 'Which bicycle was it? Choose it from the fleet, or describe it here.' : 'Which bicycle was it? Describe it here.');
-    bike.focus();
-    return;
-  }
+  if (!isTold()) { blame('Which bicycle was it?'); return; }
   const button = form.querySelector('button.primary');
   button.disabled = true;
   const jobs = [];

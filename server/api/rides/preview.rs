@@ -2,8 +2,8 @@ use axum::Json;
 use axum::extract::{Request, State};
 use veloid_engine::ride::{self, Preview, ReadError, RideFile};
 
+use super::bicycle::the_bike;
 use super::receive::receive;
-use super::submit;
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::problem::Problem;
@@ -35,7 +35,7 @@ pub async fn preview(
     let mut received = receive(&server, &caller, request).await?;
     let options = Options::try_from(std::mem::take(&mut received.options))?;
     // A bike that is still being typed is no reason to show nothing.
-    let bike = submit::the_bike(&server, &caller, received.bike.as_deref()).await;
+    let bike = the_bike(&server, &caller, &received.bicycle).await;
     let _permit = server.readers.acquire().await.map_err(Problem::internal)?;
     let files = received.contents().await?;
     let read = move || {
