@@ -5,6 +5,7 @@ mod allocator;
 mod api;
 mod bicycle;
 mod cli;
+mod columns;
 #[cfg(test)]
 mod conformance;
 mod crash;

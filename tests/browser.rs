@@ -3,6 +3,7 @@
 
 mod bicycle;
 mod chromium;
+mod columns;
 mod forms;
 
 use fantoccini::Locator;

@@ -33,6 +33,7 @@ static FILES: &[(&str, &str, &str)] = &files![
     "number.js" SCRIPT,
     "upload.js" SCRIPT,
     "bicycle.js" SCRIPT,
+    "columns.js" SCRIPT,
     "jobs.js" SCRIPT,
     "job.js" SCRIPT,
     "figures.js" SCRIPT,

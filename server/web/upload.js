@@ -2,6 +2,7 @@
 // progress and outcome per ride, to the end of its job. Without it the plain form sends one ride.
 
 import { blame, isOfBicycle, isTold } from './bicycle.js';
+import { guessed, mapped, offer } from './columns.js';
 import { running, watch } from './live.js';
 import { rough } from './number.js';
 
@@ -12,7 +13,7 @@ const list = document.querySelector('#rides');
 const drop = document.querySelector('.drop');
 const rides = new Map();
 /** What it depends on how a file is read, and whether it can be identified. */
-const READING = ['rate_hz', 'rows', 'map'];
+const READING = ['rate_hz', 'rows', 'map', 'deflection_sign', 'band_hz'];
 const isRead = (name) => READING.includes(name) || isOfBicycle(name);
 
 const together = document.querySelector('#together');
@@ -94,8 +95,9 @@ function offerOne() {
   one.hidden = waiting.length < 2;
 }
 
-/** A form with the ride's files at its end. */
+/** A form with the columns that were chosen for the ride, and its files at its end. */
 function withFiles(ride, body) {
+  for (const map of mapped(ride)) body.append('map', map);
   for (const file of ride.files) body.append('file', file);
   return body;
 }
@@ -117,6 +119,8 @@ async function preview(ride) {
     const answer = await response.json();
     if (ride.sent || !rides.has(ride)) return;
     if (!response.ok) { say(ride, answer.detail, true); return; }
+    if (guessed(ride, answer.guesses)) { await preview(ride); return; }
+    offer(ride, answer, () => preview(ride));
     const columns = answer.columns.map((c) => (c.header === c.channel ? `${c.channel} (${c.unit})` : `${c.channel} from ${c.header} (${c.unit})`));
     const parts = [answer.format];
     if (answer.rate_hz) parts.push(`${answer.duration_s.toFixed(1)} s at ${rough(answer.rate_hz)} Hz`);
@@ -183,6 +187,7 @@ function send(ride) {
         ride.job = answer;
         ride.known = request.getResponseHeader('Veloid-Known') === 'true';
         ride.item.querySelector('button').remove();
+        ride.columns?.remove();
         ride.said.className = '';
         show(ride, answer);
         watch(answer.links.job, (job) => show(ride, job));
