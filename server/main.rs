@@ -3,7 +3,9 @@
 
 mod allocator;
 mod api;
+mod bicycle;
 mod cli;
+mod columns;
 #[cfg(test)]
 mod conformance;
 mod crash;

@@ -66,6 +66,8 @@ pub enum OptionsError {
     },
     #[error("rows: '{0}', expected FROM:TO with two whole numbers")]
     Rows(String),
+    #[error("band_hz: '{0}', expected LOW:HIGH with two numbers (Hz)")]
+    Band(String),
     #[error("map: '{0}', expected CHANNEL=COLUMN such as z_f=V2")]
     Map(String),
     #[error("offset_s: '{0}', expected FILE:SECONDS, the file that begins so much later")]
@@ -184,6 +186,10 @@ fn parsed(key: &str, text: &str) -> Result<Value, OptionsError> {
             let (from, to) = rows(text)?;
             Value::from(vec![from, to])
         }
+        "band_hz" if !text.starts_with('[') => {
+            let (low, high) = band(text)?;
+            Value::from(vec![low, high])
+        }
         "missing" => Value::from(vec![text.to_owned()]),
         _ if BOOLEAN.iter().any(|name| name == key) => Value::Bool(boolean(key, text)?),
         _ => serde_json::from_str(text).unwrap_or_else(|_| Value::String(text.to_owned())),
@@ -276,6 +282,19 @@ pub fn rows(text: &str) -> Result<(usize, usize), OptionsError> {
     text.split_once(':')
         .and_then(|(from, to)| Some((from.trim().parse().ok()?, to.trim().parse().ok()?)))
         .ok_or_else(|| OptionsError::Rows(text.to_owned()))
+}
+
+/// `LOW:HIGH` as two frequencies.
+fn band(text: &str) -> Result<(f64, f64), OptionsError> {
+    let number = |text: &str| {
+        text.trim()
+            .parse()
+            .ok()
+            .filter(|number: &f64| number.is_finite())
+    };
+    text.split_once(':')
+        .and_then(|(low, high)| Some((number(low)?, number(high)?)))
+        .ok_or_else(|| OptionsError::Band(text.to_owned()))
 }
 
 #[cfg(test)]
@@ -436,6 +455,13 @@ mod tests {
         assert_eq!(said, "seed: given twice, expected once");
         assert!(message(&[("rows", "7")]).contains("FROM:TO"));
         assert!(message(&[("map", "z_f")]).contains("CHANNEL=COLUMN"));
+        for text in ["7", "low:high", "1:inf", ":"] {
+            assert!(message(&[("band_hz", text)]).contains("LOW:HIGH"), "{text}");
+        }
+        for text in ["0.5:40", " 0.5 : 40", "[0.5, 40]"] {
+            let band = parse(&[("band_hz", text.trim())]).unwrap().reading.band_hz;
+            assert_eq!(band, Some((0.5, 40.0)));
+        }
         let huge = parse(&[("particles", "1000000000")]).unwrap();
         assert!(
             huge.validate()

@@ -1,7 +1,9 @@
 //! The pages in a real browser: headless Chromium, driven through chromedriver. Where there is none
 //! the tests say so and pass.
 
+mod bicycle;
 mod chromium;
+mod columns;
 mod forms;
 
 use fantoccini::Locator;
@@ -37,12 +39,13 @@ async fn rides_are_previewed_uploaded_and_followed() {
     browser.sees("#rides li:nth-child(3) .fault", "").await;
     browser.click("[aria-label='Remove broken.csv']").await;
 
-    browser.click("summary").await;
+    browser.click("#options > summary").await;
     for (name, value) in ride::QUICK {
         if name != "diagnosis" {
             browser.fill(&format!("#{name}"), value).await;
         }
     }
+    browser.click("[name=bicycle][value=file]").await;
     browser.fill("#bike", "no bike").await;
     browser.click("button.primary").await;
     browser.sees("#bike-fault", "no bike of the fleet").await;
@@ -83,6 +86,7 @@ async fn a_ride_is_dropped_on_the_form() {
     assert_eq!(browser.run(OVER).await, false);
     browser.sees("#rides", "10.0 s at 200 Hz").await;
     browser.sees("#rides li strong", "dropped.csv").await;
+    browser.click("[name=bicycle][value=file]").await;
     browser.fill("#bike", ride::BIKE).await;
     browser.click("button.primary").await;
     // One ride alone leads to its job.

@@ -7,6 +7,7 @@ mod backup;
 mod bad_days;
 mod bad_input;
 mod bench;
+mod bicycle;
 mod browser;
 mod clocks;
 mod crashes;

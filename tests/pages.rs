@@ -455,3 +455,41 @@ async fn made_up_rides_are_told_from_real_ones() {
             .contains("made up</span>")
     );
 }
+
+/// What is guessed of a header is told beside what is read, and changes nothing of it.
+#[tokio::test]
+async fn a_preview_guesses_what_other_columns_hold() {
+    let server = Server::with(&["--workers", "0"]);
+    let headers = "Zeit [s],Fahrbahn vorne [m],u_r,Weg vorne mm,z_r,V7";
+    let table = ride::table(400, 200.0).replacen("t,u_f,u_r,z_f,z_r", headers, 1);
+    let table = table.replace('\n', ",0\n").replacen("V7,0", "V7", 1);
+    let preview = async |maps: &[&str]| -> Value {
+        let file = Part::bytes(table.clone().into_bytes()).file_name("a.csv");
+        let form = Form::new().part("file", file).text("band_hz", "0.5:40");
+        let form = maps
+            .iter()
+            .fold(form, |form, map| form.text("map", (*map).to_owned()));
+        let request = server.client.post(server.address("/v1/rides/preview"));
+        request
+            .multipart(form)
+            .send()
+            .await
+            .unwrap()
+            .json()
+            .await
+            .unwrap()
+    };
+    let seen = preview(&[]).await;
+    let guess = |header: &str, channel: &str, unread: Option<&str>| serde_json::json!({"header": header, "channel": channel, "unread_unit": unread});
+    let expected = [
+        guess("Zeit [s]", "t", None),
+        guess("Fahrbahn vorne [m]", "u_f", None),
+        guess("Weg vorne mm", "z_f", Some("mm")),
+    ];
+    assert_eq!(seen["guesses"], Value::from(expected.to_vec()), "{seen}");
+    assert_eq!(seen["columns"].as_array().unwrap().len(), 2);
+    assert!(seen["problem"].is_string());
+    let seen = preview(&["t=Zeit [s]", "u_f=Fahrbahn vorne [m]"]).await;
+    assert_eq!(seen["columns"].as_array().unwrap().len(), 4, "{seen}");
+    assert_eq!(seen["guesses"], Value::from(expected[2..].to_vec()));
+}

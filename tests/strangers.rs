@@ -182,7 +182,7 @@ fn endless() -> [(String, String, u16, &'static str); 6] {
             String::new(),
             format!("{PART}map\"\r\n\r\nz_f=1\r\n"),
             413,
-            "more than 64 parts",
+            "more than 128 parts",
         ),
         (
             format!("{PART}{block}{block}\"\r\n\r\n"),

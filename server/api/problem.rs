@@ -95,7 +95,7 @@ impl Kind {
             ),
             Kind::BadBike => (
                 StatusCode::UNPROCESSABLE_ENTITY,
-                "The bike file cannot be used",
+                "The bicycle cannot be used",
             ),
             Kind::BadOption => (StatusCode::UNPROCESSABLE_ENTITY, "An option is not allowed"),
             Kind::BadFact => (

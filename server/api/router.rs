@@ -49,6 +49,7 @@ fn routes() -> OpenApiRouter<Arc<Server>> {
     OpenApiRouter::with_openapi(Base::openapi())
         .routes(routes!(rides::upload::upload))
         .routes(routes!(rides::preview::preview))
+        .routes(routes!(rides::preview_bike::preview_bike))
         .routes(routes!(
             rides::get::get,
             rides::patch::patch,

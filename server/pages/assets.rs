@@ -32,6 +32,8 @@ static FILES: &[(&str, &str, &str)] = &files![
     "plot.js" SCRIPT,
     "number.js" SCRIPT,
     "upload.js" SCRIPT,
+    "bicycle.js" SCRIPT,
+    "columns.js" SCRIPT,
     "jobs.js" SCRIPT,
     "job.js" SCRIPT,
     "figures.js" SCRIPT,

@@ -1,6 +1,7 @@
 //! The web pages, rendered on the server; they work without JavaScript, plots aside.
 
 pub mod assets;
+mod bicycle;
 mod compare;
 mod deletion;
 mod dependence;

@@ -8,11 +8,12 @@ use axum::response::{Html, IntoResponse, Redirect, Response};
 use serde::Deserialize;
 use veloid_engine::Settings;
 
+use super::bicycle::BicycleForm;
 use super::facts::{Field, fields};
 use super::layout::{Fault, Query, filled, html};
 use crate::api::access::Caller;
 use crate::api::problem::{Kind, Problem};
-use crate::api::rides::{Submitted, submit_upload};
+use crate::api::rides::{Refused, Submitted, submit_upload};
 use crate::api::{App, Server};
 use crate::facts::Facts;
 use crate::store::bike;
@@ -20,18 +21,11 @@ use crate::store::bike;
 /// Most bikes that the form lists.
 const BIKES: i64 = 1000;
 
-/// The paper's bicycle, to be overwritten.
-const EXAMPLE: &str = r#"{"bike": "my-bike",
- "mass_front_kg": 23.0, "mass_rear_kg": 63.0,
- "l_front_m": 0.808, "l_rear_m": 0.293}"#;
-
 #[derive(Template)]
 #[template(path = "upload.html")]
 struct Form {
     problem: Option<Problem>,
-    bikes: Vec<String>,
-    chosen: Option<String>,
-    example: &'static str,
+    bicycle: BicycleForm,
     numbers: Vec<Number>,
     facts: Vec<Field>,
 }
@@ -53,21 +47,13 @@ pub struct Params {
 }
 
 impl Form {
-    async fn new(
-        server: &Server,
-        caller: &Caller,
-        chosen: Option<String>,
-        problem: Option<Problem>,
-    ) -> Result<Self, Problem> {
-        let bikes = bike::page(&server.db, &caller.group, "", BIKES).await?;
-        Ok(Self {
+    fn new(bicycle: BicycleForm, problem: Option<Problem>) -> Self {
+        Self {
             problem,
-            bikes: bikes.into_iter().map(|bike| bike.name).collect(),
-            chosen,
-            example: EXAMPLE,
+            bicycle,
             numbers: numbers(),
             facts: fields(&Facts::default()),
-        })
+        }
     }
 
     fn here(&self) -> &'static str {
@@ -123,6 +109,12 @@ fn numbers() -> Vec<Number> {
     ]
 }
 
+/// Names of the caller's bicycles.
+async fn bikes(server: &Server, caller: &Caller) -> Result<Vec<String>, Problem> {
+    let bikes = bike::page(&server.db, &caller.group, "", BIKES).await?;
+    Ok(bikes.into_iter().map(|bike| bike.name).collect())
+}
+
 pub async fn form(
     State(server): App,
     caller: Caller,
@@ -133,16 +125,19 @@ pub async fn form(
         let found = bike::find(&server.db, &caller.group, name).await?;
         found.ok_or_else(|| Problem::not_found("the bike"))?;
     }
-    html(&Form::new(&server, &caller, chosen, None).await?)
+    let bicycle = BicycleForm::new(bikes(&server, &caller).await?, chosen);
+    html(&Form::new(bicycle, None))
 }
 
 /// Takes the form and leads on to the job's page, or shows the form with what was wrong.
 pub async fn send(State(server): App, caller: Caller, request: Request) -> Result<Response, Fault> {
     match submit_upload(&server, &caller, request).await {
         Ok(Submitted { id, .. }) => Ok(Redirect::to(&format!("/jobs/{id}")).into_response()),
-        Err(problem) => {
+        Err(Refused { problem, bicycle }) => {
             let status = StatusCode::from_u16(problem.status).unwrap_or_default();
-            let page = html(&Form::new(&server, &caller, None, Some(problem)).await?)?;
+            let bikes = bikes(&server, &caller).await?;
+            let bicycle = BicycleForm::again(&server, &caller, bikes, bicycle, &problem).await;
+            let page = html(&Form::new(bicycle, Some(problem)))?;
             Ok((status, page).into_response())
         }
     }

@@ -1,6 +1,8 @@
 // The upload form with JavaScript: several rides at once, a preview of what was understood of each,
 // progress and outcome per ride, to the end of its job. Without it the plain form sends one ride.
 
+import { blame, isOfBicycle, isTold } from './bicycle.js';
+import { guessed, mapped, offer } from './columns.js';
 import { running, watch } from './live.js';
 import { rough } from './number.js';
 
@@ -11,7 +13,8 @@ const list = document.querySelector('#rides');
 const drop = document.querySelector('.drop');
 const rides = new Map();
 /** What it depends on how a file is read, and whether it can be identified. */
-const READING = ['rate_hz', 'rows', 'map', 'bike', 'fleet'];
+const READING = ['rate_hz', 'rows', 'map', 'deflection_sign', 'band_hz'];
+const isRead = (name) => READING.includes(name) || isOfBicycle(name);
 
 const together = document.querySelector('#together');
 const one = document.querySelector('#one');
@@ -34,20 +37,8 @@ drop.addEventListener('drop', (event) => {
 });
 input.addEventListener('change', () => { add(input.files); input.value = ''; });
 form.addEventListener('change', ({ target }) => {
-  if (READING.includes(target.name)) for (const ride of rides.values()) if (!ride.sent) preview(ride);
+  if (isRead(target.name)) for (const ride of rides.values()) if (!ride.sent) preview(ride);
 });
-
-const bike = document.querySelector('#bike');
-const fleet = document.querySelector('#fleet');
-const bikeFault = document.querySelector('#bike-fault');
-for (const event of ['input', 'change']) {
-  for (const field of [bike, fleet]) field?.addEventListener(event, () => { bikeFault.textContent = ''; });
-}
-
-function blame(text) {
-  bikeFault.textContent = text;
-  bikeFault.className = 'fault';
-}
 
 const another = document.querySelector('#another');
 another.hidden = false;
@@ -104,29 +95,32 @@ function offerOne() {
   one.hidden = waiting.length < 2;
 }
 
-/** A form with the ride's files at its end. */
+/** A form with the columns that were chosen for the ride, and its files at its end. */
 function withFiles(ride, body) {
+  for (const map of mapped(ride)) body.append('map', map);
   for (const file of ride.files) body.append('file', file);
   return body;
 }
 
-/** What is filled in of the form's fields, or of some of them; several may have one name. */
-function filled(names = null) {
+/** What is filled in of the form's fields, or of those whose names are wanted; several may have one name. */
+function filled(isWanted = () => true) {
   const data = new FormData();
   for (const [name, value] of new FormData(form)) {
-    if (typeof value === 'string' && value.trim() && (names?.includes(name) ?? true)) data.append(name, value);
+    if (typeof value === 'string' && value.trim() && isWanted(name)) data.append(name, value);
   }
   return data;
 }
 
 async function preview(ride) {
   say(ride, 'reading …');
-  const body = withFiles(ride, filled(READING));
+  const body = withFiles(ride, filled(isRead));
   try {
     const response = await fetch('/v1/rides/preview', { method: 'POST', body });
     const answer = await response.json();
     if (ride.sent || !rides.has(ride)) return;
     if (!response.ok) { say(ride, answer.detail, true); return; }
+    if (guessed(ride, answer.guesses)) { await preview(ride); return; }
+    offer(ride, answer, () => preview(ride));
     const columns = answer.columns.map((c) => (c.header === c.channel ? `${c.channel} (${c.unit})` : `${c.channel} from ${c.header} (${c.unit})`));
     const parts = [answer.format];
     if (answer.rate_hz) parts.push(`${answer.duration_s.toFixed(1)} s at ${rough(answer.rate_hz)} Hz`);
@@ -156,13 +150,9 @@ function note(ride, text) {
 
 form.addEventListener('submit', async (event) => {
   event.preventDefault();
-  bikeFault.textContent = '';
+  blame('');
   if (rides.size === 0) { input.required = true; input.reportValidity(); input.required = false; return; }
-  if (!bike.value.trim() && !fleet?.value) {
-    blame(fleet ? 'Which bicycle was it? Choose it from the fleet, or describe it here.' : 'Which bicycle was it? Describe it here.');
-    bike.focus();
-    return;
-  }
+  if (!isTold()) { blame('Which bicycle was it?'); return; }
   const button = form.querySelector('button.primary');
   button.disabled = true;
   const jobs = [];
@@ -197,6 +187,7 @@ function send(ride) {
         ride.job = answer;
         ride.known = request.getResponseHeader('Veloid-Known') === 'true';
         ride.item.querySelector('button').remove();
+        ride.columns?.remove();
         ride.said.className = '';
         show(ride, answer);
         watch(answer.links.job, (job) => show(ride, job));

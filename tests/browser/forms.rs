@@ -8,6 +8,8 @@ use super::finished;
 use crate::harness::Server;
 use crate::ride::{self, LONG};
 
+/// What is said of the bicycle as a whole.
+const FAULT: &str = "return document.querySelector('#bike-fault').innerText";
 const ENTER: &str = "\u{e007}";
 /// Answers with a fault to whatever the page has fetched.
 const REFUSED: &str = "return performance.getEntriesByType('resource') \
@@ -42,7 +44,7 @@ async fn a_ride_is_uploaded_however_bicycle_and_channels_are_told() {
         let name = format!("ride-{seed}.csv");
         let path = server.folder.write(&name, table);
         browser.goto(&server.address(page)).await;
-        browser.click("summary").await;
+        browser.click("#options > summary").await;
         for (field, value) in ride::QUICK {
             match field {
                 "diagnosis" => browser.choose("#diagnosis", value).await,
@@ -53,10 +55,17 @@ async fn a_ride_is_uploaded_however_bicycle_and_channels_are_told() {
         for (i, map) in maps.into_iter().enumerate() {
             browser.fill(&format!("#map{}", i + 1), map).await;
         }
-        if let Some(chosen) = chosen {
-            browser.choose("#fleet", chosen).await;
+        match file {
+            "" => {
+                if let Some(chosen) = chosen {
+                    browser.choose("#fleet", chosen).await;
+                }
+            }
+            file => {
+                browser.click("[name=bicycle][value=file]").await;
+                browser.fill("#bike", file).await;
+            }
         }
-        browser.fill("#bike", file).await;
         let field = browser.find("#file").await;
         field.send_keys(path.to_str().unwrap()).await.unwrap();
         browser.click("button.primary").await;
@@ -81,17 +90,7 @@ async fn what_is_wrong_with_a_bicycle_is_said_beside_it_until_it_is_changed() {
     };
     finished(&server, "1").await;
     const SENT: &str = "return performance.getEntriesByType('resource').filter(({ name }) => name.endsWith('/v1/rides')).length";
-    const FAULT: &str = "return document.querySelector('#bike-fault').innerText";
     browser.goto(&server.address("/")).await;
-    let shown = "return document.querySelector('#bike').placeholder";
-    assert!(
-        browser
-            .run(shown)
-            .await
-            .as_str()
-            .unwrap()
-            .contains("mass_front_kg")
-    );
     let path = server.folder.write("none.csv", ride::example());
     let field = browser.find("#file").await;
     field.send_keys(path.to_str().unwrap()).await.unwrap();
@@ -99,15 +98,23 @@ async fn what_is_wrong_with_a_bicycle_is_said_beside_it_until_it_is_changed() {
     browser.sees("#bike-fault", "Which bicycle was it?").await;
     assert_eq!(browser.run(SENT).await, 0, "nothing is sent");
     browser.choose("#fleet", "lab-7").await;
+    browser
+        .sees("#bike-understood", "masses 23 kg front, 63 kg rear")
+        .await;
     assert_eq!(browser.run(FAULT).await, "");
     // What was written comes back whole and stays within the page.
+    browser.click("[name=bicycle][value=file]").await;
+    let shown = "return document.querySelector('#bike').placeholder";
+    let shown = browser.run(shown).await;
+    assert!(shown.as_str().unwrap().contains("mass_front_kg"), "{shown}");
     browser.fill("#bike", &"1".repeat(300)).await;
-    browser.click("button.primary").await;
     browser.sees("#bike-fault", "no bike of the fleet").await;
     let wide = "return document.documentElement.scrollWidth - innerWidth";
     assert!(browser.run(wide).await.as_f64() <= Some(0.0));
     browser.fill("#bike", "{").await;
-    assert_eq!(browser.run(FAULT).await, "");
+    browser.sees("#bike-fault", "no JSON").await;
+    browser.fill("#bike", ride::BIKE).await;
+    browser.until(FAULT, |fault| *fault == "").await;
     browser.stop().await;
 }
 
@@ -124,7 +131,7 @@ async fn any_number_of_channels_is_mapped_and_what_was_identified_before_is_told
     let path = server.folder.write("named.csv", table);
     for before in [false, true] {
         browser.goto(&server.address("/")).await;
-        browser.click("summary").await;
+        browser.click("#options > summary").await;
         for (field, value) in ride::QUICK {
             match field {
                 "diagnosis" => browser.choose("#diagnosis", value).await,
@@ -159,7 +166,7 @@ async fn several_rides_are_followed_to_their_end() {
     };
     finished(&server, "1").await;
     browser.goto(&server.address("/")).await;
-    browser.click("summary").await;
+    browser.click("#options > summary").await;
     for (field, value) in ride::QUICK {
         match field {
             "diagnosis" => browser.choose("#diagnosis", value).await,

@@ -1,3 +1,4 @@
+mod bicycle;
 mod body;
 pub mod delete;
 mod facts;
@@ -5,11 +6,13 @@ pub mod file;
 pub mod get;
 pub mod patch;
 pub mod preview;
+pub mod preview_bike;
 mod receive;
 pub mod restore;
 mod submit;
 pub mod upload;
 mod view;
 
+pub use bicycle::looked_at;
 pub use submit::Submitted;
-pub use upload::submit_upload;
+pub use upload::{Refused, submit_upload};

@@ -1,14 +1,26 @@
 use axum::Json;
 use axum::extract::{Request, State};
+use serde::Serialize;
+use utoipa::ToSchema;
 use veloid_engine::ride::{self, Preview, ReadError, RideFile};
 
+use super::bicycle::the_bike;
 use super::receive::receive;
-use super::submit;
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::problem::Problem;
+use crate::columns::{Guess, guesses};
 use crate::jobs;
 use crate::options::Options;
+
+/// What would be understood of a ride, and what its other columns may hold.
+#[derive(Serialize, ToSchema)]
+pub struct RidePreview {
+    #[serde(flatten)]
+    read: Preview,
+    /// What the columns that no channel was recognised in may hold, by their headers. Nothing of it is used unless `map` says so.
+    guesses: Vec<Guess>,
+}
 
 /// Says what would be understood of a ride file, without keeping it.
 ///
@@ -22,7 +34,7 @@ use crate::options::Options;
         ("again" = Option<bool>, Query, description = "Not looked at")),
     request_body(content((super::upload::Upload = "multipart/form-data"), (String = "text/csv"), (Vec<u8> = "application/octet-stream"))),
     responses(
-        (status = 200, description = "What was understood", body = Preview),
+        (status = 200, description = "What was understood", body = RidePreview),
         (status = 400, description = "Malformed request", body = Problem, content_type = "application/problem+json"),
         (status = 408, description = "The body came too slowly", body = Problem, content_type = "application/problem+json"),
         (status = 413, description = "Too large", body = Problem, content_type = "application/problem+json"),
@@ -31,11 +43,11 @@ pub async fn preview(
     State(server): App,
     caller: Caller,
     request: Request,
-) -> Result<Json<Preview>, Problem> {
+) -> Result<Json<RidePreview>, Problem> {
     let mut received = receive(&server, &caller, request).await?;
     let options = Options::try_from(std::mem::take(&mut received.options))?;
     // A bike that is still being typed is no reason to show nothing.
-    let bike = submit::the_bike(&server, &caller, received.bike.as_deref()).await;
+    let bike = the_bike(&server, &caller, &received.bicycle).await;
     let _permit = server.readers.acquire().await.map_err(Problem::internal)?;
     let files = received.contents().await?;
     let read = move || {
@@ -46,5 +58,8 @@ pub async fn preview(
             Err(_) => preview,
         })
     };
-    Ok(Json(tokio::task::spawn_blocking(read).await??))
+    let read = tokio::task::spawn_blocking(read).await??;
+    let known = read.columns.iter().map(|column| column.channel.as_str());
+    let guesses = guesses(&read.ignored, known);
+    Ok(Json(RidePreview { read, guesses }))
 }

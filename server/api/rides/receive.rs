@@ -14,6 +14,7 @@ use super::body::{ALLOWANCE, BodyError, Pieces, Unparsed};
 use crate::api::Server;
 use crate::api::access::Caller;
 use crate::api::problem::{Kind, Problem};
+use crate::bicycle::Told;
 use crate::facts;
 use crate::files::{Files, Incoming};
 use crate::options::{Options, OptionsError, boolean};
@@ -21,7 +22,7 @@ use crate::options::{Options, OptionsError, boolean};
 /// Most that a part other than the file may hold (bytes).
 const SMALL: usize = 64 << 10;
 /// Most parts of a form.
-const PARTS: usize = 64;
+const PARTS: usize = 128;
 /// Most of a part's name that a problem repeats (characters).
 const SHOWN: usize = 80;
 /// For how long a body that is refused is still read.
@@ -34,8 +35,8 @@ const DRAINED: u64 = 4 << 20;
 pub struct Received {
     /// The ride's files, each with its name as its sender calls it.
     pub files: Vec<(String, Incoming)>,
-    /// The bike file, or the name of a bike of the fleet.
-    pub bike: Option<String>,
+    /// What is said of the bicycle.
+    pub bicycle: Told,
     pub options: Map<String, Value>,
     /// What its sender says of the ride.
     pub facts: Map<String, Value>,
@@ -199,11 +200,15 @@ where
         .map_err(|_| Problem::new(Kind::BadRequest, format!("part `{key}` is not UTF-8 text")))
 }
 
-/// What an upload may hold besides the file and the options.
-const OWN: [&str; 6] = ["bike", "fleet", "name", "again", "options", "facts"];
+/// What an upload may hold besides the file, the bicycle, the options and the facts in single parts.
+const OWN: [&str; 4] = ["name", "again", "options", "facts"];
 
 fn is_known(key: &str) -> bool {
-    OWN.contains(&key) || Options::is_known(key) || is_fact(key)
+    OWN.contains(&key) || is_of_bicycle(key) || Options::is_known(key) || is_fact(key)
+}
+
+fn is_of_bicycle(key: &str) -> bool {
+    Told::names().any(|name| name == key)
 }
 
 fn is_fact(key: &str) -> bool {
@@ -215,8 +220,8 @@ fn unknown(key: &str) -> Problem {
     if shown.len() < key.len() {
         shown.push_str("...");
     }
-    let known: Vec<&str> = OWN
-        .into_iter()
+    let known: Vec<&str> = Told::names()
+        .chain(OWN)
         .chain(Options::names())
         .chain(facts::names())
         .collect();
@@ -240,9 +245,7 @@ struct Parts {
     files: Vec<(Option<String>, Incoming)>,
     /// As the sender calls the only file instead.
     name: Option<String>,
-    bike: Option<String>,
-    /// What a form's list of bikes says: the part `bike` goes before.
-    fleet: Option<String>,
+    bicycle: Told,
     options: Map<String, Value>,
     facts: Map<String, Value>,
     again: Option<bool>,
@@ -255,8 +258,10 @@ impl Parts {
         let value = value.trim();
         let before = match key {
             _ if value.is_empty() => return Ok(()),
-            "bike" => self.bike.replace(value.to_owned()).is_some(),
-            "fleet" => self.fleet.replace(value.to_owned()).is_some(),
+            _ if is_of_bicycle(key) => {
+                let fresh = self.bicycle.add(key, value);
+                !fresh.map_err(|detail| Problem::new(Kind::BadBike, detail))?
+            }
             "name" => self.name.replace(value.to_owned()).is_some(),
             "again" => self.again.replace(boolean(key, value)?).is_some(),
             "options" => return Ok(Options::add_document(&mut self.options, value)?),
@@ -306,7 +311,7 @@ impl Parts {
         }
         Ok(Received {
             files,
-            bike: self.bike.or(self.fleet),
+            bicycle: self.bicycle,
             options: self.options,
             facts: self.facts,
             again: self.again.unwrap_or_default(),
@@ -384,7 +389,7 @@ mod tests {
             );
             let received = received.unwrap_or_else(|problem| panic!("{problem:?}"));
             assert_eq!((received.name().as_str(), received.bytes()), ("a.csv", 10));
-            assert_eq!(received.bike.as_deref(), Some("{\"bike\": \"x\"}"));
+            assert_eq!(received.bicycle.file.as_deref(), Some("{\"bike\": \"x\"}"));
             assert_eq!(received.options["seed"], 7);
             assert_eq!(received.options["map"]["z_f"], "2");
         }

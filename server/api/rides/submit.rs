@@ -10,6 +10,7 @@ use uuid::Uuid;
 use veloid_engine::bicycle::Bike;
 use veloid_engine::ride::sha256_of;
 
+use super::bicycle::the_bike;
 use super::facts::Given;
 use super::receive::Received;
 use crate::api::Server;
@@ -49,7 +50,7 @@ pub async fn submit(
 ) -> Result<Submitted, Problem> {
     let options = Options::try_from(std::mem::take(&mut received.options))?;
     options.validate()?;
-    let bike = the_bike(server, caller, received.bike.as_deref()).await?;
+    let bike = the_bike(server, caller, &received.bicycle).await?;
     let request = Request { bike, options };
     let told = std::mem::take(&mut received.facts);
     Facts::default().patched(told.clone())?;
@@ -203,30 +204,6 @@ fn fleet_name(bike: &Bike) -> &str {
         "" => UNNAMED,
         name => name,
     }
-}
-
-/// The bike file that came along, or the fleet's bike of that name.
-pub async fn the_bike(
-    server: &Server,
-    caller: &Caller,
-    text: Option<&str>,
-) -> Result<Bike, Problem> {
-    let Some(text) = text else {
-        return Err(Problem::new(
-            Kind::BadBike,
-            "no bike, expected a bike file or the name of a bike of the fleet as `bike`",
-        ));
-    };
-    if text.starts_with('{') {
-        return Ok(Bike::from_json(text)?);
-    }
-    let known = bike::find(&server.db, &caller.group, text).await?;
-    known.map(|row| row.document.0).ok_or_else(|| {
-        Problem::new(
-            Kind::BadBike,
-            format!("'{text}' is no bike of the fleet, expected one or a bike file as JSON"),
-        )
-    })
 }
 
 /// Names everything that determines the report.

@@ -12,6 +12,7 @@ use crate::api::access::Caller;
 use crate::api::jobs::view::{JobView, find};
 use crate::api::problem::{Kind, Problem};
 use crate::api::{App, Server};
+use crate::bicycle::{Told, Way};
 
 const KNOWN: HeaderName = HeaderName::from_static("veloid-known");
 
@@ -26,10 +27,13 @@ pub struct Upload {
     /// each on a clock of its own.
     #[schema(value_type = String, format = Binary, content_media_type = "application/octet-stream")]
     file: Vec<u8>,
-    /// The bike file (JSON), or the name of a bike of the fleet.
-    bike: String,
+    /// The bike file (JSON), or the name of a bike of the fleet. In its place each key of a bike file but `roll` may be a
+    /// part of its own, its name as `bike_name`, and `wheelbase_m` in place of a length or both.
+    bike: Option<String>,
     /// Name of a bike of the fleet, as a form's list has it; `bike`, where it is given, goes before.
     fleet: Option<String>,
+    /// Which of the ways to tell the bicycle counts, where a form's fields for several are filled.
+    bicycle: Option<Way>,
     /// File name, in place of the one that came with the only file.
     name: Option<String>,
     /// Settings and reading options (JSON object); each may also be a part of its own.
@@ -74,7 +78,8 @@ pub async fn upload(
     caller: Caller,
     request: Request,
 ) -> Result<impl IntoResponse, Problem> {
-    let Submitted { id, known } = submit_upload(&server, &caller, request).await?;
+    let submitted = submit_upload(&server, &caller, request).await;
+    let Submitted { id, known } = submitted.map_err(|refused| refused.problem)?;
     let job = find(&server.db, &caller.group, id).await?;
     let headers: [(HeaderName, String); 3] = [
         (header::LOCATION, job.links.job.clone()),
@@ -84,17 +89,25 @@ pub async fn upload(
     Ok((StatusCode::ACCEPTED, headers, Json(job)))
 }
 
+/// An upload that was not taken, and what it said of its bicycle, for a form to show it again.
+pub struct Refused {
+    pub problem: Problem,
+    pub bicycle: Told,
+}
+
 /// Receives, checks, keeps and queues an upload; gives its job.
 pub async fn submit_upload(
     server: &Arc<Server>,
     caller: &Caller,
     request: Request,
-) -> Result<Submitted, Problem> {
+) -> Result<Submitted, Refused> {
     let key = idempotency_key(request.headers());
+    let mut bicycle = Told::default();
     let outcome = async {
         let received = receive(server, caller, request).await?;
         // Now the client listens.
         let key = key?;
+        bicycle.clone_from(&received.bicycle);
         metrics::histogram!("veloid_upload_size_bytes").record(received.bytes() as f64);
         submit(server, caller, received, key.as_deref()).await
     }
@@ -105,7 +118,7 @@ pub async fn submit_upload(
         "refused"
     };
     metrics::counter!("veloid_uploads_total", "outcome" => label).increment(1);
-    outcome
+    outcome.map_err(|problem| Refused { problem, bicycle })
 }
 
 /// Most characters of an idempotency key.

@@ -1,0 +1,47 @@
+//! The bicycle of an upload.
+
+use veloid_engine::bicycle::Bike;
+
+use crate::api::Server;
+use crate::api::access::Caller;
+use crate::api::problem::{Kind, Problem};
+use crate::bicycle::{Chosen, Fault, Told, of_fields};
+use crate::store::bike;
+
+/// The bicycle that is told, or what is wrong with the parts that tell it.
+pub async fn looked_at(
+    server: &Server,
+    caller: &Caller,
+    told: &Told,
+) -> Result<Result<Bike, Vec<Fault>>, Problem> {
+    let refused = |detail: String| Problem::new(Kind::BadBike, detail);
+    let chosen = told.chosen().map_err(|two| refused(two.to_string()))?;
+    let (part, text) = match chosen {
+        Chosen::Fields(fields) => return Ok(of_fields(fields)),
+        Chosen::Text(part, text) => (part, text),
+        Chosen::Nothing => {
+            let expected = "no bike, expected a bike file or the name of a bike of the fleet as `bike`, or the keys of one as \
+                            parts of their own";
+            return Err(refused(expected.to_owned()));
+        }
+    };
+    let fault = |detail| Err(vec![Fault { part, detail }]);
+    if text.starts_with('{') {
+        return Ok(Bike::from_json(text).or_else(|error| fault(error.to_string())));
+    }
+    let known = bike::find(&server.db, &caller.group, text).await?;
+    Ok(match known {
+        Some(row) => Ok(row.document.0),
+        None => fault(format!(
+            "'{text}' is no bike of the fleet, expected one or a bike file as JSON"
+        )),
+    })
+}
+
+/// The bicycle that is told.
+pub async fn the_bike(server: &Server, caller: &Caller, told: &Told) -> Result<Bike, Problem> {
+    looked_at(server, caller, told).await?.map_err(|faults| {
+        let details: Vec<String> = faults.into_iter().map(|fault| fault.detail).collect();
+        Problem::new(Kind::BadBike, details.join("; "))
+    })
+}

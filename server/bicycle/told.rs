@@ -1,0 +1,174 @@
+//! What the parts of an upload say of its bicycle.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+use utoipa::ToSchema;
+
+use super::fields;
+
+/// How a bicycle is told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Way {
+    /// Chosen from the fleet: the part `fleet`.
+    Fleet,
+    /// Described in single fields.
+    Fields,
+    /// A bike file, or a name: the part `bike`.
+    File,
+}
+
+impl Way {
+    pub const ALL: [Way; 3] = [Way::Fleet, Way::Fields, Way::File];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Way::Fleet => "fleet",
+            Way::Fields => "fields",
+            Way::File => "file",
+        }
+    }
+}
+
+/// The parts, as they came.
+#[derive(Clone, Debug, Default)]
+pub struct Told {
+    /// The way that a form's sender has chosen; what stands in the fields of another one does not count then.
+    pub way: Option<Way>,
+    /// The part `bike`: a bike file, or the name of a bike of the fleet.
+    pub file: Option<String>,
+    pub fleet: Option<String>,
+    pub fields: BTreeMap<&'static str, String>,
+}
+
+/// What counts of them.
+pub enum Chosen<'a> {
+    /// A bike file, or the name of a bike of the fleet, and the part that it came in.
+    Text(&'static str, &'a str),
+    Fields(&'a BTreeMap<&'static str, String>),
+    Nothing,
+}
+
+/// A bicycle told in two ways, of which none was chosen.
+#[derive(Debug, thiserror::Error)]
+#[error("the bicycle is told by `{text}` and by `{field}`, expected one of the two ways")]
+pub struct TwoWays {
+    text: &'static str,
+    field: &'static str,
+}
+
+/// The part that names the way.
+const WAY: &str = "bicycle";
+
+impl Told {
+    /// The parts that it knows.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        ["bike", "fleet", WAY].into_iter().chain(fields::names())
+    }
+
+    /// Adds a part that is not blank; whether it came for the first time, or what was expected in its place.
+    pub fn add(&mut self, part: &str, value: &str) -> Result<bool, String> {
+        let value = value.to_owned();
+        let before = match part {
+            "bike" => self.file.replace(value).is_some(),
+            "fleet" => self.fleet.replace(value).is_some(),
+            WAY => self.way.replace(way(&value)?).is_some(),
+            _ => match fields::names().find(|name| *name == part) {
+                Some(name) => self.fields.insert(name, value).is_some(),
+                None => return Err(format!("unknown part `{part}`")),
+            },
+        };
+        Ok(!before)
+    }
+
+    pub fn chosen(&self) -> Result<Chosen<'_>, TwoWays> {
+        let file = self.file.as_deref().map(|text| Chosen::Text("bike", text));
+        let fleet = self.fleet.as_deref();
+        let fleet = fleet.map(|text| Chosen::Text("fleet", text));
+        let first = self.fields.keys().next();
+        let fields = first.map(|_| Chosen::Fields(&self.fields));
+        let chosen = match self.way {
+            Some(Way::File) => file,
+            Some(Way::Fleet) => fleet,
+            Some(Way::Fields) => fields,
+            None => match (file.or(fleet), first) {
+                (Some(Chosen::Text(text, _)), Some(field)) => {
+                    return Err(TwoWays { text, field });
+                }
+                (text, _) => text.or(fields),
+            },
+        };
+        Ok(chosen.unwrap_or(Chosen::Nothing))
+    }
+}
+
+fn way(text: &str) -> Result<Way, String> {
+    let found = Way::ALL.into_iter().find(|way| way.name() == text);
+    found.ok_or_else(|| {
+        let shown = crate::unique::shown(text);
+        let known = Way::ALL.map(Way::name).join(", ");
+        format!("{WAY}: '{shown}', expected {known}")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn told(parts: &[(&str, &str)]) -> Told {
+        let mut told = Told::default();
+        for (part, value) in parts {
+            assert!(told.add(part, value).unwrap(), "{part}");
+        }
+        told
+    }
+
+    fn said(told: &Told) -> String {
+        match told.chosen() {
+            Ok(Chosen::Text(part, text)) => format!("{part} {text}"),
+            Ok(Chosen::Fields(fields)) => format!("{} fields", fields.len()),
+            Ok(Chosen::Nothing) => String::new(),
+            Err(two) => two.to_string(),
+        }
+    }
+
+    #[test]
+    fn one_way_counts() {
+        let all = [("bike", "{}"), ("fleet", "lab-7"), ("mass_front_kg", "23")];
+        for (way, counts) in [
+            ("fleet", "fleet lab-7"),
+            ("fields", "1 fields"),
+            ("file", "bike {}"),
+        ] {
+            assert_eq!(said(&told(&[&all[..], &[(WAY, way)]].concat())), counts);
+            assert_eq!(said(&told(&[(WAY, way)])), "", "chosen and left blank");
+        }
+        assert_eq!(
+            said(&told(&all[..2])),
+            "bike {}",
+            "as ever, without a choice"
+        );
+        assert_eq!(said(&told(&all[2..])), "1 fields");
+        let two = said(&told(&all[1..]));
+        assert!(two.contains("`fleet` and by `mass_front_kg`"), "{two}");
+    }
+
+    #[test]
+    fn parts_come_once_and_are_known() {
+        let mut twice = told(&[("mass_front_kg", "1")]);
+        assert!(!twice.add("mass_front_kg", "2").unwrap());
+        assert!(
+            twice
+                .add("mass_frnt_kg", "2")
+                .unwrap_err()
+                .contains("mass_frnt_kg")
+        );
+        let odd = twice.add(WAY, "json").unwrap_err();
+        assert_eq!(odd, "bicycle: 'json', expected fleet, fields, file");
+        for name in Told::names().filter(|name| *name != WAY) {
+            assert!(Told::default().add(name, "x").unwrap(), "{name}");
+        }
+    }
+}

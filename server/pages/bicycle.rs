@@ -1,0 +1,113 @@
+//! What a form shows of the bicycle that is told in it.
+
+use crate::api::Server;
+use crate::api::access::Caller;
+use crate::api::problem::{Kind, Problem};
+use crate::api::rides::looked_at;
+use crate::bicycle::{Fault, GROUPS, Group, Told, Way};
+
+/// The paper's bicycle, to be overwritten.
+const EXAMPLE: &str = r#"{"bike": "my-bike",
+ "mass_front_kg": 23.0, "mass_rear_kg": 63.0,
+ "l_front_m": 0.808, "l_rear_m": 0.293}"#;
+
+/// The part of a form that tells the bicycle.
+pub struct BicycleForm {
+    /// Names of the fleet.
+    pub bikes: Vec<String>,
+    pub groups: &'static [Group],
+    pub example: &'static str,
+    way: Way,
+    told: Told,
+    faults: Vec<Fault>,
+    /// What is wrong with the whole.
+    problem: String,
+}
+
+impl BicycleForm {
+    /// With this bicycle of the fleet chosen, if any.
+    pub fn new(bikes: Vec<String>, chosen: Option<String>) -> Self {
+        let told = Told {
+            fleet: chosen,
+            ..Told::default()
+        };
+        Self::filled(bikes, told, Vec::new(), String::new())
+    }
+
+    /// As it was filled in, with what is wrong with it.
+    pub async fn again(
+        server: &Server,
+        caller: &Caller,
+        bikes: Vec<String>,
+        told: Told,
+        problem: &Problem,
+    ) -> Self {
+        let faults = match looked_at(server, caller, &told).await {
+            Ok(Err(faults)) => faults,
+            _ => Vec::new(),
+        };
+        let whole = match problem.kind {
+            Kind::BadBike if faults.is_empty() => problem.detail.clone(),
+            _ => String::new(),
+        };
+        Self::filled(bikes, told, faults, whole)
+    }
+
+    fn filled(bikes: Vec<String>, told: Told, faults: Vec<Fault>, problem: String) -> Self {
+        let way = told.way.unwrap_or(match &told {
+            told if told.file.is_some() => Way::File,
+            told if !told.fields.is_empty() => Way::Fields,
+            _ if bikes.is_empty() => Way::Fields,
+            _ => Way::Fleet,
+        });
+        Self {
+            bikes,
+            groups: &GROUPS,
+            example: EXAMPLE,
+            way,
+            told,
+            faults,
+            problem,
+        }
+    }
+
+    pub fn is_told_by(&self, way: &str) -> bool {
+        self.way.name() == way
+    }
+
+    pub fn is_chosen(&self, bike: &str) -> bool {
+        self.told.fleet.as_deref() == Some(bike)
+    }
+
+    /// The bike file as it was typed.
+    pub fn file(&self) -> &str {
+        self.told.file.as_deref().unwrap_or_default()
+    }
+
+    /// A field as it was typed.
+    pub fn value(&self, name: &str) -> &str {
+        self.told.fields.get(name).map_or("", String::as_str)
+    }
+
+    /// What is wrong with the bike file, or with no part alone.
+    pub fn whole(&self) -> &str {
+        match self.fault("bike") {
+            "" => &self.problem,
+            fault => fault,
+        }
+    }
+
+    /// What is wrong with a part.
+    pub fn fault(&self, part: &str) -> &str {
+        let found = self.faults.iter().find(|fault| fault.part == part);
+        found.map_or("", |fault| &fault.detail)
+    }
+
+    /// Whether fields that few rides need hold something.
+    pub fn is_unusual(&self) -> bool {
+        let unusual = self.groups.iter().filter(|group| !group.needed);
+        let mut names = unusual.flat_map(|group| group.fields);
+        names.any(|field| !self.value(field.name).is_empty())
+            || !self.value("equal_axles").is_empty()
+    }
+}
