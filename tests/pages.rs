@@ -493,3 +493,68 @@ async fn a_preview_guesses_what_other_columns_hold() {
     assert_eq!(seen["columns"].as_array().unwrap().len(), 4, "{seen}");
     assert_eq!(seen["guesses"], Value::from(expected[2..].to_vec()));
 }
+
+#[tokio::test]
+async fn the_fleet_is_sorted_and_filtered_by_its_address() {
+    let server = Server::with(&["--workers", "0"]);
+    let seed = ["seed", "--bikes", "8", "--rides", "240"];
+    assert!(server.beside(&seed).status().unwrap().success());
+    let names = async |query: &str| -> Vec<String> {
+        let text = page(&server, &format!("/bikes?{query}")).await;
+        let rows = text
+            .split("data-label=\"Bicycle\"><a href=\"/bikes/")
+            .skip(1);
+        rows.map(|row| row[..row.find('"').unwrap()].to_owned())
+            .collect()
+    };
+    let all = names("").await;
+    assert_eq!(all.len(), 8);
+    assert!(all.is_sorted());
+    let blank = names("name=&shows=&effect=&sort=name&order=").await;
+    assert_eq!(blank, all, "the form's blank fields ask for nothing");
+    let fleet = server.json("/v1/fleet").await;
+    let bikes = fleet["bikes"].as_array().unwrap();
+    let of = |name: &String| bikes.iter().find(|bike| bike["bike"] == **name).unwrap();
+    let k_front = |name: &String| {
+        of(name)["parameters"][0]["pooled"]["value"]
+            .as_f64()
+            .unwrap()
+    };
+    let sorted = names("sort=k_front&order=falling").await;
+    assert_eq!(sorted.len(), 8);
+    assert!(
+        sorted.is_sorted_by(|a, b| k_front(a) >= k_front(b)),
+        "{sorted:?}"
+    );
+    let last = |name: &String| of(name)["last_ride_at"].as_str().unwrap().to_owned();
+    let sorted = names("sort=last").await;
+    assert!(sorted.is_sorted_by(|a, b| last(a) <= last(b)), "{sorted:?}");
+    assert_eq!(names("name=SEASON-003").await, ["season-003"]);
+    assert!(names("name=nobody").await.is_empty());
+    for (shows, kinds) in [("drift", ["drift", "both"]), ("step", ["step", "both"])] {
+        let shown = names(&format!("shows={shows}")).await;
+        let expected: Vec<&String> = (all.iter())
+            .filter(|name| {
+                let mut parameters = of(name)["parameters"].as_array().unwrap().iter();
+                parameters.any(|p| kinds.iter().any(|kind| p["development"]["kind"] == **kind))
+            })
+            .collect();
+        assert_eq!(shown.iter().collect::<Vec<_>>(), expected, "{shows}");
+    }
+    let effects: Vec<&Value> = bikes
+        .iter()
+        .flat_map(|b| b["effects"].as_array().unwrap())
+        .collect();
+    let with_some = bikes
+        .iter()
+        .filter(|b| b["effects"] != Value::Array(Vec::new()));
+    assert_eq!(names("shows=effect").await.len(), with_some.count());
+    if let Some(effect) = effects.first().and_then(|effect| effect.as_str()) {
+        assert!(!names(&format!("effect={effect}")).await.is_empty());
+    }
+    assert!(names("effect=no_such_effect").await.is_empty());
+    for query in ["sort=k", "order=down", "shows=all", "sorted=name"] {
+        let refused = server.get(&format!("/bikes?{query}")).await;
+        assert_eq!(refused.status(), 400, "{query}");
+    }
+}

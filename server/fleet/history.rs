@@ -1,5 +1,7 @@
 //! A bicycle's stiffness and damping, ride by ride.
 
+use std::collections::HashMap;
+
 use serde::Serialize;
 use utoipa::ToSchema;
 use uuid::Uuid;
@@ -26,6 +28,30 @@ pub struct BikeHistory {
     pub bike: String,
     /// One per axle and parameter that was identified.
     pub courses: Vec<Course>,
+    /// Effects that its last rides name, where they were asked for.
+    #[serde(skip)]
+    pub effects: Vec<String>,
+}
+
+impl BikeHistory {
+    /// When it was ridden last.
+    pub fn last_ride_at(&self) -> Option<String> {
+        let last = self
+            .courses
+            .iter()
+            .filter_map(|course| course.points.last());
+        let last = last.max_by_key(|point| point.epoch_ms);
+        last.map(|point| point.dated_at.clone())
+    }
+
+    /// Its last rides, at most so many.
+    fn last_jobs(&self, most: usize) -> Vec<Uuid> {
+        let points = self.courses.iter().flat_map(|course| &course.points);
+        let mut jobs: Vec<(i64, Uuid)> = points.map(|p| (p.epoch_ms, p.job)).collect();
+        jobs.sort_unstable_by(|a, b| b.cmp(a));
+        jobs.dedup();
+        jobs.into_iter().take(most).map(|(_, job)| job).collect()
+    }
 }
 
 /// One parameter's course.
@@ -89,7 +115,33 @@ pub async fn histories(
         }
         found.push(history);
     }
+    name_effects(db, &mut found, pooled).await?;
     Ok(found)
+}
+
+/// Jobs that are asked after at once.
+const AT_ONCE: usize = 1000;
+
+/// Adds the effects that each bicycle's last rides name.
+async fn name_effects(db: &Db, found: &mut [BikeHistory], rides: usize) -> sqlx::Result<()> {
+    let mut bikes = HashMap::new();
+    for (bike, history) in found.iter().enumerate() {
+        bikes.extend(history.last_jobs(rides).into_iter().map(|job| (job, bike)));
+    }
+    let jobs: Vec<Uuid> = bikes.keys().copied().collect();
+    for jobs in jobs.chunks(AT_ONCE) {
+        for (job, _, name) in parameter::effects(db, jobs).await? {
+            let effect = name.split('.').next().unwrap_or_default();
+            let history = bikes.get(&job).and_then(|bike| found.get_mut(*bike));
+            if let Some(history) = history.filter(|h| h.effects.iter().all(|e| e != effect)) {
+                history.effects.push(effect.to_owned());
+            }
+        }
+    }
+    for history in found {
+        history.effects.sort_unstable();
+    }
+    Ok(())
 }
 
 impl Course {
@@ -148,5 +200,6 @@ fn of(bike: &str, rows: &[BestRow], pooled: usize) -> BikeHistory {
     BikeHistory {
         bike: bike.to_owned(),
         courses: FOLLOWED.into_iter().filter_map(course).collect(),
+        effects: Vec::new(),
     }
 }

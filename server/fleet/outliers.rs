@@ -33,6 +33,11 @@ pub struct FleetSpread {
 pub struct PooledBike {
     pub bike: String,
     pub parameters: Vec<PooledParameter>,
+    /// When it was ridden last or, where that is not known, its last ride was uploaded.
+    #[schema(format = DateTime)]
+    pub last_ride_at: Option<String>,
+    /// Effects that its latest 20 rides name.
+    pub effects: Vec<String>,
 }
 
 #[derive(Debug, Serialize, ToSchema)]
@@ -83,6 +88,8 @@ pub fn against_the_fleet(histories: &[BikeHistory]) -> (Vec<FleetSpread>, Vec<Po
         .collect();
     let place = |history: &BikeHistory| PooledBike {
         bike: history.bike.clone(),
+        last_ride_at: history.last_ride_at(),
+        effects: history.effects.clone(),
         parameters: spreads
             .iter()
             .filter_map(|spread| {
@@ -113,6 +120,7 @@ mod tests {
     fn bike(name: usize, k: f64) -> BikeHistory {
         BikeHistory {
             bike: format!("bike-{name}"),
+            effects: Vec::new(),
             courses: vec![Course {
                 axle: "front".into(),
                 name: "k_n_m".into(),

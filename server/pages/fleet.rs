@@ -1,4 +1,4 @@
-//! The fleet, and one bicycle of it.
+//! One bicycle of the fleet.
 
 use askama::Template;
 use axum::extract::State;
@@ -10,95 +10,19 @@ use super::{verdict, words};
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::bikes::course::RIDES;
-use crate::api::fleet::look;
 use crate::api::jobs::view::JobView;
 use crate::api::problem::Problem;
 use crate::erasure::DAY_MS;
-use crate::fleet::{self, Course, Development, Kind, PooledBike};
+use crate::fleet::{self, Course, Development, Kind};
 use crate::store::{bike, job};
 
 /// Latest jobs on a bicycle's page.
 const JOBS: i64 = 20;
 
-#[derive(Template)]
-#[template(path = "bikes.html")]
-struct Bikes {
-    bikes: Vec<BikeRow>,
-    spread: Vec<[String; 4]>,
-}
-
-struct BikeRow {
-    name: String,
-    /// Label and pooled value of k and B, front and rear.
-    cells: Vec<(String, Option<Quantity>)>,
-    outliers: Vec<String>,
-    /// What drifts or changed.
-    changes: Vec<String>,
-}
-
-impl Bikes {
-    fn here(&self) -> &'static str {
-        "/bikes"
-    }
-}
-
-fn label(axle: &str, name: &str) -> String {
+/// What a parameter of an axle is called.
+pub fn label(axle: &str, name: &str) -> String {
     let letter = if name == "k_n_m" { "k" } else { "B" };
     format!("{letter} {axle}")
-}
-
-impl BikeRow {
-    fn of(bike: PooledBike) -> Self {
-        let found = |axle: &str, name: &str| {
-            let mut parameters = bike.parameters.iter();
-            parameters.find(|p| p.axle == axle && p.name == name)
-        };
-        let cell = |(axle, name): (&str, &str)| {
-            let quantity = found(axle, name)
-                .map(|p| Quantity::new(p.pooled.value, Some(p.pooled.std_error), &p.unit));
-            (label(axle, name), quantity)
-        };
-        let outliers = bike
-            .parameters
-            .iter()
-            .filter(|p| p.outlier)
-            .filter_map(|p| {
-                let deviations = p.deviations?;
-                let side = if deviations > 0.0 { "above" } else { "below" };
-                Some(format!(
-                    "{} {} deviations {side}",
-                    label(&p.axle, &p.name),
-                    fixed(deviations.abs(), 1)
-                ))
-            });
-        let changes = bike.parameters.iter().filter_map(|p| {
-            let said = changes(p.development.as_ref()?, p.pooled.value)?;
-            Some(format!("{} {said}", label(&p.axle, &p.name)))
-        });
-        Self {
-            changes: changes.collect(),
-            cells: fleet::FOLLOWED.into_iter().map(cell).collect(),
-            outliers: outliers.collect(),
-            name: bike.bike,
-        }
-    }
-}
-
-pub async fn bikes(State(server): App, caller: Caller) -> Result<Html<String>, Fault> {
-    let fleet = look(&server, &caller.group).await?;
-    let spread = fleet.spread.iter().map(|s| {
-        let value = |x: f64| Quantity::rough(x, 4, &s.unit).to_string();
-        [
-            label(&s.axle, &s.name),
-            s.bikes.to_string(),
-            value(s.median),
-            value(s.scatter),
-        ]
-    });
-    html(&Bikes {
-        spread: spread.collect(),
-        bikes: fleet.bikes.into_iter().map(BikeRow::of).collect(),
-    })
 }
 
 #[derive(Template)]
@@ -185,7 +109,7 @@ impl CourseRow {
 }
 
 /// The day of an RFC 3339 time.
-fn day(time: &str) -> &str {
+pub fn day(time: &str) -> &str {
     time.get(..10).unwrap_or(time)
 }
 
@@ -201,7 +125,7 @@ fn notices(courses: &[Course]) -> Vec<String> {
 }
 
 /// A drift, a step or both, as shares of a value.
-fn changes(development: &Development, value: f64) -> Option<String> {
+pub fn changes(development: &Development, value: f64) -> Option<String> {
     let percent = |change: f64| format!("{} %", fixed(100.0 * change / value, 1));
     let drifts = || {
         format!(

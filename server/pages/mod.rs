@@ -2,6 +2,7 @@
 
 pub mod assets;
 mod bicycle;
+mod bikes;
 mod compare;
 mod deletion;
 mod dependence;
@@ -45,7 +46,7 @@ pub fn routes() -> Router<Arc<Server>> {
         .route("/compare", get(compare::compare))
         .route("/effects", get(effects::list))
         .route("/effects/{effect}", get(effect::page))
-        .route("/bikes", get(fleet::bikes))
+        .route("/bikes", get(bikes::bikes))
         .route("/dependence", get(dependence::page))
         .route("/bikes/{bike}", get(fleet::bike))
         .route("/parameters", get(parameters::list))

@@ -94,6 +94,7 @@ mod tests {
             }),
         };
         BikeHistory {
+            effects: Vec::new(),
             bike: "lab-7".to_owned(),
             courses: vec![course],
         }
