@@ -11,12 +11,12 @@ use crate::diagnosis::fit::{Model, Motion, Term, motions};
 use crate::diagnosis::prepare::Prepared;
 use crate::diagnosis::search::criteria::ADEQUATE;
 use crate::diagnosis::search::{Round, Search};
-use crate::diagnosis::verdict::affirm::Claim;
+use crate::diagnosis::verdict::affirm::{Claim, NEARLY_ALL, OUTGROWN};
 use crate::diagnosis::verdict::carries::has_size;
 use crate::diagnosis::verdict::choose::{Chosen, choose};
 use crate::diagnosis::verdict::general_laws::{dominates, is_curve, is_outgrown};
 use crate::diagnosis::verdict::judge::{Judged, judge};
-use crate::diagnosis::verdict::partly::{self, Partly, partly};
+use crate::diagnosis::verdict::partly::{self, Partly, Rest, partly};
 use crate::report::diagnosis::{SearchCost, Verdict};
 use crate::settings::Settings;
 
@@ -74,15 +74,21 @@ fn second_look(
     let (work, budget) = (&prepared.scene.work, search.budget);
     let until = budget.steps.max(work.done() + budget.steps - budget.first);
     // Where the likelihood is not to be trusted, or a wider law explains the ride, something may be left on all tracks.
-    let nowhere = first.judged.iter().all(|j| !j.remains);
-    let remains: Vec<bool> = (first.judged.iter())
-        .map(|j| j.remains || swallowed || nowhere)
-        .collect();
+    let explained = first.judged.iter().all(|j| !j.remains) && !swallowed;
+    let rest = Rest {
+        remains: (first.judged.iter())
+            .map(|j| j.remains || swallowed || explained)
+            .collect(),
+        outgrown: match explained {
+            true => NEARLY_ALL,
+            false => OUTGROWN,
+        },
+    };
     let first = Decision {
         verdict: Verdict::Unnamed,
         ..first
     };
-    let found = partly(search, prepared.record(), &remains, &first.model, until)?;
+    let found = partly(search, prepared.record(), &rest, &first.model, until)?;
     let mut decision = match found {
         Some(partly) => first.in_part(partly, prepared, settings),
         None => first,

@@ -34,6 +34,8 @@ const AHEAD: f64 = 2.0;
 /// What a general law, or one of which the effect is a limit, may leave of the model's held-out squares before it is that
 /// law which acts.
 pub const OUTGROWN: f64 = 0.75;
+/// The same where a wider law explains the ride to within its noise, so that hardly more than noise is left.
+pub const NEARLY_ALL: f64 = 0.95;
 /// Largest difference between what loud and quiet blocks say of a parameter, beside its value.
 const AGREES: f64 = 0.35;
 
@@ -46,15 +48,22 @@ pub struct Claim {
     pub holds_as_limit: bool,
 }
 
-/// Examines every effect of `model`, which is fitted to the plain squares; `tried` are other models that were fitted.
-pub fn examine(search: &Search, model: &Model, tried: &[Model]) -> Vec<Claim> {
+/// Examines every effect of `model`, which is fitted to the plain squares; `tried` are other models that were fitted, and `outgrown` is the
+/// share of the model's held-out squares that a wider law must leave.
+pub fn examine(search: &Search, model: &Model, tried: &[Model], outgrown: f64) -> Vec<Claim> {
     let terms = model.terms.iter();
     terms
-        .filter_map(|term| claim(search, model, *term, tried))
+        .filter_map(|term| claim(search, model, *term, tried, outgrown))
         .collect()
 }
 
-fn claim(search: &Search, model: &Model, term: Term, tried: &[Model]) -> Option<Claim> {
+fn claim(
+    search: &Search,
+    model: &Model,
+    term: Term,
+    tried: &[Model],
+    outgrown: f64,
+) -> Option<Claim> {
     let fitter = &search.fitter;
     let rest: Vec<Term> = (model.terms.iter().copied())
         .filter(|t| *t != term)
@@ -96,7 +105,7 @@ fn claim(search: &Search, model: &Model, term: Term, tried: &[Model]) -> Option<
         && disagreement.is_some_and(|d| d <= AGREES);
     Some(Claim {
         term,
-        holds: holds_as_limit && general >= OUTGROWN * with.held,
+        holds: holds_as_limit && general >= outgrown * with.held,
         holds_as_limit,
         support: Support {
             removed_share: finite(removed)?,

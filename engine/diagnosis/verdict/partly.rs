@@ -40,18 +40,25 @@ pub struct Partly {
 /// A set of effects and what it leaves: the product over the axles of the shares of the plain model's held-out squares.
 type Left = (f64, Model);
 
-/// Searches the record again and keeps what holds of that; `remains`: whether anything is left on each track. Where nothing
-/// holds, the set that leaves least, if that is clearly less than the model that was `found` by likelihood leaves. No new set is
+/// What is left on a record that is searched again.
+pub struct Rest {
+    /// Whether anything is left on each track.
+    pub remains: Vec<bool>,
+    /// Share of a model's held-out squares that a law wider than one of its names must leave for this to hold.
+    pub outgrown: f64,
+}
+
+/// Searches the record again and keeps what holds of what makes its `rest`. Where nothing holds, the set that leaves least, if that is clearly less than the model that was `found` by likelihood leaves. No new set is
 /// begun once the work done is `until`.
 pub fn partly(
     search: &Search,
     record: &Scene,
-    remains: &[bool],
+    rest: &Rest,
     found: &Model,
     until: u64,
 ) -> Result<Option<Partly>, EngineError> {
     let scene = of_squares(record);
-    let Some(again) = search_by_squares(search, &scene, remains, until) else {
+    let Some(again) = search_by_squares(search, &scene, &rest.remains, until) else {
         return Ok(None);
     };
     let holds = |looked: &Examined| looked.claims.iter().any(|c| c.holds);
@@ -60,7 +67,7 @@ pub fn partly(
     let tried: Vec<Model> = rounds.into_iter().flatten().map(|(_, m)| m).collect();
     let mut looked: Vec<Examined> = Vec::new();
     for model in &sets {
-        looked.extend(examined(&again, model, &tried));
+        looked.extend(examined(&again, model, &tried, rest.outgrown));
         search.check()?;
         if looked.last().is_some_and(holds) || again.is_spent() {
             break;
@@ -70,7 +77,7 @@ pub fn partly(
     let nearer = |looked: &Examined| squares(&looked.model) < NEARER * squares(found);
     let place = (looked.iter().position(holds)).or_else(|| looked.iter().position(nearer));
     let kept = place.map(|i| looked.swap_remove(i));
-    let kept = kept.map(|wide| as_limit(&again, &wide, &tried).unwrap_or(wide));
+    let kept = kept.map(|wide| as_limit(&again, &wide, &tried, rest.outgrown).unwrap_or(wide));
     Ok(kept.map(|kept| kept.told(&again)))
 }
 
@@ -84,7 +91,7 @@ pub fn of_core(search: &Search, record: &Scene, model: &Model, core: &[Term]) ->
     let scene = of_squares(record);
     let again = search_by_squares(search, &scene, &remains, search.until)?;
     let core = reduce(&again.fitter, model, core, search.thorough(model))?;
-    let core = examined(&again, &core, &[])?;
+    let core = examined(&again, &core, &[], affirm::OUTGROWN)?;
     let explains = (scene.tracks.iter().zip(&remains))
         .filter(|(_, remains)| **remains)
         .all(|(track, _)| again.left(track.axle, &core.model) <= 1.0 - ADEQUATE);
@@ -216,11 +223,11 @@ impl Examined {
 
 /// A limit of a law that the record supports, where that holds alone: what a model that is not complete gains by the wider law may as
 /// well be a part of what it lacks, and where the wider one has no size the limit may have one.
-fn as_limit(search: &Search, wide: &Examined, tried: &[Model]) -> Option<Examined> {
+fn as_limit(search: &Search, wide: &Examined, tried: &[Model], outgrown: f64) -> Option<Examined> {
     let of_wide = |term: Term| wide.supported.iter().any(|w| affirm::is_limit(term, *w));
     let is_limit = |m: &&Model| matches!(m.terms[..], [term] if of_wide(term));
     let narrow = tried.iter().find(is_limit)?;
-    let mut narrow = examined(search, narrow, tried)?;
+    let mut narrow = examined(search, narrow, tried, outgrown)?;
     narrow
         .claims
         .iter_mut()
@@ -228,9 +235,9 @@ fn as_limit(search: &Search, wide: &Examined, tried: &[Model]) -> Option<Examine
     narrow.claims.iter().any(|c| c.holds).then_some(narrow)
 }
 
-fn examined(search: &Search, model: &Model, tried: &[Model]) -> Option<Examined> {
+fn examined(search: &Search, model: &Model, tried: &[Model], outgrown: f64) -> Option<Examined> {
     let model = affirm::unweighted(&search.fitter, model)?;
-    let mut claims = affirm::examine(search, &model, tried);
+    let mut claims = affirm::examine(search, &model, tried, outgrown);
     let supported = claims.iter().filter(|c| c.holds).map(|c| c.term).collect();
     let jackknife = Jackknife::new(&search.fitter, &model);
     for claim in &mut claims {
