@@ -240,7 +240,10 @@ pub async fn bikes(
             label(&s.axle, &s.name),
             s.bikes.to_string(),
             value(s.median),
-            value(s.scatter),
+            match s.bikes {
+                0 | 1 => "–".to_owned(),
+                _ => value(s.scatter),
+            },
         ]
     });
     let mut effects: Vec<&String> = fleet.bikes.iter().flat_map(|b| &b.effects).collect();

@@ -25,9 +25,11 @@ pub struct BikeParts {
     /// Name of a bike of the fleet.
     fleet: Option<String>,
     /// Which of the ways counts.
+    #[schema(nullable = false)]
     bicycle: Option<Way>,
     /// Name of the bicycle; this and what follows describes it in single fields.
     bike_name: Option<String>,
+    #[schema(nullable = false)]
     equal_axles: Option<bool>,
     mass_front_kg: Option<String>,
     mass_front_std_kg: Option<String>,
