@@ -60,6 +60,20 @@ fn parse(block: &str) -> Option<Event> {
     })
 }
 
+/// All events of a job, which waits for the one beside it until somebody listens.
+async fn heard_whole(server: &Server, job: &str, beside: &str) -> Vec<Event> {
+    let heard = Notify::new();
+    let hears = |_: &Event| {
+        heard.notify_one();
+        false
+    };
+    let (events, _) = tokio::join!(listen_until(server, job, None, hears), async {
+        heard.notified().await;
+        server.cancel(beside).await.unwrap()
+    });
+    events
+}
+
 #[tokio::test]
 async fn a_stream_begins_with_a_snapshot_and_ends_with_done() {
     // The only worker is kept busy by another job until somebody listens.
@@ -67,15 +81,7 @@ async fn a_stream_begins_with_a_snapshot_and_ends_with_done() {
     let other = server.submit(&LONG).await;
     listen_until(&server, &other, None, |event| event.name == "iteration").await;
     let job = server.submit(&[("iterations", "40")]).await;
-    let heard = Notify::new();
-    let hears = |_: &Event| {
-        heard.notify_one();
-        false
-    };
-    let (events, _) = tokio::join!(listen_until(&server, &job, None, hears), async {
-        heard.notified().await;
-        server.cancel(&other).await.unwrap()
-    });
+    let events = heard_whole(&server, &job, &other).await;
     assert_eq!(events[0].name, "snapshot");
     assert_eq!(events[0].data["job"]["links"]["job"], job);
     let last = events.last().unwrap();
@@ -111,15 +117,7 @@ async fn a_search_for_missing_physics_tells_how_far_it_is() {
         let other = server.submit(&LONG).await;
         let parts = [("iterations", "2"), ("diagnosis", "true")];
         let job = server.submit(&parts).await;
-        let heard = Notify::new();
-        let hears = |_: &Event| {
-            heard.notify_one();
-            false
-        };
-        let (events, _) = tokio::join!(listen_until(&server, &job, None, hears), async {
-            heard.notified().await;
-            server.cancel(&other).await.unwrap()
-        });
+        let events = heard_whole(&server, &job, &other).await;
         let searched = events.iter().filter(|e| e.name == "searched");
         let steps: Vec<u64> = searched
             .map(|e| {

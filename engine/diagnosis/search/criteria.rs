@@ -115,16 +115,20 @@ impl Search<'_> {
     /// likelihood, or in the held-out error, where a slow effect shows that coloured noise would hide.
     pub fn counts(&self, model: &Model, larger: &Model) -> bool {
         let gains = larger.likelihood - model.likelihood > BESIDE * self.fitter.samples as f64;
-        (gains || self.shows(model, larger)) && !self.is_trifle(model, larger)
+        let [before, after] = [model, larger].map(|m| self.held_squares(m));
+        (gains || any_removed(&before, &after, SHOWN))
+            && !self.is_trifle(added(model, larger), &before, &after)
     }
 
-    /// Whether what `larger` has beyond `model` may be the error of a law that is in both.
-    fn is_trifle(&self, model: &Model, larger: &Model) -> bool {
-        let [plain, before, after] = [&self.plain, model, larger].map(|m| self.held_squares(m));
+    /// Whether the held-out squares that one more effect, `term`, removes may be the error of the laws beside it.
+    fn is_trifle(&self, term: Term, before: &[f64], after: &[f64]) -> bool {
+        if term.kind.spec().local {
+            return false;
+        }
+        let plain = self.held_squares(&self.plain);
         let trifle = |t: usize| before[t] - after[t] < TRIFLE * (plain[t] - before[t]);
-        let term = added(model, larger);
         let mut tracks = self.fitter.scene.tracks.iter().enumerate();
-        !term.kind.spec().local && tracks.all(|(t, track)| !term.acts_on(track.axle) || trifle(t))
+        tracks.all(|(t, track)| !term.acts_on(track.axle) || trifle(t))
     }
 
     /// Log likelihood less what the number of parameters costs (Schwarz's criterion), and less again for
@@ -150,9 +154,7 @@ impl Search<'_> {
 
     /// Whether `larger` removes that share of the held-out squares of some track.
     pub fn removes(&self, model: &Model, larger: &Model, share: f64) -> bool {
-        let (before, after) = (self.held_squares(model), self.held_squares(larger));
-        let mut pairs = before.iter().zip(after);
-        pairs.any(|(before, after)| after < (1.0 - share) * before)
+        any_removed(&self.held_squares(model), &self.held_squares(larger), share)
     }
 
     pub fn check(&self) -> Result<(), EngineError> {
@@ -183,6 +185,12 @@ impl Search<'_> {
             })
             .collect()
     }
+}
+
+/// Whether that share of the squares of some track is gone.
+fn any_removed(before: &[f64], after: &[f64], share: f64) -> bool {
+    let mut pairs = before.iter().zip(after);
+    pairs.any(|(before, after)| *after < (1.0 - share) * before)
 }
 
 /// The term that `larger` has and `model` has not.
