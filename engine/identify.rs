@@ -179,16 +179,7 @@ pub fn diagnose(
     conclusion: &Conclusion,
     progress: &dyn Progress,
 ) -> Result<Diagnosis, EngineError> {
-    if ride.has_no_road() {
-        return checked("diagnose", Diagnosis::cannot_tell(NO_ROAD.to_owned()));
-    }
-    let clocks = &ride.summary.clocks;
-    let laser = || misleading(clocks, &conclusion.output_error, &conclusion.laser_error);
-    let noise = || decides(&conclusion.output_error, &conclusion.road_noise_error);
-    let first = to_be_mended(&conclusion.mistakes)
-        .or_else(laser)
-        .or_else(noise);
-    if let Some(why) = first.or_else(|| conclusion.clock_unconfirmed.clone()) {
+    if let Some(why) = no_verdict(ride, conclusion) {
         return checked("diagnose", Diagnosis::cannot_tell(why));
     }
     let found = match diagnosis::diagnose(ride, bike, settings, conclusion, progress) {
@@ -207,6 +198,20 @@ pub fn diagnose(
     let noise = noise.filter_map(|axle, by| plain(axle).then(|| by.clone()));
     let extended = widened(&extended, &noise);
     checked("diagnose", Diagnosis { extended, ..found })
+}
+
+/// Why a ride carries no verdict, whatever the model; nothing where it may.
+fn no_verdict(ride: &Ride, conclusion: &Conclusion) -> Option<String> {
+    if ride.has_no_road() {
+        return Some(NO_ROAD.to_owned());
+    }
+    let clocks = &ride.summary.clocks;
+    let laser = || misleading(clocks, &conclusion.output_error, &conclusion.laser_error);
+    let noise = || decides(&conclusion.output_error, &conclusion.road_noise_error);
+    let first = to_be_mended(&conclusion.mistakes)
+        .or_else(laser)
+        .or_else(noise);
+    first.or_else(|| conclusion.clock_unconfirmed.clone())
 }
 
 /// What has to be mended before there can be a verdict.

@@ -48,6 +48,7 @@ pub mod simulate;
 #[cfg(test)]
 #[path = "../tests/skips.rs"]
 mod skips;
+mod study;
 #[allow(missing_docs)]
 pub mod swarm;
 mod synchronise;
@@ -62,4 +63,5 @@ pub use report::diagnosis::Diagnosis;
 pub use report::stages::{Conclusion, Observed};
 pub use ride::Ride;
 pub use settings::{Objective, Settings};
+pub use study::{Ridden, study};
 pub use synchronise::read;

@@ -45,6 +45,7 @@ mod simulate;
 mod skips;
 mod strangers;
 mod structure;
+mod study;
 mod takeover;
 mod upload;
 mod webhooks;

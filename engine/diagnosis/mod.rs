@@ -11,10 +11,11 @@ mod explain;
 mod fit;
 pub mod impose;
 pub(crate) mod law;
-mod prepare;
+pub(crate) mod prepare;
 mod residual;
 mod run;
 mod search;
+pub(crate) mod study;
 mod tell;
 #[cfg(test)]
 mod tests;

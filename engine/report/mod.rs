@@ -9,6 +9,7 @@ mod latent_road;
 mod mistake;
 mod series;
 pub mod stages;
+pub mod study;
 mod summary;
 
 use serde::{Deserialize, Serialize};

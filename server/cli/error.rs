@@ -1,5 +1,5 @@
 use std::net::SocketAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use uuid::Uuid;
 use veloid_engine::EngineError;
@@ -23,6 +23,10 @@ pub enum CliError {
     /// The bike file; the message holds line and column.
     #[error("{}: {source}", .path.display())]
     Bike { path: PathBuf, source: EngineError },
+    #[error(
+        "{bikes} bike files for {rides} rides: give one for all, or one for each in their order"
+    )]
+    Bikes { bikes: usize, rides: usize },
     #[error(transparent)]
     Ride(#[from] ReadError),
     #[error(transparent)]
@@ -96,7 +100,10 @@ impl CliError {
     /// 2 where the input is at fault, 1 for anything else.
     pub fn exit_status(&self) -> u8 {
         match self {
-            CliError::Bike { .. } | CliError::Ride(_) | CliError::Options(_) => 2,
+            CliError::Bike { .. }
+            | CliError::Bikes { .. }
+            | CliError::Ride(_)
+            | CliError::Options(_) => 2,
             CliError::File { source, .. } => match source.kind() {
                 std::io::ErrorKind::NotFound | std::io::ErrorKind::InvalidData => 2,
                 _ => 1,
@@ -105,5 +112,13 @@ impl CliError {
             CliError::Found(count) => u8::try_from(*count).unwrap_or(100).min(100),
             _ => 1,
         }
+    }
+}
+
+impl CliError {
+    /// A failure to read or write this file.
+    pub fn of_file(path: &Path) -> impl FnOnce(std::io::Error) -> CliError {
+        let path = path.to_owned();
+        move |source| CliError::File { path, source }
     }
 }

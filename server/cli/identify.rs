@@ -199,7 +199,7 @@ impl Identify {
 }
 
 /// What a file is called: the whole path where it is alone or another file has the same name, else its name.
-fn name(path: &Path, all: &[PathBuf]) -> String {
+pub fn name(path: &Path, all: &[PathBuf]) -> String {
     let alike = all
         .iter()
         .filter(|other| other.file_name() == path.file_name());
@@ -209,7 +209,7 @@ fn name(path: &Path, all: &[PathBuf]) -> String {
     }
 }
 
-fn set<T>(slot: &mut T, value: Option<T>) {
+pub fn set<T>(slot: &mut T, value: Option<T>) {
     if let Some(value) = value {
         *slot = value;
     }
@@ -219,7 +219,7 @@ fn set<T>(slot: &mut T, value: Option<T>) {
 const EVERY: Duration = Duration::from_secs(1);
 
 /// Tells stderr how far it is.
-struct Told {
+pub struct Told {
     begin: Instant,
     trials: usize,
     iterations: usize,
@@ -229,7 +229,7 @@ struct Told {
 }
 
 impl Told {
-    fn new(settings: &Settings) -> Self {
+    pub fn new(settings: &Settings) -> Self {
         Self {
             begin: Instant::now(),
             trials: settings.trials,

@@ -23,6 +23,7 @@ mod serve;
 mod simulate;
 mod split;
 mod storage;
+mod study;
 mod telling;
 mod vault;
 mod worker;
@@ -58,6 +59,7 @@ enum Command {
     Serve(serve::Serve),
     Worker(worker::Worker),
     Identify(identify::Identify),
+    Study(study::Study),
     Simulate(simulate::Simulate),
     Migrate(migrate::Migrate),
     Backup(backup::Backup),
@@ -81,6 +83,7 @@ impl Cli {
             Command::Serve(command) => runtime()?.block_on(command.run()),
             Command::Worker(command) => runtime()?.block_on(command.run()),
             Command::Identify(command) => command.run(),
+            Command::Study(command) => command.run(),
             Command::Simulate(command) => command.run(),
             Command::Migrate(command) => runtime()?.block_on(command.run()),
             Command::Backup(command) => runtime()?.block_on(command.run()),

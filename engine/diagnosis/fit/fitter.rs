@@ -4,6 +4,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::damped::{Effort, Normal, Range, inverse, minimise};
 use super::unit::{Point, Slot, Unit};
 use crate::diagnosis::dataset::Scene;
 use crate::numerics::autoregressive::Colour;
@@ -13,15 +14,6 @@ use crate::numerics::lanes::{LANES, Lanes, widest};
 const TOWARDS: usize = 12;
 /// Slots whose derivatives one simulation gives.
 const CHUNK: usize = LANES - 1;
-
-/// How hard a fit tries.
-#[derive(Clone, Copy, Debug)]
-pub struct Effort {
-    pub iterations: usize,
-    /// Stops when a step gains less than this in log likelihood.
-    pub gain: f64,
-    pub substeps: usize,
-}
 
 /// An extended model at its best on the fitted part.
 #[derive(Clone, Debug)]
@@ -48,18 +40,11 @@ pub fn likelihood(residual: &[f64], valid: usize, colour: &Colour) -> f64 {
 }
 
 /// Parameters that are expected where the ride says nothing: the slot, its value and deviation.
-fn expected(unit: &Unit) -> impl Iterator<Item = (Slot, f64, f64)> {
+pub fn expected(unit: &Unit) -> impl Iterator<Item = (Slot, f64, f64)> {
     unit.terms.iter().enumerate().flat_map(|(i, term)| {
         let expected = term.kind.spec().expected.iter();
         expected.map(move |(q, value, deviation)| (Slot::Value(i, *q), *value, *deviation))
     })
-}
-
-/// The whitened normal equations at a point.
-struct Normal {
-    cost: f64,
-    gradient: DVector<f64>,
-    matrix: DMatrix<f64>,
 }
 
 pub struct Fitter<'a> {
@@ -89,34 +74,21 @@ impl Fitter<'_> {
         colours: &[Colour],
         effort: Effort,
     ) -> Option<Fitted> {
-        let ranges: Vec<(f64, [f64; 2])> =
-            slots.iter().map(|s| unit.range(self.scene, *s)).collect();
-        let mut point = start;
-        let mut damping = 1e-3;
-        let mut normal = self.normal(unit, slots, &ranges, &point, colours, effort.substeps)?;
-        for _ in 0..effort.iterations {
-            let dampings: [f64; LANES] =
-                std::array::from_fn(|i| damping * 10_f64.powi(i as i32 - 2));
-            let points = dampings.map(|d| stepped(&point, slots, &ranges, &normal, d));
-            let costs = self.costs(unit, &points, colours, effort.substeps);
-            let best = (0..LANES).min_by(|a, b| costs[*a].total_cmp(&costs[*b]))?;
-            let gained = normal.cost - costs[best];
-            if gained > 0.0 {
-                point = points[best].clone();
-                damping = (0.3 * dampings[best]).clamp(1e-9, 1e6);
-                normal = self.normal(unit, slots, &ranges, &point, colours, effort.substeps)?;
-                if gained < 2.0 * effort.gain {
-                    break;
-                }
-            } else {
-                damping *= 1e4;
-                if damping > 1e8 {
-                    break;
-                }
-            }
-        }
+        let ranges: Vec<Range> = slots.iter().map(|s| unit.range(self.scene, *s)).collect();
+        let at = |values: &[f64]| start.with(slots, values);
+        let (values, normal) = minimise(
+            slots.iter().map(|s| start.get(*s)).collect(),
+            &ranges,
+            effort,
+            |values| self.normal(unit, slots, &at(values), colours, effort.substeps),
+            |all| {
+                let points = std::array::from_fn(|i| at(&all[i]));
+                self.costs(unit, &points, colours, effort.substeps)
+            },
+        )?;
+        let point = at(&values);
         let residuals = self.residuals(unit, &point, effort.substeps);
-        self.finish(unit, point, residuals, normal)
+        self.finish(unit, point, residuals, inverse(&normal.matrix)?)
     }
 
     /// The best fit with every expected parameter held where it is expected, reached in small steps from `start`: along
@@ -145,12 +117,13 @@ impl Fitter<'_> {
         Some(point)
     }
 
-    fn finish(
+    /// The fit that ended at a point, with its noise and likelihood; nothing where that is no number.
+    pub fn finish(
         &self,
         unit: &Unit,
         point: Point,
         residuals: Vec<Vec<f64>>,
-        normal: Normal,
+        covariance: DMatrix<f64>,
     ) -> Option<Fitted> {
         let mut total = 0.0;
         let mut colours = Vec::new();
@@ -163,7 +136,6 @@ impl Fitter<'_> {
             total += likelihood(r, valid, &colour);
             colours.push(colour);
         }
-        let covariance = inverse(&normal.matrix)?;
         total.is_finite().then_some(Fitted {
             unit: unit.clone(),
             point,
@@ -273,11 +245,11 @@ impl Fitter<'_> {
         starts.chain(effects)
     }
 
-    fn normal(
+    /// The whitened normal equations over some slots at a point.
+    pub fn normal(
         &self,
         unit: &Unit,
         slots: &[Slot],
-        ranges: &[(f64, [f64; 2])],
         point: &Point,
         colours: &[Colour],
         substeps: usize,
@@ -302,7 +274,6 @@ impl Fitter<'_> {
             self.add(
                 unit,
                 slots,
-                ranges,
                 point,
                 colours,
                 substeps,
@@ -327,7 +298,6 @@ impl Fitter<'_> {
         &self,
         unit: &Unit,
         slots: &[Slot],
-        ranges: &[(f64, [f64; 2])],
         point: &Point,
         colours: &[Colour],
         substeps: usize,
@@ -345,7 +315,7 @@ impl Fitter<'_> {
             let mut points: [Point; LANES] = std::array::from_fn(|_| point.clone());
             let mut per_step = [0.0; LANES];
             for (lane, s) in chunk.iter().enumerate() {
-                let (size, limits) = ranges[*s];
+                let (size, limits) = unit.range(self.scene, slots[*s]);
                 let value = point.get(slots[*s]);
                 let step = 1e-4 * size.abs().max(value.abs());
                 let moved = if value + step > limits[1] {
@@ -436,75 +406,4 @@ pub fn whitened(x: &[Lanes], a: &[f64]) -> Vec<Lanes> {
                 .collect()
         },
     )
-}
-
-/// The point that a damped Gauss-Newton step leads to, kept within the limits.
-fn stepped(
-    point: &Point,
-    slots: &[Slot],
-    ranges: &[(f64, [f64; 2])],
-    normal: &Normal,
-    damping: f64,
-) -> Point {
-    let n = slots.len();
-    // A slot at its limit and pushed outwards stays where it is.
-    let stuck: Vec<bool> = (0..n)
-        .map(|i| {
-            let (value, g) = (point.get(slots[i]), normal.gradient[i]);
-            (value <= ranges[i].1[0] && g < 0.0) || (value >= ranges[i].1[1] && g > 0.0)
-        })
-        .collect();
-    let scale = DVector::from_fn(n, |i, _| {
-        let d = normal.matrix[(i, i)];
-        if d > 0.0 && !stuck[i] {
-            d.sqrt().recip()
-        } else {
-            0.0
-        }
-    });
-    let mut matrix = DMatrix::from_fn(n, n, |i, j| scale[i] * normal.matrix[(i, j)] * scale[j]);
-    for i in 0..n {
-        matrix[(i, i)] = 1.0 + damping;
-    }
-    let right = DVector::from_fn(n, |i, _| scale[i] * normal.gradient[i]);
-    let mut next = point.clone();
-    if let Some(factor) = matrix.cholesky() {
-        let step = factor.solve(&right);
-        for i in 0..n {
-            let [low, high] = ranges[i].1;
-            let value = point.get(slots[i]) + scale[i] * step[i];
-            next.set(slots[i], value.max(low).min(high));
-        }
-    }
-    next
-}
-
-/// Inverse of a Gauss-Newton matrix; a slot without any influence gets an infinite variance.
-fn inverse(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let n = matrix.nrows();
-    let scale: Vec<f64> = (0..n).map(|i| matrix[(i, i)].max(0.0).sqrt()).collect();
-    let unit = DMatrix::from_fn(n, n, |i, j| {
-        if i == j {
-            1.0 + 1e-12
-        } else if scale[i] > 0.0 && scale[j] > 0.0 {
-            matrix[(i, j)] / (scale[i] * scale[j])
-        } else {
-            0.0
-        }
-    });
-    let inverse = unit
-        .clone()
-        .cholesky()
-        .map(|c| c.inverse())
-        .or_else(|| unit.pseudo_inverse(1e-12).ok())?;
-    Some(DMatrix::from_fn(n, n, |i, j| {
-        let s = scale[i] * scale[j];
-        if s > 0.0 {
-            inverse[(i, j)] / s
-        } else if i == j {
-            f64::INFINITY
-        } else {
-            0.0
-        }
-    }))
 }

@@ -1,5 +1,6 @@
 //! Extended models: their motion, their fits, and what these say.
 
+pub mod damped;
 pub mod estimate;
 pub mod fitter;
 pub mod integrate;
@@ -11,7 +12,8 @@ pub mod refine;
 pub mod tangent;
 pub mod unit;
 
-pub use fitter::{Effort, Fitted, Fitter};
+pub use damped::Effort;
+pub use fitter::{Fitted, Fitter};
 pub use model::{COARSE, FINE, Model};
 pub use motion::{Motion, motions};
 pub use unit::{Point, Slot, Term, Unit};

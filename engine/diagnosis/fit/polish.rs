@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::fitter::{Effort, Fitter};
+use super::damped::Effort;
+use super::fitter::Fitter;
 use super::model::Model;
 use super::unit::{Term, Unit};
 

@@ -1,7 +1,8 @@
 //! The chosen model once more, with steps so short that the integrator's error is far below what the
 //! ride can tell.
 
-use super::fitter::{Effort, Fitted, Fitter};
+use super::damped::Effort;
+use super::fitter::{Fitted, Fitter};
 use super::model::{FINE, Model};
 use super::unit::Point;
 use crate::numerics::lanes::LANES;

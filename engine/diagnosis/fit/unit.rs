@@ -287,4 +287,13 @@ impl Point {
             Slot::Initial(i, q) => self.initial[i][q] = value,
         }
     }
+
+    /// The same with other values in some slots.
+    pub fn with(&self, slots: &[Slot], values: &[f64]) -> Point {
+        let mut point = self.clone();
+        for (slot, value) in slots.iter().zip(values) {
+            point.set(*slot, *value);
+        }
+        point
+    }
 }

@@ -25,22 +25,25 @@ pub fn is_noisy(track: &Track) -> bool {
     track.has_road && track.road_floor > NEGLIGIBLE * track.sensor_floor
 }
 
-/// Whether a score of the ride lies beyond what it is on rides that differ from it by nothing but
-/// fresh noise in both channels, as they would be under `model`.
+/// Whether a score of rides, each with its model, lies beyond what it is on rides that differ from them by nothing but
+/// fresh noise in both channels, as they would be under these models.
 pub fn exceeds(
     own: f64,
-    scene: &Scene,
-    model: &Model,
+    rides: &[(&Scene, &Model)],
     seed: u64,
-    score: impl Fn(&Scene) -> f64 + Sync,
+    score: impl Fn(&[Scene]) -> f64 + Sync,
 ) -> bool {
-    let quiet = quiet(scene, model, model.substeps(scene, COARSE));
+    let each = rides.iter();
+    let quiet: Vec<Scene> = each
+        .map(|(scene, model)| quiet(scene, model, model.substeps(scene, COARSE)))
+        .collect();
     let scores: Vec<f64> = (0..REPLICATES)
         .into_par_iter()
         .map(|replicate| {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             rng.set_stream(u64::MAX - replicate as u64);
-            score(&noisy(&quiet, &mut rng))
+            let again: Vec<Scene> = quiet.iter().map(|ride| noisy(ride, &mut rng)).collect();
+            score(&again)
         })
         .collect();
     let n = scores.len() as f64;

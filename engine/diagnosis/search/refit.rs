@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::criteria::{Search, added};
 use super::extend::{Reach, extend, is_far, joined, unstopped};
 use super::null::Null;
-use super::score_test::Signatures;
+use super::score_test::{Along, Signatures, signatures};
 use crate::diagnosis::effects::Kind;
 use crate::diagnosis::fit::physical::is_physical;
 use crate::diagnosis::fit::polish::polish;
@@ -15,7 +15,7 @@ use crate::diagnosis::residual::omnibus::leftover;
 use crate::report::diagnosis::Place;
 
 /// Share of a significant gain below which a linear promise is not followed up.
-const HOPE: f64 = 0.4;
+pub const HOPE: f64 = 0.4;
 /// Refits between which the budget is looked at.
 const GROUP: usize = 8;
 /// Share of the best candidate's gain from which one is fitted to the end: none is chosen with less than half of it, but first fits are
@@ -42,7 +42,12 @@ impl Search<'_> {
             .par_iter()
             .filter_map(|term| {
                 let (_, tangent) = tangents.iter().find(|(p, _)| *p == term.place)?;
-                Some(tangent.signatures(&self.fitter, *term, substeps))
+                let along = Along {
+                    fitter: &self.fitter,
+                    tangent,
+                    substeps,
+                };
+                Some(signatures(&[along], *term))
             })
             .filter(|s| !s.starts.is_empty())
             .collect()

@@ -13,14 +13,14 @@ use crate::diagnosis::residual::coherence;
 use crate::numerics::autoregressive::Colour;
 
 /// Share of its gain (for each sample) that an effect must repeat on the held-out part.
-const HELD: f64 = 0.3;
+pub const HELD: f64 = 0.3;
 /// Share of the held-out squares that tells of a slow effect, which noise of a slow colour explains as well.
 const SLOWLY: f64 = 0.8;
 /// Times the gain that chance could bring that an effect must make which the held-out part cannot
 /// confirm, since it belongs to a moment of the fitted part.
 const UNCONFIRMED: f64 = 2.0;
 /// Effects that may act at once.
-const MOST_TERMS: usize = 3;
+pub const MOST_TERMS: usize = 3;
 
 /// What one round of the forward selection saw.
 #[derive(Clone, Debug)]
@@ -200,7 +200,7 @@ impl Search<'_> {
         let term = added(model, larger);
         !self.has_noisy_road(term)
             || self.shows(model, larger)
-                && (term.kind.spec().slow || stands_out(&self.fitter, model, term, self.seed))
+                && (term.kind.spec().slow || stands_out(&[(&self.fitter, model)], term, self.seed))
     }
 
     /// Standard deviations that a score must reach to be significant among all offers.

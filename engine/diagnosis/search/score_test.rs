@@ -85,42 +85,6 @@ impl Tangent {
         lengths
     }
 
-    /// Signatures of adding `term` at each of its starts; those without any effect are left out.
-    pub fn signatures(&self, fitter: &Fitter, term: Term, substeps: usize) -> Signatures {
-        let scene = fitter.scene;
-        let (unit, at, base) = self.with(term);
-        let spec = term.kind.spec();
-        let starts = (spec.starts)(unit.scale(scene, at));
-        let promise = |starts: &[Values]| -> Vec<Promise> {
-            let mut columns: Vec<Vec<f64>> = Vec::new();
-            for chunk in starts.chunks(LANES - 1) {
-                let mut points: [Point; LANES] = std::array::from_fn(|_| base.clone());
-                for (lane, start) in chunk.iter().enumerate() {
-                    points[lane + 1].values[at] = *start;
-                }
-                columns.extend(self.departures(fitter, &unit, &points, substeps, chunk.len()));
-            }
-            let group = if spec.amplitudes.len() == 2 { 2 } else { 1 };
-            starts
-                .chunks(group)
-                .zip(columns.chunks(group))
-                .filter_map(|(starts, columns)| self.promise(&unit, at, starts, columns, scene))
-                .collect()
-        };
-        let mut promises = promise(&starts);
-        for zoom in 1..=3 {
-            let best = promises.iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
-            let nearer = best.map_or(Vec::new(), |p| {
-                (spec.nearer)(&p.values, unit.scale(scene, at), zoom)
-            });
-            promises.extend(promise(&nearer));
-        }
-        Signatures {
-            term,
-            starts: promises,
-        }
-    }
-
     /// Whitened departures of each lane from this model's own motion.
     fn departures(
         &self,
@@ -145,59 +109,162 @@ impl Tangent {
         }
         columns
     }
+}
 
-    fn promise(
-        &self,
-        unit: &Unit,
-        at: usize,
-        starts: &[Values],
-        columns: &[Vec<f64>],
-        scene: &Scene,
-    ) -> Option<Promise> {
-        if columns.iter().any(|c| c.iter().any(|x| !x.is_finite())) {
-            return None;
-        }
-        let n = columns.len();
-        let projected: Vec<Vec<f64>> = columns.iter().map(|c| without(c, &self.basis)).collect();
-        for (raw, left) in columns.iter().zip(&projected) {
-            // Nothing left after projection: the model's own parameters do the same.
-            if !(dot(left, left) > 1e-7 * dot(raw, raw) && dot(left, left) > 1e-8) {
-                return None;
-            }
-        }
-        let h = DMatrix::from_fn(n, n, |i, j| dot(&projected[i], &projected[j]));
-        let g = DVector::from_fn(n, |i, _| dot(&projected[i], &self.residual));
-        let amounts = h.clone().cholesky()?.solve(&g);
-        let gain = 0.5 * amounts.dot(&g);
-        let spec = unit.terms[at].kind.spec();
-        let mut values = starts[0];
-        for (slot, amount) in spec.amplitudes.iter().zip(amounts.iter()) {
-            let parameter = &spec.parameters[*slot];
-            let [low, high] = (parameter.limits)(unit.scale(scene, at));
-            let start = starts[if n == 2 { *slot } else { 0 }][*slot];
-            values[*slot] = (start * amount).max(low).min(high);
-        }
-        Some(Promise {
-            values,
-            unit: starts[0],
-            size: h[(0, 0)].sqrt(),
-            gain,
-            basis: orthonormal(projected, &[]),
-        })
+/// A fitted model of a ride, along which effects are looked for.
+pub struct Along<'a> {
+    pub fitter: &'a Fitter<'a>,
+    pub tangent: &'a Tangent,
+    pub substeps: usize,
+}
+
+/// Signatures of adding `term` to all rides alike at each of its starts, as the first ride's sizes give them; those without any
+/// effect are left out.
+pub fn signatures(rides: &[Along], term: Term) -> Signatures {
+    let scene = rides[0].fitter.scene;
+    let (unit, at, _) = rides[0].tangent.with(term);
+    let spec = term.kind.spec();
+    let group = if spec.amplitudes.len() == 2 { 2 } else { 1 };
+    let promises = |starts: &[Values]| -> Vec<Promise> {
+        let columns: Vec<_> = rides.iter().map(|r| r.columns(term, starts)).collect();
+        let promise = |(i, starts): (usize, &[Values])| {
+            let columns = columns
+                .iter()
+                .map(|c| &c[i * group..i * group + starts.len()]);
+            promise(rides, (&unit, at), starts, columns.collect())
+        };
+        starts
+            .chunks(group)
+            .enumerate()
+            .filter_map(promise)
+            .collect()
+    };
+    let mut found = promises(&(spec.starts)(unit.scale(scene, at)));
+    for zoom in 1..=3 {
+        let best = found.iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
+        let nearer = best.map_or(Vec::new(), |p| {
+            (spec.nearer)(&p.values, unit.scale(scene, at), zoom)
+        });
+        found.extend(promises(&nearer));
+    }
+    Signatures {
+        term,
+        starts: found,
     }
 }
 
-/// Whether `term` gains more on the ride, to first order, than on its replicates under `model`.
-pub fn stands_out(fitter: &Fitter, model: &Model, term: Term, seed: u64) -> bool {
-    let substeps = model.substeps(fitter.scene, COARSE);
-    let score = |scene: &Scene| {
-        let fitter = Fitter {
-            scene,
-            samples: fitter.samples,
-        };
-        let tangent = tangent_for(&fitter, model, term, substeps);
-        (2.0 * tangent.signatures(&fitter, term, substeps).promise()).sqrt()
+impl Along<'_> {
+    /// What `term` adds to the ride at each of its starts, whitened.
+    fn columns(&self, term: Term, starts: &[Values]) -> Vec<Vec<f64>> {
+        let (unit, at, base) = self.tangent.with(term);
+        let mut columns = Vec::new();
+        for chunk in starts.chunks(LANES - 1) {
+            let mut points: [Point; LANES] = std::array::from_fn(|_| base.clone());
+            for (lane, start) in chunk.iter().enumerate() {
+                points[lane + 1].values[at] = *start;
+            }
+            columns.extend(self.tangent.departures(
+                self.fitter,
+                &unit,
+                &points,
+                self.substeps,
+                chunk.len(),
+            ));
+        }
+        columns
+    }
+}
+
+/// What starts with one direction each promise together; `columns` by ride.
+fn promise(
+    rides: &[Along],
+    (unit, at): (&Unit, usize),
+    starts: &[Values],
+    columns: Vec<&[Vec<f64>]>,
+) -> Option<Promise> {
+    let n = starts.len();
+    if !columns
+        .iter()
+        .all(|c| c.iter().flatten().all(|x| x.is_finite()))
+    {
+        return None;
+    }
+    let left = |i: usize| {
+        let each = rides.iter().zip(&columns);
+        let each = each.map(|(ride, c)| without(&c[i], &ride.tangent.basis));
+        joined(unit.tracks.len(), each.collect())
     };
-    let own = score(fitter.scene);
-    exceeds(own, fitter.scene, model, seed, score)
+    let projected: Vec<Vec<f64>> = (0..n).map(left).collect();
+    for (i, left) in projected.iter().enumerate() {
+        let raw: f64 = columns.iter().map(|c| dot(&c[i], &c[i])).sum();
+        // Nothing left after projection: the model's own parameters do the same.
+        if !(dot(left, left) > 1e-7 * raw && dot(left, left) > 1e-8) {
+            return None;
+        }
+    }
+    let residuals = rides.iter().map(|r| r.tangent.residual.clone());
+    let residual = joined(unit.tracks.len(), residuals.collect());
+    let h = DMatrix::from_fn(n, n, |i, j| dot(&projected[i], &projected[j]));
+    let g = DVector::from_fn(n, |i, _| dot(&projected[i], &residual));
+    let amounts = h.clone().cholesky()?.solve(&g);
+    let gain = 0.5 * amounts.dot(&g);
+    let spec = unit.terms[at].kind.spec();
+    let mut values = starts[0];
+    for (slot, amount) in spec.amplitudes.iter().zip(amounts.iter()) {
+        let parameter = &spec.parameters[*slot];
+        let [low, high] = (parameter.limits)(unit.scale(rides[0].fitter.scene, at));
+        let start = starts[if n == 2 { *slot } else { 0 }][*slot];
+        values[*slot] = (start * amount).max(low).min(high);
+    }
+    Some(Promise {
+        values,
+        unit: starts[0],
+        size: h[(0, 0)].sqrt(),
+        gain,
+        basis: orthonormal(projected, &[]),
+    })
+}
+
+/// Columns of several rides as one: the first axle of all of them, then the second.
+fn joined(axles: usize, mut rides: Vec<Vec<f64>>) -> Vec<f64> {
+    if rides.len() == 1 {
+        return rides.remove(0);
+    }
+    let part = |a: usize| {
+        let of_axle =
+            move |x: &Vec<f64>| x[a * x.len() / axles..(a + 1) * x.len() / axles].to_vec();
+        rides.iter().flat_map(of_axle)
+    };
+    (0..axles).flat_map(part).collect()
+}
+
+/// Whether `term` gains more on rides, to first order, than on their replicates under their models.
+pub fn stands_out(rides: &[(&Fitter, &Model)], term: Term, seed: u64) -> bool {
+    let scenes: Vec<(&Scene, &Model)> = rides.iter().map(|(f, m)| (f.scene, *m)).collect();
+    let score = |again: &[&Scene]| {
+        let each = rides.iter().zip(again);
+        let fitters: Vec<Fitter> = each
+            .map(|((fitter, _), scene)| Fitter {
+                scene,
+                samples: fitter.samples,
+            })
+            .collect();
+        let tangents: Vec<(Tangent, usize)> = (fitters.iter().zip(rides))
+            .map(|(fitter, (own, model))| {
+                let substeps = model.substeps(own.scene, COARSE);
+                (tangent_for(fitter, model, term, substeps), substeps)
+            })
+            .collect();
+        let along = (fitters.iter().zip(&tangents)).map(|(fitter, (tangent, substeps))| Along {
+            fitter,
+            tangent,
+            substeps: *substeps,
+        });
+        let along: Vec<Along> = along.collect();
+        (2.0 * signatures(&along, term).promise()).sqrt()
+    };
+    let recorded: Vec<&Scene> = scenes.iter().map(|(scene, _)| *scene).collect();
+    exceeds(score(&recorded), &scenes, seed, |again| {
+        score(&again.iter().collect::<Vec<_>>())
+    })
 }

@@ -7,7 +7,7 @@ use crate::diagnosis::fit::refine::finer;
 use crate::diagnosis::search::{Named, Round, Search};
 
 /// A model explains a ride as well as another if it is behind by no more than this in log likelihood.
-const TIE: f64 = 4.0;
+pub const TIE: f64 = 4.0;
 /// A model stands in for one outside its physical ranges if it is behind by no more than this in log
 /// likelihood.
 const NEARLY: f64 = 70.0;

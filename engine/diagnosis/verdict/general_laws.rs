@@ -9,6 +9,7 @@ use crate::diagnosis::fit::{Effort, FINE, Model, Term};
 use crate::diagnosis::search::Search;
 use crate::diagnosis::search::criteria::ADEQUATE;
 use crate::diagnosis::search::extend::{Reach, extend};
+use crate::diagnosis::search::score_test::{Along, signatures};
 
 const SPRINGS: [Kind; 5] = [
     Kind::CubicStiffness,
@@ -153,7 +154,13 @@ fn curves(search: &Search, model: &Model, named: &[Term]) -> Vec<Model> {
             kind: *kind,
             place: named[0].place,
         };
-        let offer = tangent_for(fitter, &less, term, substeps).signatures(fitter, term, substeps);
+        let tangent = tangent_for(fitter, &less, term, substeps);
+        let along = Along {
+            fitter,
+            tangent: &tangent,
+            substeps,
+        };
+        let offer = signatures(&[along], term);
         if offer.starts.is_empty() {
             return None;
         }

@@ -91,8 +91,8 @@ pub fn judge(
     };
     let stands_out = |own: f64, score: &(dyn Fn(&[f64]) -> f64 + Sync)| {
         !is_noisy(track)
-            || exceeds(own, scene, model, settings.seed, |s| {
-                score(&on_replicate(s))
+            || exceeds(own, &[(scene, model)], settings.seed, |again| {
+                score(&on_replicate(&again[0]))
             })
     };
     let structured = found.is_structured(settings.alpha);

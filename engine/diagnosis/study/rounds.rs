@@ -1,0 +1,336 @@
+//! The search over several rides: the same candidates and gates as for one, each asked of all rides together.
+
+use rayon::prelude::*;
+
+use super::joint::{Common, Together};
+use crate::EngineError;
+use crate::diagnosis::fit::physical::is_physical;
+use crate::diagnosis::fit::tangent::{Tangent, tangent_for};
+use crate::diagnosis::fit::{COARSE, Effort, FINE, Fitted, Fitter, Model, Point, Term, Unit};
+use crate::diagnosis::search::Search;
+use crate::diagnosis::search::extend::{is_far, joined};
+use crate::diagnosis::search::null::Null;
+use crate::diagnosis::search::refit::{HOPE, LEADERS};
+use crate::diagnosis::search::rounds::{HELD, MOST_TERMS};
+use crate::diagnosis::search::score_test::{Along, Signatures, signatures, stands_out};
+use crate::diagnosis::verdict::choose::TIE;
+use crate::numerics::autoregressive::Colour;
+use crate::report::diagnosis::SwitchedOff;
+
+/// A model of every ride with the same effects.
+#[derive(Clone, Debug)]
+pub struct Joint {
+    pub models: Vec<Model>,
+    /// How often chance gains as much as each effect did when it was found (family-wise).
+    pub p_values: Vec<(Term, f64)>,
+}
+
+impl Joint {
+    pub fn likelihood(&self) -> f64 {
+        self.models.iter().map(|m| m.likelihood).sum()
+    }
+
+    pub fn terms(&self) -> &[Term] {
+        &self.models[0].terms
+    }
+}
+
+/// What the rides share, and what explains them as well.
+pub struct Found {
+    pub joint: Joint,
+    /// Best first.
+    pub tied: Vec<Joint>,
+}
+
+/// The search over all rides.
+pub struct Rides<'a> {
+    pub searches: Vec<Search<'a>>,
+    pub alpha: f64,
+    pub seed: u64,
+}
+
+/// Share of the best promise from which an effect is fitted.
+const WORTH: f64 = 0.1;
+
+/// Why a study does not look for an effect.
+const OWN_AFFAIR: &str =
+    "belongs to a single ride: its time, its phase or its sensors; identify each ride for that";
+
+impl Rides<'_> {
+    /// Effects that rides can have in common, and those that they cannot.
+    pub fn candidates(&self) -> (Vec<Term>, Vec<SwitchedOff>) {
+        let scene = self.searches[0].fitter.scene;
+        let all = &self.searches[0].candidates;
+        let everywhere = |t: &Term| self.searches.iter().all(|s| s.candidates.contains(t));
+        let own = |t: &Term| {
+            let spec = t.kind.spec();
+            spec.local || spec.slow || spec.amplitudes.len() == 2
+        };
+        let mut off: Vec<SwitchedOff> = Vec::new();
+        for term in all.iter().filter(|t| own(t)) {
+            let id = term.id(scene).to_owned();
+            if off.iter().all(|known| known.id != id) {
+                let why = OWN_AFFAIR.to_owned();
+                off.push(SwitchedOff { id, why });
+            }
+        }
+        let common = all.iter().filter(|t| !own(t) && everywhere(t));
+        (common.copied().collect(), off)
+    }
+
+    /// All rounds from the plain models on.
+    pub fn run(&self) -> Result<Found, EngineError> {
+        let (candidates, _) = self.candidates();
+        let mut found = Found {
+            joint: Joint {
+                models: self.searches.iter().map(|s| s.plain.clone()).collect(),
+                p_values: Vec::new(),
+            },
+            tied: Vec::new(),
+        };
+        while found.joint.terms().len() < MOST_TERMS {
+            self.searches[0].check()?;
+            let round = found.joint.terms().len();
+            let Some((best, tied)) = self.round(&found.joint, &candidates, round)? else {
+                break;
+            };
+            found = Found { joint: best, tied };
+        }
+        Ok(found)
+    }
+
+    /// The best effect to add, and those that explain the rides as well in its place.
+    fn round(
+        &self,
+        joint: &Joint,
+        candidates: &[Term],
+        round: usize,
+    ) -> Result<Option<(Joint, Vec<Joint>)>, EngineError> {
+        let mut offers = self.offers(joint, candidates);
+        let null = Null::new(&offers, self.seed, round);
+        offers.sort_by(|a, b| b.promise().total_cmp(&a.promise()));
+        let most = offers.first().map_or(0.0, Signatures::promise);
+        if most <= HOPE * null.bound(self.alpha) {
+            return Ok(None);
+        }
+        offers.truncate(2 * LEADERS);
+        offers.retain(|o| o.promise() > WORTH * most);
+        let tried: Vec<Option<Joint>> = (offers.par_iter())
+            .map(|offer| self.extended(joint, offer, &null))
+            .collect();
+        self.searches[0].check()?;
+        let mut found: Vec<Joint> = (tried.into_iter().flatten())
+            .filter(|larger| self.accepts(joint, larger))
+            .collect();
+        let merit = |j: &Joint| self.merit(j);
+        found.sort_by(|a, b| merit(b).total_cmp(&merit(a)));
+        let noisy = |j: &Joint| self.is_road_noise(joint, j);
+        let Some(at) = found.iter().position(|j| !noisy(j)) else {
+            return Ok(None);
+        };
+        let best = found.swap_remove(at);
+        // As well by what was fitted or by all: the held-out parts alone are few.
+        let behind = |j: &Joint| {
+            let fitted = merit(&best) - merit(j);
+            fitted.min(fitted + self.held(&best) - self.held(j))
+        };
+        found.retain(|j| behind(j) < TIE);
+        found.sort_by(|a, b| merit(b).total_cmp(&merit(a)));
+        Ok(Some((best, found)))
+    }
+
+    /// Signatures of every candidate over all rides.
+    fn offers(&self, joint: &Joint, candidates: &[Term]) -> Vec<Signatures> {
+        let open = candidates.iter().filter(|t| !joint.terms().contains(t));
+        let mut places: Vec<Term> = Vec::new();
+        for term in open.clone() {
+            if places.iter().all(|t| t.place != term.place) {
+                places.push(*term);
+            }
+        }
+        let tangents: Vec<Vec<(Tangent, usize)>> = (places.iter())
+            .map(|term| {
+                let each = self.searches.iter().zip(&joint.models);
+                each.map(|(search, model)| {
+                    let substeps = model.substeps(search.fitter.scene, COARSE);
+                    let tangent = tangent_for(&search.fitter, model, *term, substeps);
+                    (tangent, substeps)
+                })
+                .collect()
+            })
+            .collect();
+        let along = |term: &Term| -> Option<Signatures> {
+            let at = places.iter().position(|t| t.place == term.place)?;
+            let each = self.searches.iter().zip(&tangents[at]);
+            let each = each.map(|(search, (tangent, substeps))| Along {
+                fitter: &search.fitter,
+                tangent,
+                substeps: *substeps,
+            });
+            Some(signatures(&each.collect::<Vec<_>>(), *term))
+        };
+        let offers = open.filter_map(along);
+        offers.filter(|s| !s.starts.is_empty()).collect()
+    }
+
+    /// The joint fit with an effect more, from the starts that promise most; nothing where chance gains as much.
+    fn extended(&self, joint: &Joint, offer: &Signatures, null: &Null) -> Option<Joint> {
+        let scene = self.searches[0].fitter.scene;
+        let unit = joined(scene, &joint.models[0], offer.term)?;
+        let at = unit.terms.iter().position(|t| *t == offer.term)?;
+        let each = self.searches.iter().zip(&joint.models);
+        let carried = each.map(|(search, model)| {
+            let (point, colours) = model.carried(&unit);
+            // A noise that has taken most of the effect for its own hides it.
+            match is_far(search.fitter.scene, model, &unit) {
+                true => (point, colours.iter().map(white).collect()),
+                false => (point, colours),
+            }
+        });
+        let (points, colours): (Vec<Point>, Vec<Vec<Colour>>) = carried.unzip();
+        let mut order: Vec<_> = offer.starts.iter().collect();
+        order.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        let near = match offer.term.kind.spec().amplitudes.is_empty() {
+            true => 3,
+            false => 1,
+        };
+        let together = self.together(unit, Common::Effects);
+        let effort = self.effort(joint, &offer.term);
+        let fits = order.iter().take(near).filter_map(|promise| {
+            let mut starts = points.clone();
+            for start in &mut starts {
+                start.values[at] = promise.values;
+            }
+            together.fit(&starts, &colours, effort)
+        });
+        let before: f64 = (joint.models.iter().flat_map(|m| &m.fits))
+            .filter(|f| {
+                f.unit
+                    .tracks
+                    .iter()
+                    .any(|t| together.unit.tracks.contains(t))
+            })
+            .map(|f| f.likelihood)
+            .sum();
+        let best = fits.max_by(|a, b| sum(a).total_cmp(&sum(b)))?;
+        // A first fit may end under a noise that is not its own yet.
+        if sum(&best) - before < HOPE * null.bound(self.alpha) {
+            return None;
+        }
+        let mut larger = joint.with(settled(&together, best, effort)?);
+        let p_value = null.p_value(larger.likelihood() - joint.likelihood());
+        larger.p_values.push((offer.term, p_value));
+        (p_value <= self.alpha).then_some(larger)
+    }
+
+    /// The fit of an axle, or of both, over all rides.
+    pub fn together(&self, unit: Unit, common: Common) -> Together<'_> {
+        Together {
+            rides: self.searches.iter().map(|s| &s.fitter).collect(),
+            unit,
+            common,
+        }
+    }
+
+    /// How hard a fit with one effect more tries; the integrator as fine as any ride needs.
+    fn effort(&self, joint: &Joint, term: &Term) -> Effort {
+        let corners = term.kind.spec().corners;
+        let angle = if corners { 0.4 * FINE } else { FINE };
+        let each = self.searches.iter().zip(&joint.models);
+        let substeps = each.map(|(s, m)| m.substeps(s.fitter.scene, angle)).max();
+        Effort {
+            iterations: 12,
+            gain: 0.02,
+            substeps: substeps.unwrap_or(1),
+        }
+    }
+
+    /// Whether what `larger` has beyond `joint` repeats its gain on what was not fitted, can be a bicycle's and, beside others,
+    /// is large enough to be told on some ride.
+    fn accepts(&self, joint: &Joint, larger: &Joint) -> bool {
+        let gain = larger.likelihood() - joint.likelihood();
+        let samples =
+            |of: fn(&Search) -> usize| -> f64 { self.searches.iter().map(|s| of(s) as f64).sum() };
+        let share = samples(|s| s.held.len()) / samples(|s| s.fitter.samples);
+        let repeats = self.held(larger) - self.held(joint) > 2.0 + HELD * gain * share;
+        let first = &self.searches[0];
+        let physical = is_physical(first.fitter.scene, &first.plain, &larger.models[0]);
+        let mut each = self.searches.iter().zip(&joint.models).zip(&larger.models);
+        let mut counts = || each.any(|((s, before), after)| s.counts(before, after));
+        repeats && physical && (joint.terms().is_empty() || counts())
+    }
+
+    /// Whether noise of the road channels alone could bring the gain.
+    fn is_road_noise(&self, joint: &Joint, larger: &Joint) -> bool {
+        let new = larger.terms().iter().find(|t| !joint.terms().contains(t));
+        let Some(term) = new.copied() else {
+            return false;
+        };
+        if !self.searches.iter().any(|s| s.has_noisy_road(term)) {
+            return false;
+        }
+        let rides: Vec<(&Fitter, &Model)> = (self.searches.iter().zip(&joint.models))
+            .map(|(s, m)| (&s.fitter, m))
+            .collect();
+        !stands_out(&rides, term, self.seed)
+    }
+
+    /// Log score of all held-out parts.
+    pub fn held(&self, joint: &Joint) -> f64 {
+        let each = self.searches.iter().zip(&joint.models);
+        each.map(|(search, model)| search.held_score(model)).sum()
+    }
+
+    /// Log likelihood less what the number of common parameters costs (Schwarz's criterion).
+    fn merit(&self, joint: &Joint) -> f64 {
+        let count = |t: &Term| t.kind.spec().parameters.len() as f64;
+        let parameters: f64 = joint.terms().iter().map(count).sum();
+        let samples: usize = self.searches.iter().map(|s| s.fitter.samples).sum();
+        joint.likelihood() - 0.5 * parameters * (samples as f64).ln()
+    }
+}
+
+impl Joint {
+    /// The same with other fits of some axles.
+    pub fn with(&self, fits: Vec<Fitted>) -> Joint {
+        let of = |(model, fit): (&Model, Fitted)| {
+            let others = model.fits.iter();
+            let others =
+                others.filter(|f| f.unit.tracks.iter().all(|t| !fit.unit.tracks.contains(t)));
+            let mut terms: Vec<Term> = others.clone().flat_map(|f| f.unit.terms.clone()).collect();
+            terms.extend(&fit.unit.terms);
+            let mut all: Vec<Fitted> = others.cloned().collect();
+            all.push(fit);
+            Model::new(terms, all)
+        };
+        Joint {
+            models: self.models.iter().zip(fits).map(of).collect(),
+            p_values: self.p_values.clone(),
+        }
+    }
+}
+
+/// Fits again from where they are, in turns with their own noise, until neither moves.
+pub fn settled(together: &Together, mut fits: Vec<Fitted>, effort: Effort) -> Option<Vec<Fitted>> {
+    for _ in 0..5 {
+        let points: Vec<_> = fits.iter().map(|f| f.point.clone()).collect();
+        let colours: Vec<_> = fits.iter().map(|f| f.colours.clone()).collect();
+        let next = together.fit(&points, &colours, effort)?;
+        let gained = sum(&next) - sum(&fits);
+        if gained > 0.0 {
+            fits = next;
+        }
+        if gained < 0.1 {
+            break;
+        }
+    }
+    Some(fits)
+}
+
+fn white(colour: &Colour) -> Colour {
+    Colour::white(colour.total_variance())
+}
+
+pub fn sum(fits: &[Fitted]) -> f64 {
+    fits.iter().map(|f| f.likelihood).sum()
+}

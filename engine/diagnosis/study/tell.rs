@@ -1,0 +1,291 @@
+//! What was found over several rides as a report.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::Ready;
+use super::joint::Common;
+use super::rounds::{Found, Joint, Rides, settled, sum};
+use crate::EngineError;
+use crate::bicycle::PerAxle;
+use crate::diagnosis::explain::show;
+use crate::diagnosis::fit::polish::reduce;
+use crate::diagnosis::fit::{Effort, FINE, Fitted, Model, Slot, Term};
+use crate::diagnosis::search::Search;
+use crate::diagnosis::search::null::FINEST;
+use crate::finite::finite;
+use crate::numerics::statistics::chi_square_tail;
+use crate::report::diagnosis::{EffectName, EffectReport, ParameterReport, Verdict};
+use crate::report::study::{LeftAside, StudyAxle, StudyEffect, StudyReport, StudyRide};
+use crate::settings::Settings;
+
+/// The report of a study.
+pub fn tell(
+    study: &Rides,
+    rides: &[Ready],
+    found: Found,
+    left_aside: Vec<LeftAside>,
+    settings: &Settings,
+) -> Result<StudyReport, EngineError> {
+    let own = found.joint;
+    let (whole, differs) = as_one(study, &own);
+    let scene = study.searches[0].fitter.scene;
+    let mut axles = PerAxle::default();
+    for (t, track) in scene.tracks.iter().enumerate() {
+        let common = differs[t].is_none_or(|p| p >= settings.alpha);
+        let rms = |joint: Option<&Joint>| held_rms(study, joint, t);
+        axles.set(
+            track.axle,
+            StudyAxle {
+                estimate: common.then(|| show::told_estimate(scene, &whole.models[0], t).told()),
+                differs_p_value: differs[t].and_then(finite),
+                plain_held_out_m: rms(None),
+                held_out_m: rms(Some(&whole)),
+            },
+        );
+    }
+    let effects: Vec<StudyEffect> = (own.terms().iter())
+        .filter_map(|term| effect(study, rides, &own, &whole, *term, !found.tied.is_empty()))
+        .collect();
+    let told =
+        |(r, ride): (usize, &Ready)| told_ride(&study.searches[r], ride, &own.models[r], &effects);
+    let told: Vec<StudyRide> = rides.iter().enumerate().map(told).collect();
+    let verdict = verdict(&effects, &told, !found.tied.is_empty());
+    let report = StudyReport {
+        veloid: env!("CARGO_PKG_VERSION").to_owned(),
+        settings: settings.clone(),
+        verdict,
+        sentence: String::new(),
+        effects,
+        alternatives: (found.tied.iter())
+            .map(|joint| joint.terms().iter().map(|t| show::name(scene, t)).collect())
+            .collect::<Vec<Vec<EffectName>>>(),
+        axles,
+        rides: told,
+        left_aside,
+        single_rides: study.candidates().1,
+    };
+    Ok(StudyReport {
+        sentence: sentence(&report),
+        ..report
+    })
+}
+
+fn effort(study: &Rides, joint: &Joint) -> Effort {
+    let each = study.searches.iter().zip(&joint.models);
+    let substeps = each.map(|(s, m)| m.substeps(s.fitter.scene, FINE)).max();
+    Effort {
+        iterations: 20,
+        gain: 0.01,
+        substeps: substeps.unwrap_or(1),
+    }
+}
+
+/// The rides with k and B in common on the axles where they bear that, and by track how often chance makes them differ so.
+fn as_one(study: &Rides, own: &Joint) -> (Joint, Vec<Option<f64>>) {
+    let effort = effort(study, own);
+    let mut differs = vec![None; study.searches[0].fitter.scene.tracks.len()];
+    let mut whole = own.clone();
+    for fit in &own.models[0].fits {
+        let fits: Vec<&Fitted> = (own.models.iter())
+            .filter_map(|m| m.fits.iter().find(|f| f.unit == fit.unit))
+            .collect();
+        let starts: Vec<_> = fits.iter().map(|f| f.point.clone()).collect();
+        let colours: Vec<_> = fits.iter().map(|f| f.colours.clone()).collect();
+        let fitted = |common: Common| {
+            let together = study.together(fit.unit.clone(), common);
+            let fits = together.fit(&starts, &colours, effort)?;
+            settled(&together, fits, effort)
+        };
+        let (Some(apart), Some(one)) = (fitted(Common::Effects), fitted(Common::EffectsAndAxles))
+        else {
+            continue;
+        };
+        let base = |s: &Slot| matches!(s, Slot::Base(_, 0..=2));
+        let slots = fit.unit.slots(study.searches[0].fitter.scene);
+        let freedom = slots.iter().filter(|s| base(s)).count() * (study.searches.len() - 1);
+        let p = chi_square_tail(2.0 * (sum(&apart) - sum(&one)).max(0.0), freedom as f64);
+        for t in &fit.unit.tracks {
+            differs[*t] = Some(p);
+        }
+        if p >= study.alpha {
+            whole = whole.with(one);
+        }
+    }
+    (whole, differs)
+}
+
+/// RMS of what is left of all held-out parts on one track, of the plain models where none is given.
+fn held_rms(study: &Rides, joint: Option<&Joint>, t: usize) -> f64 {
+    let mut squares = 0.0;
+    let mut samples = 0;
+    for (r, search) in study.searches.iter().enumerate() {
+        let model = joint.map_or(&search.plain, |joint| &joint.models[r]);
+        squares += search.held_squares(model)[t];
+        let valid = &search.fitter.scene.tracks[t].valid[search.held.clone()];
+        samples += valid.iter().filter(|v| **v).count();
+    }
+    (squares / samples.max(1) as f64).sqrt()
+}
+
+/// One effect over all rides.
+fn effect(
+    study: &Rides,
+    rides: &[Ready],
+    own: &Joint,
+    whole: &Joint,
+    term: Term,
+    is_tied: bool,
+) -> Option<StudyEffect> {
+    let effort = effort(study, own);
+    let found = own.p_values.iter().find(|(t, _)| *t == term);
+    let p_value = found.and_then(|(_, p)| finite(p.max(FINEST)));
+    let fits: Vec<&Fitted> = (own.models.iter())
+        .filter_map(|m| m.fits.iter().find(|f| f.unit.terms.contains(&term)))
+        .collect();
+    let alone = |(search, fit): (&Search, &&Fitted)| {
+        let found = search
+            .fitter
+            .fit(&fit.unit, fit.point.clone(), &fit.colours, effort)?;
+        Some(if found.likelihood > fit.likelihood {
+            found
+        } else {
+            (*fit).clone()
+        })
+    };
+    let alone: Option<Vec<Fitted>> = study.searches.par_iter().zip(&fits).map(alone).collect();
+    let alone = alone?;
+    let common: f64 = fits.iter().map(|f| f.likelihood).sum();
+    let parameters: usize = (fits[0].unit.terms.iter())
+        .map(|t| t.kind.spec().parameters.len())
+        .sum();
+    let freedom = parameters * (rides.len() - 1);
+    let differs = chi_square_tail(2.0 * (sum(&alone) - common).max(0.0), freedom as f64);
+    let by_ride = own.with(alone);
+    let gains: Vec<f64> = gains(study, own, term)?;
+    let total: f64 = gains.iter().sum();
+    let at = (0..gains.len()).max_by(|a, b| gains[*a].total_cmp(&gains[*b]))?;
+    // Whether the rides beside the one that shows most still speak for it, by what its parameters cost them.
+    let samples: usize = study.searches.iter().map(|s| s.fitter.samples).sum();
+    let cost = 0.5 * term.kind.spec().parameters.len() as f64 * (samples as f64).ln();
+    let alone = differs < study.alpha && total - gains[at] < cost;
+    let scene = study.searches[0].fitter.scene;
+    let mut told = show::effect(scene, &whole.models[0], &term, Some(total), p_value)?;
+    told.affirmed = !is_tied && !alone;
+    let parameters = |(search, model): (&Search, &Model)| -> BTreeMap<String, ParameterReport> {
+        show::effect(search.fitter.scene, model, &term, None, None)
+            .map_or_else(BTreeMap::new, |e| e.parameters)
+    };
+    Some(StudyEffect {
+        effect: told,
+        by_ride: (study.searches.iter().zip(&by_ride.models))
+            .map(parameters)
+            .collect(),
+        gain_by_ride: gains,
+        differs_p_value: finite(differs),
+        only_in: alone.then(|| rides[at].name.clone()),
+    })
+}
+
+/// What each ride's likelihood loses without the effect.
+fn gains(study: &Rides, own: &Joint, term: Term) -> Option<Vec<f64>> {
+    let terms: Vec<Term> = own.terms().iter().copied().filter(|t| *t != term).collect();
+    let gain = |(search, model): (&Search, &Model)| {
+        let less = reduce(&search.fitter, model, &terms, search.thorough(model))?;
+        finite(model.likelihood - less.likelihood)
+    };
+    study
+        .searches
+        .par_iter()
+        .zip(&own.models)
+        .map(gain)
+        .collect()
+}
+
+fn told_ride(search: &Search, ride: &Ready, model: &Model, common: &[StudyEffect]) -> StudyRide {
+    let scene = search.fitter.scene;
+    let mut axles = PerAxle::default();
+    for (t, track) in scene.tracks.iter().enumerate() {
+        axles.set(track.axle, show::told_estimate(scene, model, t).told());
+    }
+    let alone = &ride.alone;
+    let is_common = |e: &EffectReport| {
+        let mut known = common
+            .iter()
+            .filter(|c| c.effect.affirmed)
+            .map(|c| &c.effect);
+        known.any(|c| (&c.id, c.axle) == (&e.id, e.axle))
+    };
+    let shows_more = match alone.verdict {
+        Verdict::NothingMissing | Verdict::CannotTell => false,
+        Verdict::Named => !alone.effects.iter().all(is_common),
+        // Which of several it is, the common model may have settled.
+        Verdict::Ambiguous => !common.iter().any(|c| c.effect.affirmed),
+        Verdict::NamedInPart | Verdict::Unnamed => true,
+    };
+    StudyRide {
+        name: ride.name.clone(),
+        axles,
+        alone: alone.verdict,
+        alone_sentence: alone.sentence.clone(),
+        shows_more,
+        warnings: ride.prepared.warnings.clone(),
+    }
+}
+
+/// Something is left without a name where more than half of the rides show more than is explained.
+fn verdict(effects: &[StudyEffect], rides: &[StudyRide], is_tied: bool) -> Verdict {
+    let more = rides.iter().filter(|r| r.shows_more).count();
+    let affirmed = effects.iter().any(|e| e.effect.affirmed);
+    match (2 * more > rides.len(), affirmed, is_tied) {
+        (true, true, _) => Verdict::NamedInPart,
+        (true, false, _) => Verdict::Unnamed,
+        (false, _, true) => Verdict::Ambiguous,
+        (false, true, false) => Verdict::Named,
+        (false, false, false) => Verdict::NothingMissing,
+    }
+}
+
+fn sentence(report: &StudyReport) -> String {
+    let n = report.rides.len();
+    let said: Vec<String> = (report.effects.iter())
+        .map(|e| match &e.only_in {
+            Some(ride) => format!(
+                "{} (only {ride} shows it, so it is that ride's affair)",
+                e.effect.sentence
+            ),
+            None => e.effect.sentence.clone(),
+        })
+        .collect();
+    let said = said.join("; ");
+    match report.verdict {
+        Verdict::Named => {
+            format!("{n} rides have physics in common that the plain model leaves out: {said}.")
+        }
+        Verdict::NamedInPart => format!(
+            "{n} rides have physics in common that the plain model leaves out: {said}. Most of them show more that has no name."
+        ),
+        Verdict::Ambiguous => {
+            let others = report.alternatives.iter().map(|set| {
+                let each = set.iter().map(|e| format!("{} ({})", e.id, e.axle.name()));
+                each.collect::<Vec<_>>().join(" with ")
+            });
+            let others = others.collect::<Vec<_>>().join("; or ");
+            format!(
+                "{n} rides have something in common that the plain model leaves out, and several sets of effects explain it equally: {said}; or {others}."
+            )
+        }
+        Verdict::Unnamed => format!(
+            "Most of {n} rides show something that the plain model leaves out and that no effect which they could have in common explains."
+        ),
+        Verdict::NothingMissing | Verdict::CannotTell if said.is_empty() => {
+            format!("The plain model explains what {n} rides have in common; nothing is missing.")
+        }
+        Verdict::NothingMissing | Verdict::CannotTell => {
+            format!(
+                "The plain model explains what {n} rides have in common. Left out of it is {said}."
+            )
+        }
+    }
+}

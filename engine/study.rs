@@ -1,0 +1,107 @@
+//! Several rides of one bicycle as one model: [`study`].
+
+use rayon::prelude::*;
+
+use crate::EngineError;
+use crate::bicycle::Bike;
+use crate::checked::checked;
+use crate::diagnosis::prepare::Prepared;
+use crate::diagnosis::study::{Ready, study as together};
+use crate::identify::{conclude, diagnose, observe};
+use crate::progress::Progress;
+use crate::report::diagnosis::{Base, Verdict};
+use crate::report::study::{LeftAside, StudyReport};
+use crate::ride::Ride;
+use crate::settings::Settings;
+
+/// A ride with a name, and the bicycle as it was ridden.
+pub struct Ridden<'a> {
+    /// Told of it in the report.
+    pub name: String,
+    /// The ride.
+    pub ride: &'a Ride,
+    /// Masses may differ from ride to ride, the bicycle not.
+    pub bike: &'a Bike,
+}
+
+/// Fits 2 to 64 rides of one bicycle as one model: effects' parameters in common, k and B too where the rides bear that.
+///
+/// # Errors
+/// Fewer than two rides that can take part, rides of different axles, more samples than a search can hold, cancellation.
+pub fn study(
+    rides: &[Ridden],
+    settings: &Settings,
+    progress: &dyn Progress,
+) -> Result<StudyReport, EngineError> {
+    progress.stage("each ride");
+    let each = rides.par_iter().enumerate().map(|(i, ridden)| {
+        // Noise that is laid over quiet rides must not be the same in all of them: together they would show it.
+        let own = Settings {
+            seed: settings.seed.wrapping_add(i as u64),
+            ..settings.clone()
+        };
+        prepare(ridden, &own, progress)
+    });
+    let each = each.collect::<Result<Vec<_>, EngineError>>()?;
+    let (mut ready, mut aside) = (Vec::new(), Vec::new());
+    for ride in each {
+        match ride {
+            Ok(prepared) => ready.push(prepared),
+            Err(left) => aside.push(left),
+        }
+    }
+    if ready.len() < 2 {
+        let why: Vec<String> = aside
+            .iter()
+            .map(|a| format!("{}: {}", a.name, a.why))
+            .collect();
+        return Err(EngineError::Setting {
+            name: "rides of a study",
+            problem: format!(
+                "{} of {} can take part, 2 are needed. {}",
+                ready.len(),
+                rides.len(),
+                why.join("; ")
+            ),
+        });
+    }
+    progress.stage("together");
+    checked("study", together(&ready, aside, settings, progress)?)
+}
+
+/// The ride made ready, with what it says alone, or why it is left aside.
+fn prepare(
+    ridden: &Ridden,
+    settings: &Settings,
+    progress: &dyn Progress,
+) -> Result<Result<Ready, LeftAside>, EngineError> {
+    let aside = |why: String| {
+        let name = ridden.name.clone();
+        Ok(Err(LeftAside { name, why }))
+    };
+    match made_ready(ridden, settings, progress) {
+        Ok(ready) if ready.alone.verdict == Verdict::CannotTell => aside(ready.alone.sentence),
+        Ok(ready) => Ok(Ok(ready)),
+        Err(EngineError::Cancelled) => Err(EngineError::Cancelled),
+        Err(error) => aside(error.to_string()),
+    }
+}
+
+fn made_ready(
+    Ridden { name, ride, bike }: &Ridden,
+    settings: &Settings,
+    progress: &dyn Progress,
+) -> Result<Ready, EngineError> {
+    let observed = observe(ride, bike, settings)?;
+    let conclusion = conclude(ride, bike, settings, &observed, Vec::new())?;
+    let alone = diagnose(ride, bike, settings, &conclusion, progress)?;
+    let base = Base::SpringAndDamper;
+    Ok(Ready {
+        name: name.clone(),
+        prepared: Prepared::new(ride, bike, settings, &conclusion, base)?,
+        alone,
+    })
+}
+
+#[cfg(test)]
+mod tests;
