@@ -96,9 +96,13 @@ fn made_ready(
     let conclusion = conclude(ride, bike, settings, &observed, Vec::new())?;
     let alone = diagnose(ride, bike, settings, &conclusion, progress)?;
     let base = Base::SpringAndDamper;
+    let prepared = Prepared::new(ride, bike, settings, &conclusion, base)?;
     Ok(Ready {
         name: name.clone(),
-        prepared: Prepared::new(ride, bike, settings, &conclusion, base)?,
+        scene: prepared.scene,
+        plain: prepared.plain,
+        split: prepared.split,
+        warnings: prepared.warnings,
         alone,
     })
 }

@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use proc_macro2::{Delimiter, Spacing, TokenStream, TokenTree};
 
 /// The folders of engine/diagnosis, from the top down; each may use those before it.
-const DIAGNOSIS: [&str; 8] = [
-    "law", "effects", "dataset", "fit", "residual", "search", "verdict", "explain",
+const DIAGNOSIS: [&str; 9] = [
+    "law", "effects", "dataset", "fit", "residual", "search", "verdict", "explain", "study",
 ];
 
 #[test]

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::Ready;
 use super::joint::Common;
+use super::ready::Ready;
 use super::rounds::{Found, Joint, Rides, settled, sum};
 use crate::EngineError;
 use crate::bicycle::PerAxle;
@@ -230,7 +230,7 @@ fn told_ride(search: &Search, ride: &Ready, model: &Model, common: &[StudyEffect
         alone: alone.verdict,
         alone_sentence: alone.sentence.clone(),
         shows_more,
-        warnings: ride.prepared.warnings.clone(),
+        warnings: ride.warnings.clone(),
     }
 }
 

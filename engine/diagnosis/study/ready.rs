@@ -1,0 +1,18 @@
+//! What a study begins with.
+
+use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::fit::Model;
+use crate::output_error::Split;
+use crate::report::diagnosis::Diagnosis;
+
+/// A ride that takes part.
+pub struct Ready {
+    pub name: String,
+    /// What is searched, its plain model, and which part is fitted.
+    pub scene: Scene,
+    pub plain: Model,
+    pub split: Split,
+    pub warnings: Vec<String>,
+    /// What it says alone.
+    pub alone: Diagnosis,
+}
