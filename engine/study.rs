@@ -27,12 +27,18 @@ pub struct Ridden<'a> {
 /// Fits 2 to 64 rides of one bicycle as one model: effects' parameters in common, k and B too where the rides bear that.
 ///
 /// # Errors
-/// Fewer than two rides that can take part, rides of different axles, more samples than a search can hold, cancellation.
+/// Fewer than two rides that can take part, one record given twice, rides of different axles, more samples than a search can hold, cancellation.
 pub fn study(
     rides: &[Ridden],
     settings: &Settings,
     progress: &dyn Progress,
 ) -> Result<StudyReport, EngineError> {
+    if let Some([first, second]) = given_twice(rides) {
+        return Err(EngineError::Setting {
+            name: "rides of a study",
+            problem: format!("{first} and {second} are the same record; a ride counts once"),
+        });
+    }
     progress.stage("each ride");
     let each = rides.par_iter().enumerate().map(|(i, ridden)| {
         // Noise that is laid over quiet rides must not be the same in all of them: together they would show it.
@@ -67,6 +73,25 @@ pub fn study(
     }
     progress.stage("together");
     checked("study", together(&ready, aside, settings, progress)?)
+}
+
+/// Names of two rides that are one record: it would count twice.
+fn given_twice<'r>(rides: &'r [Ridden]) -> Option<[&'r str; 2]> {
+    let same = |a: &Ridden, b: &Ridden| {
+        let moved = |ride: &Ridden| -> Vec<Vec<f64>> {
+            let axles = ride.ride.axles.iter();
+            axles
+                .map(|(_, record)| record.displacement.clone())
+                .collect()
+        };
+        let moved = [a, b].map(moved);
+        !moved[0].is_empty() && moved[0] == moved[1]
+    };
+    let pair = |(i, a): (usize, &'r Ridden)| {
+        let other = rides[i + 1..].iter().find(|b| same(a, b))?;
+        Some([a.name.as_str(), other.name.as_str()])
+    };
+    rides.iter().enumerate().find_map(pair)
 }
 
 /// The ride made ready, with what it says alone, or why it is left aside.

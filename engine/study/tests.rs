@@ -223,3 +223,13 @@ fn rides_that_cannot_take_part_are_left_aside_with_the_reason() {
         "{error}"
     );
 }
+
+#[test]
+fn a_ride_counts_once() {
+    let good = |seed| (outing(seed, FRONT).ride(), bike(23.0));
+    let error = studied(&[good(1), good(2), good(1)]).unwrap_err();
+    assert!(
+        error.is_input() && error.to_string().contains("ride 0 and ride 2"),
+        "{error}"
+    );
+}
