@@ -77,16 +77,8 @@ pub fn study(
 
 /// Names of two rides that are one record: it would count twice.
 fn given_twice<'r>(rides: &'r [Ridden]) -> Option<[&'r str; 2]> {
-    let same = |a: &Ridden, b: &Ridden| {
-        let moved = |ride: &Ridden| -> Vec<Vec<f64>> {
-            let axles = ride.ride.axles.iter();
-            axles
-                .map(|(_, record)| record.displacement.clone())
-                .collect()
-        };
-        let moved = [a, b].map(moved);
-        !moved[0].is_empty() && moved[0] == moved[1]
-    };
+    let moved = |ridden: &'r Ridden| ridden.ride.axles.iter().map(|(_, r)| &r.displacement);
+    let same = |a: &'r Ridden, b: &'r Ridden| moved(a).next().is_some() && moved(a).eq(moved(b));
     let pair = |(i, a): (usize, &'r Ridden)| {
         let other = rides[i + 1..].iter().find(|b| same(a, b))?;
         Some([a.name.as_str(), other.name.as_str()])

@@ -21,6 +21,11 @@ impl Colour {
         }
     }
 
+    /// White noise as strong as this.
+    pub fn bleached(&self) -> Self {
+        Self::white(self.total_variance())
+    }
+
     /// Burg's method, the order by Akaike's criterion; takes `residual` as it is, mean included.
     pub fn fit(residual: &[f64]) -> Self {
         Self::burg(residual, MAX_ORDER.min(residual.len() / 20), true)

@@ -34,14 +34,28 @@ fn bike(mass: f64) -> Bike {
     }
 }
 
+/// A ride on whose front axle one more effect acts.
+fn acted_on(outing: &Outing, id: &str, parameter: &str, value: f64) -> Ride {
+    let effect = impose::Imposed {
+        id: id.to_owned(),
+        axle: Place::Front,
+        parameters: BTreeMap::from([(parameter.to_owned(), value)]),
+    };
+    impose::ride(outing, &bike(23.0), &[effect]).unwrap()
+}
+
 /// A ride whose front spring stiffens by `k3` (N/m^3).
 fn stiffening(seed: u64, k3: f64) -> Ride {
-    let effect = impose::Imposed {
-        id: "cubic_stiffness".to_owned(),
-        axle: Place::Front,
-        parameters: BTreeMap::from([("k3".to_owned(), k3)]),
+    acted_on(&outing(seed, FRONT), "cubic_stiffness", "k3", k3)
+}
+
+/// A minute's ride with friction (N), too weak to be told from hysteresis.
+fn rubbing(seed: u64, friction: f64) -> Ride {
+    let minute = Outing {
+        duration_s: 60.0,
+        ..outing(seed, FRONT)
     };
-    impose::ride(&outing(seed, FRONT), &bike(23.0), &[effect]).unwrap()
+    acted_on(&minute, "coulomb_friction", "friction", friction)
 }
 
 fn studied(rides: &[(Ride, Bike)]) -> Result<StudyReport, EngineError> {
@@ -207,6 +221,35 @@ fn val_what_every_ride_shows_is_named_and_measured_more_closely() {
     assert!(
         each.clone().count() == 4 && each.into_iter().all(|std| std > whole.std_error.unwrap())
     );
+}
+
+#[test]
+fn a_tie_in_every_ride_is_a_tie_of_all() {
+    let rides = [21, 22].map(|seed| (rubbing(seed, 0.5), bike(23.0)));
+    let report = studied(&rides).unwrap();
+    assert_eq!(report.verdict, Verdict::Ambiguous, "{}", report.sentence);
+    let shown: Vec<_> = report
+        .rides
+        .iter()
+        .map(|r| (r.alone, r.shows_more))
+        .collect();
+    assert!(shown.iter().all(|(_, more)| !more), "{shown:?}");
+}
+
+#[test]
+fn a_tie_in_one_ride_is_nothing_that_two_have_in_common() {
+    let rides = [
+        (rubbing(21, 1.0), bike(23.0)),
+        (rubbing(22, 0.0), bike(23.0)),
+    ];
+    let report = studied(&rides).unwrap();
+    assert_eq!(
+        report.verdict,
+        Verdict::NothingMissing,
+        "{}",
+        report.sentence
+    );
+    assert!(report.effects.iter().all(|e| e.only_in.is_some()));
 }
 
 #[test]

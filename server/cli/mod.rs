@@ -1,5 +1,6 @@
 //! The command line: one file per subcommand.
 
+mod asked;
 mod backup;
 mod bench;
 mod check;
@@ -14,6 +15,7 @@ mod key;
 mod metrics;
 mod migrate;
 mod openapi;
+mod progress;
 mod prune;
 mod restore;
 mod ride_csv;

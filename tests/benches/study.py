@@ -64,7 +64,7 @@ def main():
     total = [0, 0, 0]
     for effect, axle, parameter in EFFECTS:
         size = SHARE * sizes[effect, axle]
-        found, alone, tied, missed = 0, 0, 0, []
+        found, tied, missed = 0, 0, []
         for n in range(sets):
             told = study(effect, 10_000 + 100 * n, ["--effect", f"{effect}:{axle}:{parameter}={size}"])
             sets_told = [[e["effect"] for e in told["effects"]], *told["alternatives"]]

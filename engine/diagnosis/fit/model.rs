@@ -11,7 +11,7 @@ use crate::numerics::autoregressive::Colour;
 pub const COARSE: f64 = 0.45;
 pub const FINE: f64 = 0.3;
 /// What a corner takes off the angle of a step, since the error at one falls with its square only.
-const CORNERS: f64 = 0.4;
+pub const CORNERS: f64 = 0.4;
 
 /// A set of effects, exactly fitted.
 #[derive(Clone, Debug)]
@@ -31,6 +31,15 @@ impl Model {
             fits,
             likelihood,
         }
+    }
+
+    /// The same with another fit of some tracks.
+    pub fn with(&self, fit: Fitted) -> Self {
+        let apart = |f: &&Fitted| f.unit.tracks.iter().all(|t| !fit.unit.tracks.contains(t));
+        let others: Vec<Fitted> = self.fits.iter().filter(apart).cloned().collect();
+        let fits: Vec<Fitted> = std::iter::once(fit).chain(others).collect();
+        let terms = fits.iter().flat_map(|f| f.unit.terms.iter().copied());
+        Self::new(terms.collect(), fits)
     }
 
     /// Steps of the integrator for each sample, so that the stiffest axle turns by no more than `angle`

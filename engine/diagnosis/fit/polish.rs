@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::damped::Effort;
-use super::fitter::Fitter;
+use super::fitter::{Fitted, Fitter};
 use super::model::Model;
 use super::unit::{Term, Unit};
 
@@ -29,19 +29,28 @@ pub fn polish(fitter: &Fitter, model: &Model, effort: Effort) -> Option<Model> {
         .fits
         .par_iter()
         .map(|f| {
-            let mut best = f.clone();
-            for _ in 0..5 {
-                let next = fitter.fit(&best.unit, best.point.clone(), &best.colours, effort)?;
-                let gained = next.likelihood - best.likelihood;
-                if gained > 0.0 {
-                    best = next;
-                }
-                if gained < 0.1 {
-                    break;
-                }
-            }
-            Some(best)
+            let again = |f: &Fitted| fitter.fit(&f.unit, f.point.clone(), &f.colours, effort);
+            until_still(f.clone(), |f| f.likelihood, again)
         })
         .collect::<Option<Vec<_>>>()?;
     Some(Model::new(model.terms.clone(), fits))
+}
+
+/// Fits again from where a fit is until its likelihood does not move; the likeliest of all.
+pub fn until_still<T>(
+    mut best: T,
+    likelihood: impl Fn(&T) -> f64,
+    again: impl Fn(&T) -> Option<T>,
+) -> Option<T> {
+    for _ in 0..5 {
+        let next = again(&best)?;
+        let gained = likelihood(&next) - likelihood(&best);
+        if gained > 0.0 {
+            best = next;
+        }
+        if gained < 0.1 {
+            break;
+        }
+    }
+    Some(best)
 }

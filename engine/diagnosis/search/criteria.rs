@@ -134,9 +134,7 @@ impl Search<'_> {
     /// Log likelihood less what the number of parameters costs (Schwarz's criterion), and less again for
     /// what no bicycle can be.
     pub fn merit(&self, model: &Model) -> f64 {
-        let count = |t: &Term| t.kind.spec().parameters.len() as f64;
-        let parameters: f64 = model.terms.iter().map(count).sum();
-        let cost = 0.5 * parameters * (self.fitter.samples as f64).ln();
+        let cost = cost(&model.terms, self.fitter.samples);
         let odd = !is_physical(self.fitter.scene, &self.plain, model);
         model.likelihood - cost - if odd { CLOSE } else { 0.0 }
     }
@@ -185,6 +183,13 @@ impl Search<'_> {
             })
             .collect()
     }
+}
+
+/// Log likelihood that the parameters of effects cost on so many samples (Schwarz's criterion).
+pub fn cost(terms: &[Term], samples: usize) -> f64 {
+    let count = |t: &Term| t.kind.spec().parameters.len() as f64;
+    let parameters: f64 = terms.iter().map(count).sum();
+    0.5 * parameters * (samples as f64).ln()
 }
 
 /// Whether that share of the squares of some track is gone.

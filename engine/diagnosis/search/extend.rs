@@ -116,10 +116,7 @@ pub fn extend(
     let unit = joined(scene, model, term)?;
     let at = unit.terms.iter().position(|t| *t == term)?;
     let (base, colours) = model.carried(&unit);
-    let white: Vec<Colour> = colours
-        .iter()
-        .map(|c| Colour::white(c.total_variance()))
-        .collect();
+    let white: Vec<Colour> = colours.iter().map(Colour::bleached).collect();
     let mut order: Vec<&Promise> = signatures.starts.iter().collect();
     order.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     let spec = unit.terms[at].kind.spec();
@@ -141,17 +138,7 @@ pub fn extend(
         .into_iter()
         .filter_map(|start| fitter.fit(&unit, start, &white, effort))
         .max_by(|a, b| a.likelihood.total_cmp(&b.likelihood))?;
-    let mut fits = vec![fit];
-    fits.extend(
-        model
-            .fits
-            .iter()
-            .filter(|f| f.unit.tracks.iter().all(|t| !unit.tracks.contains(t)))
-            .cloned(),
-    );
-    let mut terms = model.terms.clone();
-    terms.push(term);
-    Some(Model::new(terms, fits))
+    Some(model.with(fit))
 }
 
 fn with_values(base: &Point, at: usize, values: Values) -> Point {
@@ -244,11 +231,5 @@ pub fn unstopped(fitter: &Fitter, model: &Model, play: Term, effort: Effort) -> 
     point.values[i] = [2.0 * gap, 0.0, 0.0, 0.0];
     point.base[track][0] = stiffness * point.base[track][2];
     let fitted = fitter.fit(&unit, point, &fit.colours, effort)?;
-    let others = model.fits.iter().filter(|f| f.unit != fit.unit).cloned();
-    let fits = std::iter::once(fitted).chain(others).collect();
-    let terms = model
-        .terms
-        .iter()
-        .map(|t| if *t == stop { play } else { *t });
-    Some(Model::new(terms.collect(), fits))
+    Some(model.with(fitted))
 }

@@ -10,7 +10,6 @@ use crate::EngineError;
 use crate::diagnosis::fit::polish::polish;
 use crate::diagnosis::fit::{Model, Term};
 use crate::diagnosis::residual::coherence;
-use crate::numerics::autoregressive::Colour;
 
 /// Share of its gain (for each sample) that an effect must repeat on the held-out part.
 pub const HELD: f64 = 0.3;
@@ -163,7 +162,7 @@ impl Search<'_> {
         for fit in &mut pale.fits {
             let axles = fit.unit.tracks.iter().zip(&mut fit.colours);
             for (_, colour) in axles.filter(|(t, _)| driven.contains(t)) {
-                *colour = Colour::white(colour.total_variance());
+                *colour = colour.bleached();
             }
         }
         (!driven.is_empty()).then_some(pale)

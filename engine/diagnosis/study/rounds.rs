@@ -4,10 +4,13 @@ use rayon::prelude::*;
 
 use super::joint::{Common, Together};
 use crate::EngineError;
+use crate::diagnosis::fit::model::CORNERS;
 use crate::diagnosis::fit::physical::is_physical;
-use crate::diagnosis::fit::tangent::{Tangent, tangent_for};
+use crate::diagnosis::fit::polish::until_still;
+use crate::diagnosis::fit::tangent::Tangent;
 use crate::diagnosis::fit::{COARSE, Effort, FINE, Fitted, Fitter, Model, Point, Term, Unit};
 use crate::diagnosis::search::Search;
+use crate::diagnosis::search::criteria::cost;
 use crate::diagnosis::search::extend::{is_far, joined};
 use crate::diagnosis::search::null::Null;
 use crate::diagnosis::search::refit::{HOPE, LEADERS};
@@ -15,7 +18,7 @@ use crate::diagnosis::search::rounds::{HELD, MOST_TERMS};
 use crate::diagnosis::search::score_test::{Along, Signatures, signatures, stands_out};
 use crate::diagnosis::verdict::choose::TIE;
 use crate::numerics::autoregressive::Colour;
-use crate::report::diagnosis::SwitchedOff;
+use crate::report::diagnosis::{Place, SwitchedOff};
 
 /// A model of every ride with the same effects.
 #[derive(Clone, Debug)]
@@ -130,9 +133,10 @@ impl Rides<'_> {
         };
         let best = found.swap_remove(at);
         // As well by what was fitted or by all: the held-out parts alone are few.
+        let (best_merit, best_held) = (merit(&best), self.held(&best));
         let behind = |j: &Joint| {
-            let fitted = merit(&best) - merit(j);
-            fitted.min(fitted + self.held(&best) - self.held(j))
+            let fitted = best_merit - merit(j);
+            fitted.min(fitted + best_held - self.held(j))
         };
         found.retain(|j| behind(j) < TIE);
         found.sort_by(|a, b| merit(b).total_cmp(&merit(a)));
@@ -141,34 +145,27 @@ impl Rides<'_> {
 
     /// Signatures of every candidate over all rides.
     fn offers(&self, joint: &Joint, candidates: &[Term]) -> Vec<Signatures> {
-        let open = candidates.iter().filter(|t| !joint.terms().contains(t));
-        let mut places: Vec<Term> = Vec::new();
-        for term in open.clone() {
-            if places.iter().all(|t| t.place != term.place) {
-                places.push(*term);
-            }
-        }
-        let tangents: Vec<Vec<(Tangent, usize)>> = (places.iter())
-            .map(|term| {
-                let each = self.searches.iter().zip(&joint.models);
-                each.map(|(search, model)| {
-                    let substeps = model.substeps(search.fitter.scene, COARSE);
-                    let tangent = tangent_for(&search.fitter, model, *term, substeps);
-                    (tangent, substeps)
-                })
-                .collect()
+        let each = self.searches.iter().zip(&joint.models);
+        let tangents: Vec<(Vec<(Place, Tangent)>, usize)> = each
+            .map(|(search, model)| {
+                let substeps = model.substeps(search.fitter.scene, COARSE);
+                (search.tangents(model, joint.terms()), substeps)
             })
             .collect();
         let along = |term: &Term| -> Option<Signatures> {
-            let at = places.iter().position(|t| t.place == term.place)?;
-            let each = self.searches.iter().zip(&tangents[at]);
-            let each = each.map(|(search, (tangent, substeps))| Along {
-                fitter: &search.fitter,
-                tangent,
-                substeps: *substeps,
+            let each = self.searches.iter().zip(&tangents);
+            let each = each.map(|(search, (tangents, substeps))| {
+                let (_, tangent) = tangents.iter().find(|(place, _)| *place == term.place)?;
+                Some(Along {
+                    fitter: &search.fitter,
+                    tangent,
+                    substeps: *substeps,
+                })
             });
-            Some(signatures(&each.collect::<Vec<_>>(), *term))
+            let along: Option<Vec<Along>> = each.collect();
+            Some(signatures(&along?, *term))
         };
+        let open = candidates.iter().filter(|t| !joint.terms().contains(t));
         let offers = open.filter_map(along);
         offers.filter(|s| !s.starts.is_empty()).collect()
     }
@@ -183,7 +180,7 @@ impl Rides<'_> {
             let (point, colours) = model.carried(&unit);
             // A noise that has taken most of the effect for its own hides it.
             match is_far(search.fitter.scene, model, &unit) {
-                true => (point, colours.iter().map(white).collect()),
+                true => (point, colours.iter().map(Colour::bleached).collect()),
                 false => (point, colours),
             }
         });
@@ -203,22 +200,14 @@ impl Rides<'_> {
             }
             together.fit(&starts, &colours, effort)
         });
-        let before: f64 = (joint.models.iter().flat_map(|m| &m.fits))
-            .filter(|f| {
-                f.unit
-                    .tracks
-                    .iter()
-                    .any(|t| together.unit.tracks.contains(t))
-            })
-            .map(|f| f.likelihood)
-            .sum();
+        let gain = |larger: &Joint| larger.likelihood() - joint.likelihood();
         let best = fits.max_by(|a, b| sum(a).total_cmp(&sum(b)))?;
         // A first fit may end under a noise that is not its own yet.
-        if sum(&best) - before < HOPE * null.bound(self.alpha) {
+        if gain(&joint.with(best.clone())) < HOPE * null.bound(self.alpha) {
             return None;
         }
         let mut larger = joint.with(settled(&together, best, effort)?);
-        let p_value = null.p_value(larger.likelihood() - joint.likelihood());
+        let p_value = null.p_value(gain(&larger));
         larger.p_values.push((offer.term, p_value));
         (p_value <= self.alpha).then_some(larger)
     }
@@ -232,26 +221,29 @@ impl Rides<'_> {
         }
     }
 
-    /// How hard a fit with one effect more tries; the integrator as fine as any ride needs.
+    /// How hard a fit with one effect more tries.
     fn effort(&self, joint: &Joint, term: &Term) -> Effort {
         let corners = term.kind.spec().corners;
-        let angle = if corners { 0.4 * FINE } else { FINE };
-        let each = self.searches.iter().zip(&joint.models);
-        let substeps = each.map(|(s, m)| m.substeps(s.fitter.scene, angle)).max();
         Effort {
             iterations: 12,
             gain: 0.02,
-            substeps: substeps.unwrap_or(1),
+            substeps: self.substeps(joint, if corners { CORNERS * FINE } else { FINE }),
         }
+    }
+
+    /// Steps of the integrator for each sample that are fine enough for every ride.
+    pub fn substeps(&self, joint: &Joint, angle: f64) -> usize {
+        let each = self.searches.iter().zip(&joint.models);
+        let substeps = each.map(|(s, m)| m.substeps(s.fitter.scene, angle));
+        substeps.max().unwrap_or(1)
     }
 
     /// Whether what `larger` has beyond `joint` repeats its gain on what was not fitted, can be a bicycle's and, beside others,
     /// is large enough to be told on some ride.
     fn accepts(&self, joint: &Joint, larger: &Joint) -> bool {
         let gain = larger.likelihood() - joint.likelihood();
-        let samples =
-            |of: fn(&Search) -> usize| -> f64 { self.searches.iter().map(|s| of(s) as f64).sum() };
-        let share = samples(|s| s.held.len()) / samples(|s| s.fitter.samples);
+        let held: usize = self.searches.iter().map(|s| s.held.len()).sum();
+        let share = held as f64 / self.samples() as f64;
         let repeats = self.held(larger) - self.held(joint) > 2.0 + HELD * gain * share;
         let first = &self.searches[0];
         let physical = is_physical(first.fitter.scene, &first.plain, &larger.models[0]);
@@ -283,52 +275,34 @@ impl Rides<'_> {
 
     /// Log likelihood less what the number of common parameters costs (Schwarz's criterion).
     fn merit(&self, joint: &Joint) -> f64 {
-        let count = |t: &Term| t.kind.spec().parameters.len() as f64;
-        let parameters: f64 = joint.terms().iter().map(count).sum();
-        let samples: usize = self.searches.iter().map(|s| s.fitter.samples).sum();
-        joint.likelihood() - 0.5 * parameters * (samples as f64).ln()
+        joint.likelihood() - cost(joint.terms(), self.samples())
+    }
+
+    /// Fitted samples of all rides.
+    pub fn samples(&self) -> usize {
+        self.searches.iter().map(|s| s.fitter.samples).sum()
     }
 }
 
 impl Joint {
     /// The same with other fits of some axles.
     pub fn with(&self, fits: Vec<Fitted>) -> Joint {
-        let of = |(model, fit): (&Model, Fitted)| {
-            let others = model.fits.iter();
-            let others =
-                others.filter(|f| f.unit.tracks.iter().all(|t| !fit.unit.tracks.contains(t)));
-            let mut terms: Vec<Term> = others.clone().flat_map(|f| f.unit.terms.clone()).collect();
-            terms.extend(&fit.unit.terms);
-            let mut all: Vec<Fitted> = others.cloned().collect();
-            all.push(fit);
-            Model::new(terms, all)
-        };
+        let each = self.models.iter().zip(fits);
         Joint {
-            models: self.models.iter().zip(fits).map(of).collect(),
+            models: each.map(|(model, fit)| model.with(fit)).collect(),
             p_values: self.p_values.clone(),
         }
     }
 }
 
 /// Fits again from where they are, in turns with their own noise, until neither moves.
-pub fn settled(together: &Together, mut fits: Vec<Fitted>, effort: Effort) -> Option<Vec<Fitted>> {
-    for _ in 0..5 {
+pub fn settled(together: &Together, fits: Vec<Fitted>, effort: Effort) -> Option<Vec<Fitted>> {
+    let again = |fits: &Vec<Fitted>| {
         let points: Vec<_> = fits.iter().map(|f| f.point.clone()).collect();
         let colours: Vec<_> = fits.iter().map(|f| f.colours.clone()).collect();
-        let next = together.fit(&points, &colours, effort)?;
-        let gained = sum(&next) - sum(&fits);
-        if gained > 0.0 {
-            fits = next;
-        }
-        if gained < 0.1 {
-            break;
-        }
-    }
-    Some(fits)
-}
-
-fn white(colour: &Colour) -> Colour {
-    Colour::white(colour.total_variance())
+        together.fit(&points, &colours, effort)
+    };
+    until_still(fits, |fits| sum(fits), again)
 }
 
 pub fn sum(fits: &[Fitted]) -> f64 {

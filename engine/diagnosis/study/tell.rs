@@ -13,6 +13,7 @@ use crate::diagnosis::explain::show;
 use crate::diagnosis::fit::polish::reduce;
 use crate::diagnosis::fit::{Effort, FINE, Fitted, Model, Slot, Term};
 use crate::diagnosis::search::Search;
+use crate::diagnosis::search::criteria::cost;
 use crate::diagnosis::search::null::FINEST;
 use crate::finite::finite;
 use crate::numerics::statistics::chi_square_tail;
@@ -48,19 +49,25 @@ pub fn tell(
     let effects: Vec<StudyEffect> = (own.terms().iter())
         .filter_map(|term| effect(study, rides, &own, &whole, *term, !found.tied.is_empty()))
         .collect();
+    let alternatives: Vec<Vec<EffectName>> = (found.tied.iter())
+        .map(|joint| joint.terms().iter().map(|t| show::name(scene, t)).collect())
+        .collect();
+    let common: Vec<EffectName> = (effects.iter())
+        .filter(|e| e.only_in.is_none())
+        .map(|e| e.effect.name())
+        .chain(alternatives.iter().flatten().cloned())
+        .collect();
     let told =
-        |(r, ride): (usize, &Ready)| told_ride(&study.searches[r], ride, &own.models[r], &effects);
+        |(r, ride): (usize, &Ready)| told_ride(&study.searches[r], ride, &own.models[r], &common);
     let told: Vec<StudyRide> = rides.iter().enumerate().map(told).collect();
-    let verdict = verdict(&effects, &told, !found.tied.is_empty());
+    let verdict = verdict(&effects, &told);
     let report = StudyReport {
         veloid: env!("CARGO_PKG_VERSION").to_owned(),
         settings: settings.clone(),
         verdict,
         sentence: String::new(),
         effects,
-        alternatives: (found.tied.iter())
-            .map(|joint| joint.terms().iter().map(|t| show::name(scene, t)).collect())
-            .collect::<Vec<Vec<EffectName>>>(),
+        alternatives,
         axles,
         rides: told,
         left_aside,
@@ -73,12 +80,10 @@ pub fn tell(
 }
 
 fn effort(study: &Rides, joint: &Joint) -> Effort {
-    let each = study.searches.iter().zip(&joint.models);
-    let substeps = each.map(|(s, m)| m.substeps(s.fitter.scene, FINE)).max();
     Effort {
         iterations: 20,
         gain: 0.01,
-        substeps: substeps.unwrap_or(1),
+        substeps: study.substeps(joint, FINE),
     }
 }
 
@@ -167,9 +172,8 @@ fn effect(
     let total: f64 = gains.iter().sum();
     let at = (0..gains.len()).max_by(|a, b| gains[*a].total_cmp(&gains[*b]))?;
     // Whether the rides beside the one that shows most still speak for it, by what its parameters cost them.
-    let samples: usize = study.searches.iter().map(|s| s.fitter.samples).sum();
-    let cost = 0.5 * term.kind.spec().parameters.len() as f64 * (samples as f64).ln();
-    let alone = differs < study.alpha && total - gains[at] < cost;
+    let rest = total - gains[at];
+    let alone = differs < study.alpha && rest < cost(&[term], study.samples());
     let scene = study.searches[0].fitter.scene;
     let mut told = show::effect(scene, &whole.models[0], &term, Some(total), p_value)?;
     told.affirmed = !is_tied && !alone;
@@ -203,25 +207,23 @@ fn gains(study: &Rides, own: &Joint, term: Term) -> Option<Vec<f64>> {
         .collect()
 }
 
-fn told_ride(search: &Search, ride: &Ready, model: &Model, common: &[StudyEffect]) -> StudyRide {
+/// One ride beside what is common, be it named alone or one of several sets.
+fn told_ride(search: &Search, ride: &Ready, model: &Model, common: &[EffectName]) -> StudyRide {
     let scene = search.fitter.scene;
     let mut axles = PerAxle::default();
     for (t, track) in scene.tracks.iter().enumerate() {
         axles.set(track.axle, show::told_estimate(scene, model, t).told());
     }
     let alone = &ride.alone;
-    let is_common = |e: &EffectReport| {
-        let mut known = common
-            .iter()
-            .filter(|c| c.effect.affirmed)
-            .map(|c| &c.effect);
-        known.any(|c| (&c.id, c.axle) == (&e.id, e.axle))
-    };
+    let is_common = |effects: &[EffectName]| effects.iter().all(|e| common.contains(e));
+    let found: Vec<EffectName> = alone.effects.iter().map(EffectReport::name).collect();
     let shows_more = match alone.verdict {
         Verdict::NothingMissing | Verdict::CannotTell => false,
-        Verdict::Named => !alone.effects.iter().all(is_common),
+        Verdict::Named => !is_common(&found),
         // Which of several it is, the common model may have settled.
-        Verdict::Ambiguous => !common.iter().any(|c| c.effect.affirmed),
+        Verdict::Ambiguous => {
+            !is_common(&found) && !alone.alternatives.iter().any(|set| is_common(set))
+        }
         Verdict::NamedInPart | Verdict::Unnamed => true,
     };
     StudyRide {
@@ -235,14 +237,16 @@ fn told_ride(search: &Search, ride: &Ready, model: &Model, common: &[StudyEffect
 }
 
 /// Something is left without a name where more than half of the rides show more than is explained.
-fn verdict(effects: &[StudyEffect], rides: &[StudyRide], is_tied: bool) -> Verdict {
+fn verdict(effects: &[StudyEffect], rides: &[StudyRide]) -> Verdict {
     let more = rides.iter().filter(|r| r.shows_more).count();
     let affirmed = effects.iter().any(|e| e.effect.affirmed);
-    match (2 * more > rides.len(), affirmed, is_tied) {
+    // What one ride alone shows is not in common, whatever else it might be.
+    let in_common = effects.iter().any(|e| e.only_in.is_none());
+    match (2 * more > rides.len(), affirmed, in_common) {
         (true, true, _) => Verdict::NamedInPart,
         (true, false, _) => Verdict::Unnamed,
-        (false, _, true) => Verdict::Ambiguous,
-        (false, true, false) => Verdict::Named,
+        (false, true, _) => Verdict::Named,
+        (false, false, true) => Verdict::Ambiguous,
         (false, false, false) => Verdict::NothingMissing,
     }
 }

@@ -213,9 +213,7 @@ fn effort(fitter: &Fitter, model: &Model, iterations: usize) -> Effort {
 pub fn unweighted(fitter: &Fitter, model: &Model) -> Option<Model> {
     let effort = effort(fitter, model, 15);
     let refitted = |fit: &Fitted| {
-        let white: Vec<Colour> = (fit.colours.iter())
-            .map(|c| Colour::white(c.total_variance()))
-            .collect();
+        let white: Vec<Colour> = (fit.colours.iter()).map(Colour::bleached).collect();
         fitter.fit(&fit.unit, fit.point.clone(), &white, effort)
     };
     let fits = model.fits.iter().map(refitted).collect::<Option<_>>()?;

@@ -1,0 +1,91 @@
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde::Serialize;
+use serde_json::Map;
+use veloid_engine::bicycle::Bike;
+
+use super::CliError;
+use crate::options::Options;
+
+/// What one ride and several are asked alike.
+#[derive(Args)]
+pub struct Asked {
+    /// Where to write the report; `-` is stdout, in place of the summary.
+    #[arg(long)]
+    json: Option<PathBuf>,
+    /// A word that stands for a missing value, as NA; may be given more than once.
+    #[arg(long, value_name = "WORD", allow_hyphen_values = true)]
+    missing: Vec<String>,
+    /// +1: d is the deflection u - z; -1: d is a sensor's distance to the road.
+    #[arg(long, allow_negative_numbers = true)]
+    deflection_sign: Option<f64>,
+    /// Seed of what is drawn.
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Family-wise false-alarm rate of the diagnosis.
+    #[arg(long)]
+    alpha: Option<f64>,
+    /// Share of a ride, at its end, on which nothing is fitted.
+    #[arg(long)]
+    held_out: Option<f64>,
+}
+
+impl Asked {
+    /// Options with what is asked here and the texts of further ones, by key.
+    pub fn options(&self, given: &[(&str, &Vec<String>)]) -> Result<Options, CliError> {
+        let mut document = Map::new();
+        for (key, texts) in given.iter().chain(&[("missing", &self.missing)]) {
+            for text in *texts {
+                Options::add_pair(&mut document, key, text)?;
+            }
+        }
+        let mut options = Options::try_from(document)?;
+        set(&mut options.reading.deflection_sign, self.deflection_sign);
+        set(&mut options.settings.seed, self.seed);
+        set(&mut options.settings.alpha, self.alpha);
+        set(&mut options.settings.held_out, self.held_out);
+        Ok(options)
+    }
+
+    /// The report to where it is wanted, and the summary to stdout unless the report goes there.
+    pub fn write(&self, report: &impl Serialize, summary: &str) -> Result<(), CliError> {
+        let json = || serde_json::to_string_pretty(report);
+        match &self.json {
+            Some(path) if path.as_os_str() == "-" => writeln!(io::stdout(), "{}", json()?)?,
+            other => {
+                if let Some(path) = other {
+                    std::fs::write(path, json()? + "\n").map_err(CliError::of_file(path))?;
+                }
+                write!(io::stdout(), "{summary}")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+pub fn read_bike(path: &Path) -> Result<Bike, CliError> {
+    let text = std::fs::read_to_string(path).map_err(CliError::of_file(path))?;
+    Bike::from_json(&text).map_err(|source| CliError::Bike {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+/// What a file is called: the whole path where it is alone or another file has the same name, else its name.
+pub fn name(path: &Path, all: &[PathBuf]) -> String {
+    let alike = all
+        .iter()
+        .filter(|other| other.file_name() == path.file_name());
+    match path.file_name() {
+        Some(name) if all.len() > 1 && alike.count() == 1 => name.to_string_lossy().into_owned(),
+        _ => path.display().to_string(),
+    }
+}
+
+pub fn set<T>(slot: &mut T, value: Option<T>) {
+    if let Some(value) = value {
+        *slot = value;
+    }
+}
