@@ -1,6 +1,8 @@
-//! A ride that has not been ridden yet: the present one at another pace, over a rougher road, or there and
-//! back. Everything that an effect may look at follows from the place on the present ride, so that a
+//! A ride that has not been ridden yet: the present one at another pace, over a rougher road, or without pedalling.
+//! Everything that an effect may look at follows from the place on the present ride, so that a
 //! road stays a function of the distance.
+
+use std::f64::consts::TAU;
 
 use super::inputs::Scene;
 use crate::numerics::spline::{cubic, slopes};
@@ -12,25 +14,33 @@ pub struct Change {
     pub rougher: f64,
     /// Factor on the pace at which the same course is ridden, in the same gear.
     pub faster: f64,
-    /// Whether the course is ridden back to its start as well.
-    pub back: bool,
+    /// Share by which that pace swings to both sides, with a period of `SWING_S`.
+    pub swing: f64,
+    /// Whether the cranks rest.
+    pub coasting: bool,
 }
 
-impl Change {
-    /// Samples of the changed ride for so many of the present one.
-    pub fn samples(&self, present: usize) -> usize {
-        let ways = if self.back { 2.0 } else { 1.0 };
-        (ways * present.saturating_sub(1) as f64 / self.faster) as usize + 1
-    }
+/// Period of a pace that swings (s): slow enough to be ridden.
+pub const SWING_S: f64 = 20.0;
 
-    /// Place on the present ride (samples), and whether the way leads back there.
-    fn place(&self, i: usize, last: f64) -> (f64, bool) {
-        let way = i as f64 * self.faster;
-        if way > last {
-            ((2.0 * last - way).max(0.0), true)
-        } else {
-            (way, false)
-        }
+impl Change {
+    /// The present ride once more.
+    pub const NONE: Self = Self {
+        rougher: 1.0,
+        faster: 1.0,
+        swing: 0.0,
+        coasting: false,
+    };
+
+    /// Factor on the pace at a time (s), how fast that grows (1/s), and how far it has led (s of the present ride).
+    fn pace(&self, t: f64) -> [f64; 3] {
+        let (sin, cos) = (TAU * t / SWING_S).sin_cos();
+        let turn = SWING_S / TAU;
+        [
+            self.faster * (1.0 + self.swing * sin),
+            self.faster * self.swing * cos / turn,
+            self.faster * (t + self.swing * turn * (1.0 - cos)),
+        ]
     }
 }
 
@@ -39,47 +49,47 @@ impl Change {
 pub fn planned(scene: &Scene, change: &Change) -> Scene {
     let mut next = scene.clone();
     let last = scene.samples.saturating_sub(1);
-    let places: Vec<(f64, bool)> = (0..change.samples(scene.samples))
-        .map(|i| change.place(i, last as f64))
+    // Place on the present ride (samples), the pace there and its growth.
+    let way = |i: usize| {
+        let [pace, growth, led] = change.pace(i as f64 * scene.step);
+        (led / scene.step, pace, growth)
+    };
+    let places: Vec<(f64, f64, f64)> = (0..)
+        .map(way)
+        .take_while(|(place, ..)| *place <= last as f64)
         .collect();
     let at = |x: &[f64]| -> Vec<f64> {
         let slope = slopes(x, scene.step);
-        places
-            .iter()
-            .map(|(p, _)| {
-                let i = (*p as usize).min(last.saturating_sub(1));
-                let s = p - i as f64;
-                let j = (i + 1).min(last);
-                let c = cubic(x[i], x[j], slope[i], slope[j], scene.step);
-                c[0] + s * (c[1] + s * (c[2] + s * c[3]))
-            })
-            .collect()
-    };
-    // What grows along the way goes on growing on the way back.
-    let along = |x: &[f64]| -> Vec<f64> {
-        let end = x.last().copied().unwrap_or(0.0);
-        let pairs = at(x).into_iter().zip(&places);
-        pairs
-            .map(|(x, (_, back))| if *back { 2.0 * end - x } else { x })
-            .collect()
+        let at = |(place, ..): &(f64, f64, f64)| {
+            let i = (*place as usize).min(last.saturating_sub(1));
+            let s = place - i as f64;
+            let j = (i + 1).min(last);
+            let c = cubic(x[i], x[j], slope[i], slope[j], scene.step);
+            c[0] + s * (c[1] + s * (c[2] + s * c[3]))
+        };
+        places.iter().map(at).collect()
     };
     let times = |mut x: Vec<f64>, factor: f64| -> Vec<f64> {
         x.iter_mut().for_each(|x| *x *= factor);
         x
     };
     next.samples = places.len();
-    next.speed = times(at(&scene.speed), change.faster);
-    next.speed_rate = times(at(&scene.speed_rate), change.faster * change.faster);
-    for (rate, (_, back)) in next.speed_rate.iter_mut().zip(&places) {
-        *rate *= if *back { -1.0 } else { 1.0 };
-    }
-    next.distance = along(&scene.distance);
-    next.set_crank(along(&scene.crank));
+    let (speed, rate) = (at(&scene.speed), at(&scene.speed_rate));
+    let paced = || speed.iter().zip(&rate).zip(&places);
+    next.speed = paced().map(|((v, _), (_, pace, _))| v * pace).collect();
+    next.speed_rate = paced()
+        .map(|((v, a), (_, pace, growth))| a * pace * pace + v * growth)
+        .collect();
+    next.distance = at(&scene.distance);
+    next.set_crank(match change.coasting {
+        true => vec![scene.crank.first().copied().unwrap_or(0.0); places.len()],
+        false => at(&scene.crank),
+    });
     for track in &mut next.tracks {
         let road = times(at(&track.input.road), change.rougher);
         let force = (track.input.force.as_ref()).map(|(f, _)| times(at(f), change.rougher));
         track.set_inputs(&road, force.as_deref());
-        let valid = |(p, _): &(f64, bool)| track.valid[(p.round() as usize).min(last)];
+        let valid = |(place, ..): &(f64, f64, f64)| track.valid[(place.round() as usize).min(last)];
         track.valid = places.iter().map(valid).collect();
         track.measured = vec![0.0; places.len()];
     }
@@ -100,12 +110,6 @@ mod tests {
     use crate::simulate::road::Bump;
     use crate::simulate::sensitivity::Plain;
 
-    const NONE: Change = Change {
-        rougher: 1.0,
-        faster: 1.0,
-        back: false,
-    };
-
     fn bike() -> Bike {
         Bike {
             mass_front_kg: Some(23.0),
@@ -120,6 +124,14 @@ mod tests {
 
     /// A course over bumps with a swinging speed and steady pedalling in one gear, ridden so many times faster.
     fn course(faster: f64) -> Scene {
+        let change = SpeedChange {
+            share: 0.25,
+            period_s: 8.0 / faster,
+        };
+        ridden(faster, Some(change), Some(60.0 * faster))
+    }
+
+    fn ridden(faster: f64, speed_change: Option<SpeedChange>, cadence_rpm: Option<f64>) -> Scene {
         let bumps = (0..12).map(|i| Bump {
             at_m: 4.0 + 6.5 * f64::from(i),
             length_m: 1.2,
@@ -129,11 +141,8 @@ mod tests {
             duration_s: 20.0 / faster,
             rate_hz: 400.0,
             speed_m_s: 4.0 * faster,
-            speed_change: Some(SpeedChange {
-                share: 0.25,
-                period_s: 8.0 / faster,
-            }),
-            cadence_rpm: Some(60.0 * faster),
+            speed_change,
+            cadence_rpm,
             excitation: Excitation::Road {
                 roughness: None,
                 bumps: bumps.collect(),
@@ -196,7 +205,10 @@ mod tests {
     fn every_input_of_a_faster_ride_is_that_of_the_course_ridden_faster() {
         let slow = course(1.0);
         for faster in [0.75, 1.5] {
-            let change = Change { faster, ..NONE };
+            let change = Change {
+                faster,
+                ..Change::NONE
+            };
             let (next, ridden) = (planned(&slow, &change), course(faster));
             let near = |name: &str, a: &[f64], b: &[f64]| {
                 let n = a.len().min(b.len());
@@ -237,7 +249,7 @@ mod tests {
         ];
         let change = Change {
             faster: 1.5,
-            ..NONE
+            ..Change::NONE
         };
         let slow = course(1.0);
         let next = planned(&slow, &change);
@@ -260,18 +272,41 @@ mod tests {
     }
 
     #[test]
-    fn the_way_back_leads_over_the_same_road() {
-        let scene = course(1.0);
-        let next = planned(&scene, &Change { back: true, ..NONE });
-        assert_eq!(next.samples, 2 * scene.samples - 1);
-        let last = scene.samples - 1;
-        let road = &next.tracks[0].input.road;
-        for i in 0..last {
-            assert!((road[last - i] - road[last + i]).abs() < 1e-12);
-            assert!(next.distance[last + i] >= next.distance[last + i - 1]);
+    fn a_pace_that_swings_leads_over_the_same_course() {
+        let change = Change {
+            faster: 1.25,
+            swing: 0.3,
+            ..Change::NONE
+        };
+        let next = planned(&ridden(1.0, None, None), &change);
+        let swing = SpeedChange {
+            share: 0.3,
+            period_s: SWING_S,
+        };
+        let truth = ridden(1.25, Some(swing), None);
+        let of = |scene: &Scene| {
+            let road = scene.tracks[1].input.road.clone();
+            [scene.speed.clone(), scene.distance.clone(), road]
+        };
+        for (told, true_) in of(&next).iter().zip(of(&truth)) {
+            assert!(told.len() > 4000);
+            let off = rms(told.iter().zip(&true_).map(|(a, b)| a - b));
+            assert!(off < 0.01 * rms(true_.iter().copied()), "{off}");
         }
-        let way = next.distance[2 * last] / scene.distance[last];
-        assert!((way - 2.0).abs() < 1e-9, "{way}");
+        let slope = |x: &[f64]| slopes(x, next.step);
+        let off = next.speed_rate.iter().zip(slope(&next.speed));
+        assert!(rms(off.map(|(a, b)| a - b)) < 0.01);
+    }
+
+    #[test]
+    fn who_coasts_does_not_pedal() {
+        let change = Change {
+            coasting: true,
+            ..Change::NONE
+        };
+        let pedalled = |scene: &Scene| scene.crank.iter().any(|c| *c != scene.crank[0]);
+        let scene = course(1.0);
+        assert!(pedalled(&scene) && !pedalled(&planned(&scene, &change)));
     }
 
     #[test]
@@ -281,7 +316,7 @@ mod tests {
             &scene,
             &Change {
                 rougher: 2.0,
-                ..NONE
+                ..Change::NONE
             },
         );
         let (a, b) = (&next.tracks[0].input.road, &scene.tracks[0].input.road);
