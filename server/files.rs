@@ -2,6 +2,8 @@
 //! many machines reach. A file arrives under a temporary name on this machine; before anyone hears of
 //! it, it is synced, renamed and the folder synced, or the object storage has said that it has it.
 
+mod marker;
+
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -127,6 +129,12 @@ impl Files {
             let old = file.last_modified.timestamp() <= until;
             std::future::ready(Ok((ours && old).then_some(name)))
         })
+    }
+
+    /// Whether the store has any raw file.
+    pub async fn has_any(&self) -> io::Result<bool> {
+        let first = self.kept_for(Duration::ZERO).boxed().try_next().await?;
+        Ok(first.is_some())
     }
 
     /// The bytes of a file, if they are those that it is named by.

@@ -15,6 +15,7 @@ mod facts;
 mod files;
 mod fleet;
 mod http;
+mod installation;
 mod jobs;
 mod lru;
 mod options;

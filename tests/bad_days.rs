@@ -12,7 +12,7 @@ use serde_json::Value;
 use sqlx::{Connection, SqliteConnection};
 
 use crate::harness::{Folder, Server};
-use crate::oracle::{Upload, jobs_are, nothing_ran_twice};
+use crate::oracle::{Upload, jobs_are, nothing_is_left, nothing_ran_twice};
 use crate::ride;
 use crate::skips::{not_applicable, skip};
 
@@ -223,6 +223,49 @@ async fn a_clock_that_is_set_stops_nothing() {
     let hour_ago = jiff::Timestamp::now() - jiff::SignedDuration::from_mins(30);
     let created: jiff::Timestamp = view["created_at"].as_str().unwrap().parse().unwrap();
     assert!(created < hour_ago, "the clock was set: {created}");
+}
+
+/// Rides that are sent while others wait and the clock has been set back by hours are done all the same, in their order,
+/// before and after a restart.
+#[tokio::test]
+async fn rides_sent_after_the_clock_was_set_back_have_their_turn() {
+    let Some(library) = libfaketime() else { return };
+    let folder = Folder::new();
+    let clock = folder.write("clock", "+0");
+    let env = [
+        ("LD_PRELOAD", library.as_str()),
+        ("FAKETIME_TIMESTAMP_FILE", clock.to_str().unwrap()),
+        ("FAKETIME_NO_CACHE", "1"),
+        ("FAKETIME_DONT_FAKE_MONOTONIC", "1"),
+    ];
+    let mut server = Server::on_sqlite_with_env(&["--workers", "1"], &env);
+    let long = server.submit(&ride::LONG).await;
+    reaches(&server, &long, "trial").await;
+    let waits = server.submit(&[("seed", "2")]).await;
+    for (offset, seeds) in [("-10800", ["3", "4"]), ("-36000", ["5", "6"])] {
+        folder.write("clock", offset);
+        for seed in seeds {
+            server.submit(&[("seed", seed)]).await;
+        }
+        const LATER: &str = "\
+            SELECT COUNT(*) FROM river_job WHERE state = 'available' AND scheduled_at > '1971-01-01'";
+        // What was begun and came back has the time of its return.
+        let begun =
+            "SELECT COUNT(*) FROM river_job WHERE state = 'available' AND attempted_at IS NOT NULL";
+        assert_eq!(server.count(LATER).await, server.count(begun).await);
+        server.crash_and_restart();
+    }
+    assert_eq!(server.cancel(&long).await.unwrap().status(), 200);
+    server.succeeded(&waits).await;
+    let jobs = server.json("/v1/jobs").await;
+    for job in jobs["items"].as_array().unwrap() {
+        let job = job["links"]["job"].as_str().unwrap();
+        if job != long {
+            server.succeeded(job).await;
+        }
+    }
+    jobs_are(&server, 6).await;
+    nothing_is_left(&server).await;
 }
 
 /// A server that computes in its own process, and panics or hangs there where it is told to.

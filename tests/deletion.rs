@@ -1,8 +1,7 @@
 //! Rides and bicycles are deleted, brought back and erased.
 
-use std::fs::File;
 use std::process::Output;
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
 
 use reqwest::{Method, StatusCode};
 use serde_json::Value;
@@ -396,7 +395,8 @@ async fn a_server_erases_by_itself() {
     assert_eq!(server.get(&sent.ride).await.status(), 404);
 }
 
-/// Dies in the transaction that erases: nothing is erased. After it: only the file is left, for the next.
+/// Dies in the transaction that erases: nothing is erased. After it: only the file is left, which the database names, and
+/// the next one removes it, whenever that dies.
 #[tokio::test]
 async fn a_prune_that_dies_leaves_nothing_half_erased() {
     if !cfg!(debug_assertions) {
@@ -405,10 +405,13 @@ async fn a_prune_that_dies_leaves_nothing_half_erased() {
     let server = Server::start();
     let sent = sent(&server, 1000, &[]).await;
     assert_eq!(delete(&server, &sent.ride).await, 200);
-    for (point, left) in [("in_erase", 1), ("after_erase", 0)] {
+    let dies = |point: &str| {
         let mut command = server.beside(&["prune", "--grace-days", "0"]);
         let died = command.env("VELOID_CRASH_AT", point).output().unwrap();
         assert_eq!(died.status.code(), None, "{died:?}");
+    };
+    for (point, left) in [("in_erase", 1), ("after_erase", 0)] {
+        dies(point);
         for table in [
             "SELECT COUNT(*) FROM job",
             "SELECT COUNT(*) FROM ride",
@@ -416,23 +419,40 @@ async fn a_prune_that_dies_leaves_nothing_half_erased() {
         ] {
             assert_eq!(server.count(table).await, left, "{point}: {table}");
         }
+        let named = server.count("SELECT COUNT(*) FROM erased_file").await;
+        assert_eq!(named, 1 - left, "{point}");
         assert!(is_kept(&server, &sent), "{point}");
     }
     assert!(
-        prune(&server, &[]).contains("0 raw files"),
-        "it may be arriving"
+        prune(&server, &[]).contains(" 0 raw files"),
+        "the days of grace have not passed since it was erased"
     );
-    let path = server.folder.0.join("rides").join(&sent.sha256);
-    let hours_ago = SystemTime::now() - Duration::from_secs(2 * 3600);
-    File::options()
-        .write(true)
-        .open(path)
-        .unwrap()
-        .set_modified(hours_ago)
-        .unwrap();
     server.folder.write("rides/README", "no raw file");
-    assert!(prune(&server, &[]).contains("erased raw file"));
-    assert!(!is_kept(&server, &sent) && server.folder.0.join("rides/README").exists());
+    dies("in_removal");
+    assert!(!is_kept(&server, &sent));
+    assert_eq!(server.count("SELECT COUNT(*) FROM erased_file").await, 1);
+    assert!(prune(&server, &["--grace-days", "0"]).contains(" 0 raw files"));
+    assert_eq!(server.count("SELECT COUNT(*) FROM erased_file").await, 0);
+    assert!(server.folder.0.join("rides/README").exists());
+}
+
+/// A file that comes again after its ride was erased, and before it is removed, stays.
+#[tokio::test]
+async fn a_file_that_comes_again_is_not_removed() {
+    let server = Server::start();
+    let first = sent(&server, 1000, &[]).await;
+    assert_eq!(delete(&server, &first.ride).await, 200);
+    let by_hand = "UPDATE job SET deleted_at = deleted_at - 8 * 86400000 RETURNING deleted_at";
+    assert!(server.count(by_hand).await > 0);
+    assert!(prune(&server, &[]).contains("erased: 1 rides, 1 jobs, 0 bikes, 0 raw files"));
+    let again = sent(&server, 1000, &[]).await;
+    assert_eq!(again.sha256, first.sha256);
+    assert!(prune(&server, &["--grace-days", "0"]).contains(" 0 raw files"));
+    assert!(is_kept(&server, &again));
+    assert_eq!(server.count("SELECT COUNT(*) FROM erased_file").await, 0);
+    assert_eq!(delete(&server, &again.ride).await, 200);
+    assert!(prune(&server, &["--grace-days", "0"]).contains(" 1 raw files"));
+    assert!(!is_kept(&server, &again));
 }
 
 #[tokio::test]

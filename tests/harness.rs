@@ -250,6 +250,20 @@ impl Server {
         command
     }
 
+    /// The same, ended after a minute (exit status 124).
+    pub fn beside_for_a_minute(&self, args: &[&str]) -> Command {
+        let beside = self.beside(args);
+        let mut limited = Command::new("timeout");
+        limited
+            .arg("60")
+            .arg(beside.get_program())
+            .args(beside.get_args());
+        limited
+            .env_remove("DATABASE_URL")
+            .envs(self.env.iter().cloned());
+        limited
+    }
+
     /// The number that a query of the server's database gives; its text is the same on both.
     pub async fn count(&self, sql: &'static str) -> i64 {
         if let Some(url) = &self.database {

@@ -11,8 +11,11 @@ use crate::ride;
 
 /// The only raw file of a server.
 fn stored(server: &Server) -> PathBuf {
-    let mut files = server.folder.0.join("rides").read_dir().unwrap();
-    files.next().unwrap().unwrap().path()
+    let files = server.folder.0.join("rides").read_dir().unwrap();
+    let mut paths = files.map(|entry| entry.unwrap().path());
+    paths
+        .find(|path| path.file_name().unwrap().len() == 64)
+        .unwrap()
 }
 
 fn check(server: &Server, args: &[&str]) -> Output {

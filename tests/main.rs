@@ -21,6 +21,7 @@ mod fleet;
 mod harness;
 mod hostile;
 mod hosts;
+mod installation;
 mod isolation;
 mod jobs;
 mod kills;

@@ -3,7 +3,7 @@
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 
-use crate::harness::{Server, http};
+use crate::harness::{Folder, Server, VELOID, http};
 use crate::ride;
 
 /// moto's S3 server (`pip install 'moto[server]'`), on a free port.
@@ -80,7 +80,18 @@ async fn a_ride_in_object_storage_is_worked_on_and_comes_back() {
         .text()
         .await
         .unwrap();
-    assert_eq!(list.matches("<Key>rides/").count(), 1, "{list}");
+    assert_eq!(list.matches("<Key>rides/").count(), 2, "{list}");
+    assert!(list.contains("<Key>rides/installation</Key>"), "{list}");
+    // Another database has no part in it.
+    let other = Folder::new();
+    let migrate = ["migrate", "--data", other.0.to_str().unwrap()];
+    let refused = Command::new(&*VELOID)
+        .args(migrate)
+        .args(files)
+        .envs(s3.env())
+        .output();
+    let refused = String::from_utf8(refused.unwrap().stderr).unwrap();
+    assert!(refused.contains("the database has no ride"), "{refused}");
     assert!(
         !server.folder.0.join("rides").exists(),
         "nothing is kept beside it"

@@ -122,3 +122,15 @@ async fn on_sqlite_only_one_process_works() {
     let message = String::from_utf8(output.stderr).unwrap();
     assert!(message.contains("another veloid works"), "{message}");
 }
+
+/// A process that hangs at its start does so in one of thousands: `VELOID_STARTS=4000` looks for it.
+#[test]
+fn every_start_of_many_comes_to_its_end() {
+    let starts = std::env::var("VELOID_STARTS").ok();
+    let starts = starts.and_then(|starts| starts.parse().ok()).unwrap_or(20);
+    let server = Server::with(&["--workers", "0"]);
+    for start in 1..=starts {
+        let output = server.beside_for_a_minute(&["migrate"]).output().unwrap();
+        assert!(output.status.success(), "start {start}: {output:?}");
+    }
+}

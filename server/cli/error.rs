@@ -6,6 +6,7 @@ use veloid_engine::EngineError;
 use veloid_engine::ride::ReadError;
 
 use crate::erasure::EraseError;
+use crate::installation::InstallationError;
 use crate::jobs::{ChildError, Fault};
 use crate::options::OptionsError;
 use crate::store::MigrateError;
@@ -62,6 +63,11 @@ pub enum CliError {
     OnPostgres,
     #[error("{}: there is no such database", .0.display())]
     NoDatabase(PathBuf),
+    #[error(
+        "the PostgreSQL database holds no installation of veloid: is DATABASE_URL right? `veloid serve`, `worker`, `migrate` and \
+         `key create` begin one"
+    )]
+    NoSchema,
     #[error("{}: something is there already, expected a new or an empty folder", .0.display())]
     NotEmpty(PathBuf),
     #[error(
@@ -76,6 +82,8 @@ pub enum CliError {
     Database(#[from] sqlx::Error),
     #[error(transparent)]
     Erase(#[from] EraseError),
+    #[error(transparent)]
+    Installation(#[from] InstallationError),
     #[error(transparent)]
     Migrate(#[from] MigrateError),
     #[error(transparent)]

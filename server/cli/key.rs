@@ -80,7 +80,10 @@ fn group(text: &str) -> Result<String, String> {
 
 impl Key {
     pub async fn run(self) -> Result<(), CliError> {
-        let (db, _files) = self.storage.open().await?;
+        let (db, _files) = match self.action {
+            Action::Create(_) => self.storage.begin().await?,
+            _ => self.storage.open().await?,
+        };
         match self.action {
             Action::Create(create) => {
                 let token = Token::draw().map_err(std::io::Error::from)?;

@@ -12,7 +12,7 @@ pub struct Migrate {
 
 impl Migrate {
     pub async fn run(self) -> Result<(), CliError> {
-        self.storage.open().await?;
+        self.storage.begin().await?;
         println!("schema is up to date");
         Ok(())
     }

@@ -1,5 +1,6 @@
 //! The command line: one file per subcommand.
 
+mod adopt;
 mod asked;
 mod backup;
 mod bench;
@@ -67,6 +68,7 @@ enum Command {
     Backup(backup::Backup),
     Restore(restore::Restore),
     Prune(prune::PruneNow),
+    Adopt(adopt::Adopt),
     Check(check::Check),
     Health(health::Health),
     Openapi(openapi::Openapi),
@@ -91,6 +93,7 @@ impl Cli {
             Command::Backup(command) => runtime()?.block_on(command.run()),
             Command::Restore(command) => runtime()?.block_on(command.run()),
             Command::Prune(command) => runtime()?.block_on(command.run()),
+            Command::Adopt(command) => runtime()?.block_on(command.run()),
             Command::Check(command) => runtime()?.block_on(command.run()),
             Command::Health(command) => runtime()?.block_on(command.run()),
             Command::Openapi(command) => command.run(),

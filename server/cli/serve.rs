@@ -109,7 +109,7 @@ impl Entry {
 impl Serve {
     pub async fn run(self) -> Result<(), CliError> {
         let metrics = metrics::recorder()?;
-        let (db, files) = self.storage.open().await?;
+        let (db, files) = self.storage.begin().await?;
         let access = self.entry.access(&db, self.listen).await?;
         let (rides, hub) = (RideCache::new(db.clone(), files.clone()), Hub::new());
         let threads = self.workers.unwrap_or_else(cores);

@@ -8,10 +8,12 @@ use clap::Args;
 use sqlx::sqlite::SqliteConnectOptions;
 use tokio::fs;
 use url::Url;
+use uuid::Uuid;
 
 use super::CliError;
 use super::vault::{DATABASE, Vault, is_empty};
 use crate::files::Files;
+use crate::installation::{InstallationError, adopt, pair};
 use crate::store::{Db, is_postgres};
 
 #[derive(Args, Clone)]
@@ -29,16 +31,64 @@ pub struct Storage {
 }
 
 impl Storage {
-    /// Opens the file store and the database, with its schema up to date.
-    pub async fn open(&self) -> Result<(Db, Files), CliError> {
+    /// Opens the file store and the database, with its schema up to date; both are made where they are absent.
+    pub async fn begin(&self) -> Result<(Db, Files), CliError> {
         let files = self.open_files().await?;
+        // No new database beside files of one that is not there: its journal would be in the way of a copy put in its place.
+        if !self.exists().await? && files.has_any().await? {
+            return Err(InstallationError::NoRides.into());
+        }
+        let db = self.connect(async |db| pair(db, &files).await).await?;
+        Ok((db, files))
+    }
+
+    /// The same of an installation that is there.
+    pub async fn open(&self) -> Result<(Db, Files), CliError> {
+        match self.exists().await? {
+            true => self.begin().await,
+            false => Err(self.absent()),
+        }
+    }
+
+    /// Makes the database and the store of raw files one installation, as `installation::adopt` has it; a database where
+    /// there are files of one that is lost.
+    pub async fn adopt(&self, new: bool) -> Result<Uuid, CliError> {
+        let files = self.open_files().await?;
+        if !self.exists().await? && !files.has_any().await? {
+            return Err(self.absent());
+        }
+        let db = self.connect(async |_| Ok(())).await?;
+        let _lock = self.lock_for_work(&db)?;
+        Ok(adopt(&db, &files, new).await?)
+    }
+
+    /// The database with its schema up to date, and more work done under the same lock.
+    async fn connect(
+        &self,
+        work: impl AsyncFnOnce(&Db) -> Result<(), InstallationError>,
+    ) -> Result<Db, CliError> {
         // SQLite's migrator takes no lock of its own.
         let lock = File::create(self.data.join("migrate.lock"))?;
         lock.lock()?;
         let db = Db::connect(&self.url()).await?;
         db.migrate().await?;
+        work(&db).await?;
         lock.unlock()?;
-        Ok((db, files))
+        Ok(db)
+    }
+
+    /// Whether there is a database of ours.
+    async fn exists(&self) -> Result<bool, CliError> {
+        let url = self.url();
+        Ok(match is_postgres(&url) {
+            true => !Db::connect(&url).await?.is_new().await?,
+            false => self.sqlite_file()?.is_file(),
+        })
+    }
+
+    fn absent(&self) -> CliError {
+        self.sqlite_file()
+            .map_or(CliError::NoSchema, CliError::NoDatabase)
     }
 
     /// Database and raw files as they lie there, without opening the database.

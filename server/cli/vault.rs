@@ -34,6 +34,9 @@ impl Vault {
     pub async fn copy_to(&self, to: &Vault) -> Result<String, CliError> {
         let part = to.database.with_extension("part");
         let names = snapshot(&self.database, &part).await?;
+        if let Some(id) = self.files.installation().await? {
+            to.files.replace_installation(id).await?;
+        }
         let (mut bytes, mut lost) = (0, 0);
         for sha256 in &names {
             match copy(&self.files, &to.files, sha256).await {

@@ -95,7 +95,7 @@ impl WorkLimits {
 impl Worker {
     pub async fn run(self) -> Result<(), CliError> {
         let metrics = metrics::recorder()?;
-        let (db, files): (Db, Files) = self.storage.open().await?;
+        let (db, files): (Db, Files) = self.storage.begin().await?;
         let _lock = self.storage.lock_for_work(&db)?;
         let threads = self.workers.unwrap_or_else(cores).max(1);
         let work = self.limits.work(

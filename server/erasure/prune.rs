@@ -1,26 +1,24 @@
-//! The end of what was deleted. Rows go first, in a transaction that is synced; then the files that no ride has
-//! any more. Whoever dies between the two leaves files without a ride, which the next one finds.
+//! The end of what was deleted. Rows go first, in a synced transaction that also records the files which no ride has any
+//! more. These are removed once the days of grace have passed again, so that a copy of the database which is no older
+//! finds the files of its rides. A file is removed because the database says so, never because it lacks a row.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::time::Duration;
 
-use futures_util::TryStreamExt;
 use uuid::Uuid;
 
 use super::policy::{DAY_MS, Policy};
 use crate::crash;
 use crate::files::Files;
+use crate::installation::{InstallationError, pair};
 use crate::jobs::{Fault, Queue, give_up};
 use crate::store::audit::{self, Actor};
 use crate::store::deletion::{self, Due};
-use crate::store::{Db, Tx, job, now_ms, ride};
+use crate::store::{Db, Tx, erased_file, job, now_ms, ride};
 
 /// Jobs that are erased in one transaction.
 const BATCH: i64 = 50;
 /// Files that are asked for at once.
-const FILES: usize = 500;
-/// A file may lie there for so long before its ride is known.
-const ARRIVING: Duration = Duration::from_secs(3600);
+const FILES: i64 = 500;
 
 #[derive(Debug, thiserror::Error)]
 pub enum EraseError {
@@ -28,6 +26,8 @@ pub enum EraseError {
     Database(#[from] sqlx::Error),
     #[error("file store: {0}")]
     Files(#[from] std::io::Error),
+    #[error(transparent)]
+    Installation(#[from] InstallationError),
     #[error(transparent)]
     Work(#[from] Fault),
 }
@@ -59,12 +59,13 @@ impl Prune<'_> {
         self.expire().await?;
         let mut erased = Erased::default();
         let until = now_ms() - self.policy.grace_ms;
+        let mut released = BTreeSet::new();
         let mut last = Uuid::nil();
         loop {
             let due = deletion::due(self.db, until, last, BATCH).await?;
             let Some(end) = due.last() else { break };
             last = end.id;
-            self.erase(&due, until, &mut erased).await?;
+            released.extend(self.erase(&due, until, &mut erased).await?);
         }
         let mut tx = self.db.begin().await?;
         for (group, name) in deletion::erase_bikes(&mut tx, until).await? {
@@ -73,8 +74,38 @@ impl Prune<'_> {
             erased.bikes += 1;
         }
         self.end(tx).await?;
-        erased.files += self.orphans().await?;
+        erased.files = match self.dry_run && self.policy.grace_ms == 0 {
+            true => self.foresee(&released),
+            false => 0,
+        };
+        erased.files += self.remove_recorded().await?;
         Ok(erased)
+    }
+
+    /// Says of files that a dry run has not recorded what would become of them.
+    fn foresee(&self, released: &BTreeSet<String>) -> u64 {
+        for sha256 in released {
+            self.say("erase", &format!("raw file {sha256}"));
+        }
+        released.len() as u64
+    }
+
+    /// Removes the files that were recorded long enough ago.
+    async fn remove_recorded(&self) -> Result<u64, EraseError> {
+        // The store may have been exchanged since this process began.
+        pair(self.db, self.files).await?;
+        let until = now_ms() - self.policy.grace_ms;
+        let (mut removed, mut last) = (0, String::new());
+        loop {
+            let due = erased_file::due(self.db, until, &last, FILES).await?;
+            let Some(end) = due.last() else {
+                return Ok(removed);
+            };
+            last.clone_from(end);
+            for sha256 in &due {
+                removed += u64::from(self.remove(sha256).await?);
+            }
+        }
     }
 
     /// Deletes what is older than its group keeps it.
@@ -94,8 +125,13 @@ impl Prune<'_> {
         Ok(())
     }
 
-    /// Erases jobs, the rides that have none left, and their files.
-    async fn erase(&self, due: &[Due], until: i64, erased: &mut Erased) -> Result<(), EraseError> {
+    /// Erases jobs and the rides that have none left; the files that no ride has any more.
+    async fn erase(
+        &self,
+        due: &[Due],
+        until: i64,
+        erased: &mut Erased,
+    ) -> Result<BTreeSet<String>, EraseError> {
         let mut tx = self.db.begin().await?;
         let mut rides = BTreeMap::new();
         for job in due {
@@ -107,7 +143,7 @@ impl Prune<'_> {
                 *rides.entry((job.ride_id, &job.group_name)).or_insert(0) += 1;
             }
         }
-        let mut left = BTreeSet::new();
+        let mut released = BTreeSet::new();
         for ((ride, group), jobs) in rides {
             let files = ride::erase_if_done(&mut tx, ride).await?;
             let subject = match &files {
@@ -119,44 +155,34 @@ impl Prune<'_> {
             erased.rides += u64::from(files.is_some());
             for sha256 in files.into_iter().flatten() {
                 if !ride::is_held(&mut tx, &sha256).await? {
-                    left.insert(sha256);
+                    erased_file::add(&mut tx, &sha256, now_ms()).await?;
+                    released.insert(sha256);
                 }
             }
         }
         crash::point("in_erase");
         self.end(tx).await?;
         crash::point("after_erase");
-        for sha256 in left {
-            erased.files += u64::from(self.remove(&sha256).await?);
-        }
-        Ok(())
+        Ok(released)
     }
 
-    /// Removes files that have lain there for a while without a ride.
-    pub async fn orphans(&self) -> Result<u64, EraseError> {
-        let mut removed = 0;
-        let mut chunks = std::pin::pin!(self.files.kept_for(ARRIVING).try_chunks(FILES));
-        while let Some(files) = chunks.try_next().await.map_err(|error| error.1)? {
-            let held: BTreeSet<String> = ride::held(self.db, &files).await?.into_iter().collect();
-            for sha256 in files.iter().filter(|sha256| !held.contains(*sha256)) {
-                removed += u64::from(self.remove(sha256).await?);
-            }
+    /// Removes a file that no ride has, and its row. An upload of the same bytes either sees that they are gone, or is
+    /// seen here.
+    pub(super) async fn remove(&self, sha256: &str) -> Result<bool, EraseError> {
+        let mut tx = self.db.begin().await?;
+        ride::lock_file(&mut tx, sha256).await?;
+        let removed = match ride::is_held(&mut tx, sha256).await? {
+            true => false,
+            false if self.dry_run => self.files.has(sha256).await?,
+            false => self.files.remove(sha256).await?,
+        };
+        crash::point("in_removal");
+        erased_file::forget(&mut tx, sha256).await?;
+        self.end(tx).await?;
+        if removed {
+            self.say("erase", &format!("raw file {sha256}"));
         }
         Ok(removed)
-    }
-
-    /// Removes a file that no ride has. Whoever uploads the same bytes meanwhile sees that they are gone, or is
-    /// seen here.
-    async fn remove(&self, sha256: &str) -> Result<bool, EraseError> {
-        if !self.dry_run {
-            let mut tx = self.db.begin().await?;
-            ride::lock_file(&mut tx, sha256).await?;
-            if ride::is_held(&mut tx, sha256).await? || !self.files.remove(sha256).await? {
-                return Ok(false);
-            }
-        }
-        self.say("erase", &format!("raw file {sha256}"));
-        Ok(true)
     }
 
     async fn note(&self, tx: &mut Tx, group: &str, action: &str, what: &str) -> sqlx::Result<()> {

@@ -2,14 +2,15 @@
 
 use super::prune::{EraseError, Prune};
 use crate::files::FileError;
+use crate::installation::{ARRIVING, Census};
 use crate::store::scrub;
 
 /// Files that are asked for at once.
 const PAGE: i64 = 500;
 
 impl Prune<'_> {
-    /// Says every finding in a line and how many there are; removes files that no ride has, unless this is a
-    /// dry run.
+    /// Says every finding in a line and how many there are; removes files that the database does not know, unless this is
+    /// a dry run.
     pub async fn scrub(&self) -> Result<u64, EraseError> {
         let mut found = 0;
         let mut say = |line: String| {
@@ -47,6 +48,26 @@ impl Prune<'_> {
                 }
             }
         }
-        Ok(found + self.orphans().await?)
+        Ok(found + self.unknown().await?)
+    }
+
+    /// Finds files that have lain in the store for an hour and belong to no ride, erased ones included.
+    async fn unknown(&self) -> Result<u64, EraseError> {
+        let Census { files, unknown } = Census::take(self.db, self.files, ARRIVING).await?;
+        let mut found = 0;
+        for sha256 in &unknown {
+            found += u64::from(self.remove(sha256).await?);
+        }
+        if found > 0 {
+            let share = 100.0 * unknown.len() as f64 / files as f64;
+            (self.tell)(&format!(
+                "{found} of {files} raw files ({share:.1} %) belong to no ride of this database{}",
+                match self.dry_run {
+                    true => "; `--repair` removes them",
+                    false => " and were removed",
+                }
+            ));
+        }
+        Ok(found)
     }
 }

@@ -19,7 +19,7 @@ use super::repair::repair;
 use super::takeover::sweep;
 use super::work::{Stages, Work};
 use crate::crash;
-use crate::store::{Db, river, worker};
+use crate::store::{Db, river, turn, worker};
 
 const BEAT: Duration = Duration::from_secs(2);
 /// A worker that has not beaten for so long is gone; four beats.
@@ -66,6 +66,7 @@ pub async fn start(work: Arc<Work>) -> Result<Running, Fault> {
     // Before the first row is fetched, or others would take it over at once.
     let slots = (threads + QUICK_THREADS) as i64;
     worker::beat(&mut tx, &id, slots).await?;
+    turn::count_from_0(&mut tx).await?;
     river::hasten(&mut tx).await?;
     tx.commit().await?;
     sweep(&db, &queue, &hub).await?;

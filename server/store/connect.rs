@@ -1,9 +1,10 @@
 use std::str::FromStr;
 use std::time::Duration;
 
-use sqlx::Connection;
+use sqlx::pool::PoolOptions;
 use sqlx::postgres::{PgConnectOptions, PgPoolOptions};
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
+use sqlx::{Connection, Database};
 
 use super::{Db, nodelay};
 
@@ -34,6 +35,15 @@ pub fn is_postgres(url: &str) -> bool {
     url.starts_with("postgres://") || url.starts_with("postgresql://")
 }
 
+/// A pool that no task of sqlx's looks after: in sqlx 0.9.0 that task may meet a count of idle connections that has just
+/// gone below zero, and then never ends (launchbadge/sqlx issue 3645, mended by pull request 4289 after 0.9.0).
+fn unmaintained<D: Database>(options: PoolOptions<D>) -> PoolOptions<D> {
+    options
+        .min_connections(0)
+        .idle_timeout(None)
+        .max_lifetime(None)
+}
+
 impl Db {
     /// Opens `sqlite:FILE` (made when absent) or `postgres://...`.
     pub async fn connect(url: &str) -> sqlx::Result<Db> {
@@ -41,7 +51,7 @@ impl Db {
             let options = PgConnectOptions::from_str(url)?.options(SESSION);
             let port = options.get_port();
             let pool = |most| {
-                PgPoolOptions::new()
+                unmaintained(PgPoolOptions::new())
                     .max_connections(most)
                     .acquire_timeout(ACQUIRE_TIMEOUT)
                     .test_before_acquire(false)
@@ -76,7 +86,7 @@ impl Db {
         // A file need not be asked whether it is still there: each time would be a way to SQLite's thread
         // and back.
         let pool = |most| {
-            SqlitePoolOptions::new()
+            unmaintained(SqlitePoolOptions::new())
                 .max_connections(most)
                 .acquire_timeout(ACQUIRE_TIMEOUT)
                 .test_before_acquire(false)
@@ -107,15 +117,40 @@ impl Db {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use sqlx::{Sqlite, Transaction};
+    use sqlx::pool::PoolOptions;
+    use sqlx::{Database, Sqlite, Transaction};
 
     use crate::conformance::on_each_empty;
-    use crate::store::Tx;
+    use crate::store::{Db, Tx};
 
     /// What SQLite calls 1, NORMAL, or 2, FULL.
     async fn synchronous(tx: &mut Transaction<'static, Sqlite>) -> i64 {
         let asked = sqlx::query_scalar("PRAGMA synchronous");
         asked.fetch_one(&mut **tx).await.unwrap()
+    }
+
+    fn is_unmaintained<D: Database>(options: &PoolOptions<D>) {
+        assert_eq!(options.get_min_connections(), 0);
+        assert_eq!(options.get_idle_timeout(), None);
+        assert_eq!(options.get_max_lifetime(), None);
+    }
+
+    /// sqlx's task that looks after a pool begins where one of these is set.
+    #[tokio::test]
+    async fn no_task_looks_after_a_pool() {
+        on_each_empty(async |db| match &db {
+            Db::Sqlite { write, read, signs } => {
+                for pool in [write, read, signs] {
+                    is_unmaintained(pool.options());
+                }
+            }
+            Db::Postgres { write, read, signs } => {
+                for pool in [write, read, signs] {
+                    is_unmaintained(pool.options());
+                }
+            }
+        })
+        .await;
     }
 
     #[tokio::test]

@@ -25,8 +25,10 @@ pub mod bike;
 mod connect;
 pub mod deletion;
 pub mod dependence;
+pub mod erased_file;
 pub mod facts;
 pub mod idempotency_key;
+pub mod installation;
 pub mod job;
 pub mod key;
 pub mod loss;
@@ -126,6 +128,16 @@ impl Db {
     /// The statement as this database spells it.
     pub fn spelt(&self, sqlite: &'static str, postgres: &'static str) -> &'static str {
         if self.is_sqlite() { sqlite } else { postgres }
+    }
+
+    /// Whether nothing of ours is there.
+    pub async fn is_new(&self) -> sqlx::Result<bool> {
+        const SQLITE: &str = "SELECT COUNT(*) FROM sqlite_schema WHERE name = 'job'";
+        const POSTGRES: &str =
+            "SELECT CASE WHEN to_regclass('job') IS NULL THEN 0 ELSE 1 END::BIGINT";
+        let sql = self.spelt(SQLITE, POSTGRES);
+        let tables: i64 = on!(read self, p => sqlx::query_scalar(sql).fetch_one(p).await)?;
+        Ok(tables == 0)
     }
 
     /// Whether the database answers, and soon.

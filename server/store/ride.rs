@@ -116,13 +116,14 @@ pub async fn is_held(tx: &mut Tx, sha256: &str) -> sqlx::Result<bool> {
     Ok(rides > 0)
 }
 
-/// Those of these files that a ride of any group has.
-pub async fn held(db: &Db, files: &[String]) -> sqlx::Result<Vec<String>> {
+/// Those of these files that the database knows: a ride of any group has them, or had them until it was erased.
+pub async fn known(db: &Db, files: &[String]) -> sqlx::Result<Vec<String>> {
     on!(read db, p => {
         let mut query = QueryBuilder::new("");
         for part in [
             "SELECT sha256 FROM ride WHERE sha256 IN (",
             " UNION SELECT sha256 FROM ride_file WHERE sha256 IN (",
+            " UNION SELECT sha256 FROM erased_file WHERE sha256 IN (",
         ] {
             let mut list = query.push(part).separated(", ");
             for sha256 in files {

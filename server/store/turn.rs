@@ -1,16 +1,17 @@
 //! Whose ride comes next: start-time fair queueing (Goyal, Vin & Cheng 1996, doi:10.1145/248156.248171)
 //! among those who upload, so that one who sends a thousand rides holds up nobody who sends one.
 //!
-//! A turn is an epoch time in milliseconds, long past, by which River orders what is waiting. A new job's
-//! is one more than the last of the same uploader that is not at its end, and at least the least of all.
+//! A turn is a count that River, which orders what is waiting by time, gets as a time in milliseconds since 1970, so that
+//! no clock has a part in it. A new job's turn is one more than the last of the same uploader that is not at its end, and
+//! at least the least of all.
 
 use uuid::Uuid;
 
-use super::{Tx, now_ms, river};
+use super::{Tx, river};
 
-/// How far in the past turns begin: other machines' clocks may be wrong by so much, and so many rides (one
-/// a millisecond) may wait, before River would hold a turn for one that has not come yet.
-const PAST_MS: i64 = 3_600_000;
+/// Turns of this size were taken from the clock, by versions before schema 15 (ms since 1970, here 1973): to count so far
+/// one uploader would have to have as many jobs that are not at their end.
+const FROM_CLOCK: i64 = 100_000_000_000;
 
 /// Gives a job that is queued a turn, and its waiting rows their places.
 pub async fn take(tx: &mut Tx, job: Uuid) -> sqlx::Result<()> {
@@ -23,11 +24,25 @@ pub async fn take(tx: &mut Tx, job: Uuid) -> sqlx::Result<()> {
     const TURN: &str = "UPDATE job SET turn = $2 WHERE id = $1";
     let (least, own): (Option<i64>, Option<i64>) =
         on!(tx, t => sqlx::query_as(OTHERS).bind(job).fetch_one(&mut **t).await)?;
-    let turn = least
-        .unwrap_or_else(|| now_ms() - PAST_MS)
-        .max(own.map_or(i64::MIN, |own| own + 1));
+    let turn = least.unwrap_or(0).max(own.map_or(i64::MIN, |own| own + 1));
     on!(tx, t => sqlx::query(TURN).bind(job).bind(turn).execute(&mut **t).await.map(drop))?;
     river::line_up(tx, job).await
+}
+
+/// Counts turns that earlier versions took from the clock from 0, in their order.
+pub async fn count_from_0(tx: &mut Tx) -> sqlx::Result<()> {
+    const LEAST: &str = "SELECT MIN(turn) FROM job WHERE finished_at IS NULL";
+    const SQL: &str = "UPDATE job SET turn = turn - $1 WHERE finished_at IS NULL RETURNING id";
+    let least: Option<i64> = on!(tx, t => sqlx::query_scalar(LEAST).fetch_one(&mut **t).await)?;
+    let Some(least) = least.filter(|least| *least >= FROM_CLOCK) else {
+        return Ok(());
+    };
+    let jobs: Vec<Uuid> =
+        on!(tx, t => sqlx::query_scalar(SQL).bind(least).fetch_all(&mut **t).await)?;
+    for job in jobs {
+        river::line_up(tx, job).await?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -56,6 +71,20 @@ mod tests {
                 unreachable!()
             };
             assert_eq!(waiting(&db).await, [a, d, b, e, c]);
+
+            // As an earlier version left them, by a clock that was set back since.
+            const AHEAD: &str = "UPDATE job SET turn = turn + $1";
+            let ahead = crate::store::now_ms() + 7_200_000;
+            let mut tx = db.begin().await.unwrap();
+            on!(&mut tx, t => sqlx::query(AHEAD).bind(ahead).execute(&mut **t).await.map(drop))
+                .unwrap();
+            count_from_0(&mut tx).await.unwrap();
+            tx.commit().await.unwrap();
+            assert_eq!(waiting(&db).await, [a, d, b, e, c]);
+            const TURNS: &str = "SELECT turn FROM job ORDER BY id";
+            let turns: Vec<i64> =
+                on!(read &db, p => sqlx::query_scalar(TURNS).fetch_all(p).await).unwrap();
+            assert_eq!(turns, [0, 1, 2, 0, 1]);
 
             begun_by(&db, c, "one that stops").await;
             const BACK: &str = "UPDATE river_job SET state = 'available' WHERE id = $1";

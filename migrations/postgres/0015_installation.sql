@@ -1,0 +1,14 @@
+-- The one installation that this database and its store of raw files belong to: server/installation.rs.
+CREATE TABLE installation (
+    single     BIGINT PRIMARY KEY CHECK (single = 1),
+    id         UUID NOT NULL,
+    created_at BIGINT NOT NULL
+);
+
+-- Raw files whose last ride was erased, to be removed from the store: server/erasure/prune.rs.
+CREATE TABLE erased_file (
+    sha256    TEXT PRIMARY KEY,
+    erased_at BIGINT NOT NULL
+);
+
+CREATE INDEX erased_file_at ON erased_file (erased_at);

@@ -1,0 +1,111 @@
+//! The id of the one installation that a store of raw files belongs to: an object of the store whose name cannot be
+//! that of a raw file.
+
+use std::io;
+use std::path::Path;
+
+use object_store::{Error, ObjectStoreExt, PutMode, PutPayload};
+use tokio::fs::{self, File};
+use tokio::io::AsyncWriteExt;
+use uuid::Uuid;
+
+use super::{Files, name};
+
+const MARKER: &str = "installation";
+
+impl Files {
+    /// The id that the store has.
+    pub async fn installation(&self) -> io::Result<Option<Uuid>> {
+        let bytes = match self.kept.get(&name(MARKER)).await {
+            Ok(found) => found.bytes().await.map_err(io::Error::from)?,
+            Err(Error::NotFound { .. }) => return Ok(None),
+            Err(error) => return Err(error.into()),
+        };
+        let text = String::from_utf8_lossy(&bytes);
+        let id = Uuid::try_parse(text.trim());
+        let bad = |error| {
+            let bytes = bytes.len();
+            let text = format!("`{MARKER}` of {bytes} bytes holds no UUID: {error}");
+            io::Error::new(io::ErrorKind::InvalidData, text)
+        };
+        id.map(Some).map_err(bad)
+    }
+
+    /// Gives the store an id unless it has one; the id that it then has.
+    pub async fn keep_installation(&self, id: Uuid) -> io::Result<Uuid> {
+        let put = match &self.folder {
+            Some(folder) => put_new(folder, id).await,
+            None => {
+                let options = PutMode::Create.into();
+                let put = self.kept.put_opts(&name(MARKER), text(id), options).await;
+                put.map(drop).map_err(|error| match error {
+                    Error::AlreadyExists { .. } => io::ErrorKind::AlreadyExists.into(),
+                    error => error.into(),
+                })
+            }
+        };
+        match put {
+            Ok(()) => Ok(id),
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+                let found = self.installation().await?;
+                found.ok_or_else(|| io::ErrorKind::NotFound.into())
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Gives the store this id in place of any other.
+    pub async fn replace_installation(&self, id: Uuid) -> io::Result<()> {
+        self.remove(MARKER).await?;
+        self.keep_installation(id).await.map(drop)
+    }
+}
+
+fn text(id: Uuid) -> PutPayload {
+    PutPayload::from(format!("{id}\n").into_bytes())
+}
+
+/// Writes the marker of a folder, which has all of it after a power cut or nothing.
+async fn put_new(folder: &Path, id: Uuid) -> io::Result<()> {
+    let part = folder.join(format!("{MARKER}.{}", Uuid::now_v7().simple()));
+    let linked = async {
+        let mut file = File::create_new(&part).await?;
+        file.write_all(format!("{id}\n").as_bytes()).await?;
+        file.sync_all().await?;
+        // Fails where the name is taken, as a rename would not.
+        fs::hard_link(&part, folder.join(MARKER)).await
+    };
+    let linked = linked.await;
+    fs::remove_file(&part).await?;
+    linked?;
+    File::open(folder).await?.sync_all().await
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[tokio::test]
+    async fn a_store_keeps_its_first_id_until_it_is_replaced() {
+        let root = std::env::temp_dir().join(format!("veloid-marker-{}", Uuid::now_v7()));
+        let folder = Files::in_folder(&root).await.unwrap();
+        let memory = "memory:///".parse().unwrap();
+        let memory = Files::at(&memory, &root).await.unwrap();
+        for files in [&folder, &memory] {
+            let [a, b] = [1, 2].map(Uuid::from_u128);
+            assert_eq!(files.installation().await.unwrap(), None);
+            assert_eq!(files.keep_installation(a).await.unwrap(), a);
+            assert_eq!(files.keep_installation(b).await.unwrap(), a);
+            files.replace_installation(b).await.unwrap();
+            assert_eq!(files.installation().await.unwrap(), Some(b));
+            assert!(!files.has_any().await.unwrap(), "it is no raw file");
+        }
+        let entries = std::fs::read_dir(root.join("rides")).unwrap().count();
+        assert_eq!(entries, 1);
+        std::fs::write(root.join("rides").join(MARKER), "?").unwrap();
+        let error = folder.installation().await.unwrap_err();
+        assert!(error.to_string().contains("1 bytes"), "{error}");
+        std::fs::remove_dir_all(root).unwrap();
+    }
+}
