@@ -5,6 +5,7 @@ use std::io::Write as _;
 /// The start of an entry, in its two places, up to its sizes.
 const LOCAL: &[u8] = b"PK\x03\x04";
 const CENTRAL: &[u8] = b"PK\x01\x02\x14\x00";
+const NO_STYLES: &str = "<styleSheet/>";
 const FORMAT: &[u8] = b"\x14\x00\x00\x00\x08\x00\x00\x00\x00\x00";
 
 /// A zip archive of these parts.
@@ -68,14 +69,14 @@ fn workbook(cells: &str, strings: &str, styles: &str) -> Vec<u8> {
 pub fn one_text(characters: usize) -> Vec<u8> {
     let text = "x".repeat(characters);
     let cells = format!("<row><c t=\"inlineStr\"><is><t>{text}</t></is></c></row>");
-    workbook(&cells, "<sst/>", "")
+    workbook(&cells, "<sst/>", NO_STYLES)
 }
 
 /// A workbook that says it has so many shared strings.
 pub fn promised_strings(count: u64) -> Vec<u8> {
     let cells = "<row><c t=\"s\"><v>0</v></c></row>";
     let strings = format!("<sst uniqueCount=\"{count}\"><si><t>t</t></si></sst>");
-    workbook(cells, &strings, "")
+    workbook(cells, &strings, NO_STYLES)
 }
 
 /// A workbook of so many formats, each of which has a font whose name has 60 000 characters.
@@ -100,5 +101,9 @@ pub fn of_table(csv: &str) -> Vec<u8> {
             line.split(',').map(cell).collect::<String>()
         )
     };
-    workbook(&csv.lines().map(row).collect::<String>(), "<sst/>", "")
+    workbook(
+        &csv.lines().map(row).collect::<String>(),
+        "<sst/>",
+        NO_STYLES,
+    )
 }

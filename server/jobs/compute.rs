@@ -10,6 +10,7 @@ use veloid_engine::Progress;
 use veloid_engine::swarm::Swarm;
 
 use super::control::Control;
+use super::drawing::Drawn;
 use super::fault::Fault;
 use super::isolate::{Child, Children};
 use super::task::{Order, Outcome, Subject, Task};
@@ -57,8 +58,8 @@ pub struct Lane {
 
 /// Where a lane computes.
 enum Place {
-    /// With what the trials of the last few jobs share.
-    Here(Threads, Lru<Swarm>),
+    /// With what the trials of the last few jobs share, and the curves that were drawn last.
+    Here(Threads, Lru<Swarm>, Arc<Drawn>),
     Children(Children, Arc<Semaphore>),
 }
 
@@ -77,7 +78,10 @@ impl Lane {
         };
         let place = match isolated.map(child) {
             Some(child) => Place::Children(Children::new(child), Arc::new(Semaphore::new(threads))),
-            None => Place::Here(Threads::new(name, threads, nice)?, Lru::new(SWARMS)),
+            None => {
+                let threads = Threads::new(name, threads, nice)?;
+                Place::Here(threads, Lru::new(SWARMS), Arc::default())
+            }
         };
         Ok(Self { place, threads })
     }
@@ -85,13 +89,14 @@ impl Lane {
     /// Carries an order out.
     pub async fn perform(&self, control: Control, order: Order) -> Result<Outcome, Fault> {
         match &self.place {
-            Place::Here(threads, swarms) => match order {
+            Place::Here(threads, swarms, drawn) => match order {
                 Order::Stage(Some(subject), task) => {
                     here(threads, swarms, control, subject, task).await
                 }
                 Order::Stage(None, _) => Err(Fault::Mismatch),
                 Order::Errand(errand) => {
-                    let work = move |_: &dyn Progress| Ok(Outcome::Errand(errand.perform()));
+                    let drawn = Arc::clone(drawn);
+                    let work = move |_: &dyn Progress| Ok(Outcome::Errand(errand.perform(&drawn)));
                     threads.run(control, work).await
                 }
             },

@@ -5,11 +5,13 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use veloid_engine::report::{Quantity, Report, Series, Window};
+use uuid::Uuid;
+use veloid_engine::report::Window;
 use veloid_engine::ride::{self, Preview, Ride, RideFile, RideSummary};
 
 use super::at_hand::{SMALL, bytes};
 use super::budget::Budget;
+use super::drawing::{Drawing, Drawn};
 use super::unread::{Unread, Unreadable};
 use crate::crash;
 use crate::store::job::Request;
@@ -37,17 +39,6 @@ pub enum Wanted {
     Check(Budget),
     Preview,
     Drawing(Drawing),
-}
-
-/// Which part of what curves is drawn.
-#[derive(Serialize, Deserialize)]
-pub struct Drawing {
-    /// The job's report (JSON).
-    pub report: String,
-    pub quantity: Quantity,
-    pub t0: Option<f64>,
-    pub t1: Option<f64>,
-    pub points: usize,
 }
 
 /// What came of an [`Errand`].
@@ -93,8 +84,22 @@ impl Wanted {
 }
 
 impl Errand {
-    pub fn perform(&self) -> Result<Found, Unread> {
+    /// The job that is drawn.
+    pub fn job(&self) -> Option<Uuid> {
+        match &self.wanted {
+            Wanted::Drawing(drawing) => Some(drawing.job),
+            _ => None,
+        }
+    }
+
+    /// Does it, with what was drawn last at hand.
+    pub fn perform(&self, drawn: &Drawn) -> Result<Found, Unread> {
         crash::poison(self.wanted.stage(), self.request.options.settings.seed);
+        if let Wanted::Drawing(drawing) = &self.wanted
+            && let Some(series) = drawn.of(drawing)
+        {
+            return Ok(Found::Window(Box::new(drawing.window(&series))));
+        }
         let contents = self.contents()?;
         let files: Vec<RideFile<'_>> = (self.files.iter().zip(&contents))
             .map(|(file, bytes)| RideFile::new(&file.name, bytes))
@@ -112,7 +117,8 @@ impl Errand {
             }
             Wanted::Drawing(drawing) => {
                 let ride = self.ride(&files)?;
-                Found::Window(Box::new(drawing.of(&ride)?))
+                let series = drawn.keep(drawing, drawing.series(&ride)?);
+                Found::Window(Box::new(drawing.window(&series)))
             }
         })
     }
@@ -149,14 +155,5 @@ impl Errand {
             lacks: lacks.map(|error| error.to_string()),
             ride: (bytes(&ride) <= SMALL).then_some(ride),
         }
-    }
-}
-
-impl Drawing {
-    fn of(&self, ride: &Ride) -> Result<Window, Unread> {
-        let report: Report =
-            serde_json::from_str(&self.report).map_err(|e| Unread::Report(e.to_string()))?;
-        let series = Series::of(ride, &report, self.quantity);
-        Ok(series.window(self.t0, self.t1, self.points))
     }
 }

@@ -24,16 +24,6 @@ pub enum Order {
     Errand(Arc<Errand>),
 }
 
-impl Order {
-    /// The job that it is of.
-    pub fn job(&self) -> Option<Uuid> {
-        match self {
-            Order::Stage(subject, _) => subject.as_ref().map(|subject| subject.job),
-            Order::Errand(_) => None,
-        }
-    }
-}
-
 /// What a job is about.
 #[derive(Serialize, Deserialize)]
 pub struct Subject {

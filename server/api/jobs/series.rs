@@ -80,6 +80,8 @@ pub async fn series(
         return Ok(not_modified(&tag));
     }
     let drawing = Drawing {
+        job: job.id,
+        revision: job.revision,
         report: published(&server.db, job.id).await?,
         quantity: params.quantity.unwrap_or_default(),
         t0,

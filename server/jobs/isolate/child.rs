@@ -14,6 +14,7 @@ use veloid_engine::{EngineError, Progress};
 
 use super::frame;
 use super::word::Word;
+use crate::jobs::drawing::Drawn;
 use crate::jobs::hub::{Heard, Iteration, Searched};
 use crate::jobs::panics::panic_text;
 use crate::jobs::task::{Order, Outcome, Subject, Task};
@@ -65,10 +66,10 @@ impl Child {
             .thread_name(|index| format!("compute-{index}"))
             .build()?;
         let orders = orders();
-        let mut held = None;
+        let (mut held, drawn) = (None, Drawn::default());
         let telling = Telling::default();
         while let Ok(order) = orders.recv() {
-            let word = carry_out(&threads, &mut held, order, &telling);
+            let word = carry_out(&threads, &mut held, &drawn, order, &telling);
             telling.finish(word)?;
         }
         Ok(())
@@ -99,6 +100,7 @@ struct Held {
 fn carry_out(
     threads: &ThreadPool,
     held: &mut Option<Held>,
+    drawn: &Drawn,
     order: Order,
     progress: &Telling,
 ) -> Word {
@@ -111,7 +113,7 @@ fn carry_out(
             let held = held.as_mut().expect("a task comes with its job");
             held.perform(task, progress)
         }
-        Order::Errand(errand) => Ok(Outcome::Errand(errand.perform())),
+        Order::Errand(errand) => Ok(Outcome::Errand(errand.perform(drawn))),
     };
     match catch_unwind(AssertUnwindSafe(|| threads.install(work))) {
         Ok(Ok(outcome)) => Word::Done(outcome),

@@ -3,8 +3,6 @@
 use std::io;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use uuid::Uuid;
-
 use super::child::Child;
 use super::process::{Ended, Process};
 use crate::jobs::hub::Heard;
@@ -23,10 +21,10 @@ impl Children {
         }
     }
 
-    /// Has an order carried out by a child that knows its job, by another, or by a new one. Dropped before
+    /// Has an order carried out by a child that knows what it is about, by another, or by a new one. Dropped before
     /// that, it ends the child.
     pub async fn perform(&self, order: Order, hear: impl Fn(Heard)) -> Result<Outcome, Ended> {
-        let mut child = self.take(order.job())?;
+        let mut child = self.take(&order)?;
         let outcome = child.perform(order, hear).await;
         if matches!(outcome, Ok(_) | Err(Ended::Refused { .. })) {
             self.idle().push(child);
@@ -34,11 +32,10 @@ impl Children {
         outcome
     }
 
-    fn take(&self, job: Option<Uuid>) -> io::Result<Process> {
+    fn take(&self, order: &Order) -> io::Result<Process> {
         let mut idle = self.idle();
         idle.retain_mut(Process::lives);
-        let knows = |child: &Process| job.is_some() && child.holds == job;
-        match idle.iter().position(knows) {
+        match idle.iter().position(|child| child.knows(order)) {
             Some(index) => Ok(idle.swap_remove(index)),
             None => idle.pop().map_or_else(|| Process::start(&self.as_what), Ok),
         }

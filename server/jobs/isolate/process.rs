@@ -62,7 +62,9 @@ pub struct Process {
     said: Arc<Mutex<String>>,
     listener: JoinHandle<()>,
     /// The job that it knows.
-    pub holds: Option<Uuid>,
+    holds: Option<Uuid>,
+    /// The job whose curves it drew last.
+    drew: Option<Uuid>,
 }
 
 impl Process {
@@ -96,8 +98,20 @@ impl Process {
             listener: tokio::spawn(listen(errors, Arc::clone(&said))),
             said,
             holds: None,
+            drew: None,
             child,
         })
+    }
+
+    /// Whether it has at hand what an order is about.
+    pub fn knows(&self, order: &Order) -> bool {
+        match order {
+            Order::Stage(subject, _) => {
+                let job = subject.as_ref().map(|subject| subject.job);
+                job.is_some() && job == self.holds
+            }
+            Order::Errand(errand) => errand.job().is_some() && errand.job() == self.drew,
+        }
     }
 
     /// Whether it can take an order.
@@ -111,11 +125,11 @@ impl Process {
         mut order: Order,
         hear: impl Fn(Heard),
     ) -> Result<Outcome, Ended> {
-        if let Order::Stage(subject, _) = &mut order {
-            let job = subject.as_ref().map(|subject| subject.job);
-            if std::mem::replace(&mut self.holds, job) == job {
-                *subject = None;
-            }
+        let knows = self.knows(&order);
+        match &mut order {
+            Order::Stage(subject, _) if knows => *subject = None,
+            Order::Stage(subject, _) => self.holds = subject.as_ref().map(|subject| subject.job),
+            Order::Errand(errand) => self.drew = errand.job().or(self.drew),
         }
         let order = spawn_blocking(move || frame::encode(&order));
         let order = order.await.map_err(io::Error::other)??;
