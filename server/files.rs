@@ -141,7 +141,7 @@ impl Files {
         }
         copy.file.flush().await?;
         same(sha256, copy.sha256())?;
-        Ok(OnDisk::Copy(copy))
+        Ok(OnDisk::Copy(Box::new(copy)))
     }
 
     /// Whether the bytes of a file are those that it is named by; how many they are.
@@ -240,7 +240,7 @@ pub struct Kept {
 pub enum OnDisk {
     Kept(PathBuf),
     /// A copy that goes with this.
-    Copy(Incoming),
+    Copy(Box<Incoming>),
 }
 
 impl OnDisk {
