@@ -319,6 +319,7 @@ mod tests {
         assert_eq!(kept.bytes, 3);
         let lies = files.on_disk(&kept.sha256).await.unwrap();
         assert_eq!(std::fs::read(lies.path()).unwrap(), b"abc");
+        drop(lies);
         let chunks = files.stream(&kept.sha256).await.unwrap();
         let chunks: Vec<Bytes> = chunks.try_collect().await.unwrap();
         assert_eq!(chunks.concat(), b"abc");
