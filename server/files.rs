@@ -19,7 +19,6 @@ use object_store::{GetResult, ObjectStore, ObjectStoreExt};
 use sha2::{Digest, Sha256};
 use tokio::fs::{self, File};
 use tokio::io::AsyncWriteExt;
-use tokio::task::spawn_blocking;
 use url::Url;
 use uuid::Uuid;
 
@@ -137,18 +136,20 @@ impl Files {
         Ok(first.is_some())
     }
 
-    /// The bytes of a file, if they are those that it is named by.
-    pub async fn read(&self, sha256: &str) -> Result<Vec<u8>, FileError> {
-        let bytes = self.open(sha256).await?.bytes().await;
-        let bytes = bytes.map_err(io::Error::from)?;
-        let (bytes, found) = spawn_blocking(move || {
-            let found = hex(&Sha256::digest(&bytes));
-            (bytes, found)
-        })
-        .await
-        .map_err(io::Error::other)?;
-        same(sha256, found)?;
-        Ok(bytes.into())
+    /// A file as it lies on this machine, copied there if need be; its bytes are those that it is named by.
+    pub async fn on_disk(&self, sha256: &str) -> Result<OnDisk, FileError> {
+        if let Some(folder) = &self.folder {
+            self.verify(sha256).await?;
+            return Ok(OnDisk::Kept(folder.join(sha256)));
+        }
+        let mut copy = self.begin().await?;
+        let mut stream = self.open(sha256).await?.into_stream();
+        while let Some(chunk) = stream.try_next().await.map_err(io::Error::from)? {
+            copy.write(&chunk).await?;
+        }
+        copy.file.flush().await?;
+        same(sha256, copy.sha256())?;
+        Ok(OnDisk::Copy(Box::new(copy)))
     }
 
     /// Whether the bytes of a file are those that it is named by; how many they are.
@@ -243,6 +244,22 @@ pub struct Kept {
     pub bytes: u64,
 }
 
+/// A kept file on this machine, where a process can open it.
+pub enum OnDisk {
+    Kept(PathBuf),
+    /// A copy that goes with this.
+    Copy(Box<Incoming>),
+}
+
+impl OnDisk {
+    pub fn path(&self) -> &Path {
+        match self {
+            OnDisk::Kept(path) => path,
+            OnDisk::Copy(copy) => &copy.path,
+        }
+    }
+}
+
 /// A file being received; dropped before it is kept, it is removed.
 pub struct Incoming {
     file: File,
@@ -268,10 +285,10 @@ impl Incoming {
         hex(&self.sha256.clone().finalize())
     }
 
-    /// What was received so far.
-    pub async fn contents(&mut self) -> io::Result<Vec<u8>> {
+    /// Where what was received so far can be read.
+    pub async fn path(&mut self) -> io::Result<&Path> {
         self.file.flush().await?;
-        fs::read(&self.path).await
+        Ok(&self.path)
     }
 }
 
@@ -300,21 +317,24 @@ mod tests {
         let mut incoming = files.begin().await.unwrap();
         incoming.write(b"ab").await.unwrap();
         incoming.write(b"c").await.unwrap();
-        assert_eq!(incoming.contents().await.unwrap(), b"abc");
+        let path = incoming.path().await.unwrap();
+        assert_eq!(std::fs::read(path).unwrap(), b"abc");
         let kept = files.keep(incoming).await.unwrap();
         assert_eq!(
             kept.sha256,
             "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
         );
         assert_eq!(kept.bytes, 3);
-        assert_eq!(files.read(&kept.sha256).await.unwrap(), b"abc");
+        let lies = files.on_disk(&kept.sha256).await.unwrap();
+        assert_eq!(std::fs::read(lies.path()).unwrap(), b"abc");
+        drop(lies);
         let chunks = files.stream(&kept.sha256).await.unwrap();
         let chunks: Vec<Bytes> = chunks.try_collect().await.unwrap();
         assert_eq!(chunks.concat(), b"abc");
         drop(files.begin().await.unwrap());
         let left = std::fs::read_dir(&files.incoming).unwrap().count();
         assert_eq!(left, 0, "what is kept or abandoned is no longer on its way");
-        let missing = files.read("0").await.unwrap_err();
+        let missing = files.on_disk("0").await.map(drop).unwrap_err();
         assert!(matches!(missing, FileError::Missing(name) if name == "0"));
         assert_eq!(files.verify(&kept.sha256).await.unwrap(), 3);
     }
@@ -363,7 +383,7 @@ mod tests {
         let kept = files.keep(incoming).await.unwrap();
         std::fs::write(root.join("rides").join(&kept.sha256), "abd").unwrap();
         for fault in [
-            files.read(&kept.sha256).await.map(drop).unwrap_err(),
+            files.on_disk(&kept.sha256).await.map(drop).unwrap_err(),
             files.verify(&kept.sha256).await.map(drop).unwrap_err(),
         ] {
             assert!(matches!(fault, FileError::Altered { .. }), "{fault}");
@@ -401,10 +421,12 @@ mod tests {
             incoming.write(&block).await.unwrap();
         }
         let kept = files.keep(incoming).await.unwrap();
-        assert_eq!(
-            hex(&Sha256::digest(files.read(&kept.sha256).await.unwrap())),
-            kept.sha256
-        );
+        let copy = files.on_disk(&kept.sha256).await.unwrap();
+        let bytes = std::fs::read(copy.path()).unwrap();
+        assert_eq!(hex(&Sha256::digest(bytes)), kept.sha256);
+        drop(copy);
+        let left = std::fs::read_dir(&files.incoming).unwrap().count();
+        assert_eq!(left, 0, "a copy goes with its reader");
         std::fs::remove_dir_all(root).unwrap();
     }
 }

@@ -9,6 +9,9 @@ type Slot<V> = Arc<OnceCell<Arc<V>>>;
 
 pub struct Lru<V> {
     capacity: usize,
+    /// What they may weigh together, and what each does.
+    most: usize,
+    weigh: fn(&V) -> usize,
     slots: Mutex<VecDeque<(String, Slot<V>)>>,
 }
 
@@ -16,7 +19,18 @@ impl<V> Lru<V> {
     pub fn new(capacity: usize) -> Self {
         Self {
             capacity,
+            most: 0,
+            weigh: |_| 0,
             slots: Mutex::default(),
+        }
+    }
+
+    /// Keeps no more than weigh so much together, the last one excepted.
+    pub fn of_at_most(self, most: usize, weigh: fn(&V) -> usize) -> Self {
+        Self {
+            most,
+            weigh,
+            ..self
         }
     }
 
@@ -28,13 +42,25 @@ impl<V> Lru<V> {
     ) -> Result<Arc<V>, E> {
         let slot = self.slot(key);
         let value = slot.get_or_try_init(async || make().await.map(Arc::new));
-        value.await.cloned()
+        let value = value.await.cloned();
+        self.shed();
+        value
     }
 
     /// Keeps a value that was made elsewhere.
     pub fn put(&self, key: String, value: Arc<V>) {
         // Someone else may have made it meanwhile; one of the two stays.
         let _ = self.slot(key).set(value);
+        self.shed();
+    }
+
+    /// Lets those go that were used longest ago, as long as all weigh too much.
+    fn shed(&self) {
+        let mut slots = self.slots.lock().unwrap_or_else(PoisonError::into_inner);
+        let weigh = |(_, slot): &(String, Slot<V>)| slot.get().map_or(0, |v| (self.weigh)(v));
+        while slots.len() > 1 && slots.iter().map(weigh).sum::<usize>() > self.most {
+            slots.pop_back();
+        }
     }
 
     fn slot(&self, key: String) -> Slot<V> {
@@ -51,6 +77,7 @@ impl<V> Lru<V> {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
 
     #[tokio::test]
@@ -67,6 +94,24 @@ mod tests {
             assert_eq!(value.as_deref(), Ok(&key));
         }
         assert_eq!(made, ["a", "b", "c", "b"]);
+    }
+
+    #[tokio::test]
+    async fn what_weighs_too_much_together_goes() {
+        let lru = Lru::new(9).of_at_most(5, |value: &usize| *value);
+        for (key, value) in [("a", 2), ("b", 3), ("c", 1), ("d", 9), ("e", 1)] {
+            lru.put(key.to_owned(), Arc::new(value));
+        }
+        let kept: Vec<String> = lru
+            .slots
+            .lock()
+            .unwrap()
+            .iter()
+            .map(|(k, _)| k.clone())
+            .collect();
+        assert_eq!(kept, ["e"]);
+        lru.put("f".to_owned(), Arc::new(4));
+        assert_eq!(lru.slots.lock().unwrap().len(), 2);
     }
 
     #[tokio::test]

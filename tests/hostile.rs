@@ -11,7 +11,7 @@ use std::time::Duration;
 use serde_json::Value;
 
 use crate::harness::{Folder, Server, VELOID};
-use crate::ride;
+use crate::{ride, workbook};
 
 const SIZE: usize = 10 << 20;
 /// Most memory (kB).
@@ -117,6 +117,12 @@ fn rides() -> Vec<(&'static str, Vec<u8>)> {
     let bomb = zlib(&vec![0; 100 << 20]);
     let bomb = element(15, bomb.len() as u32, &bomb);
     vec![
+        ("workbook of one text", workbook::one_text(60_000_000)),
+        (
+            "workbook of a trillion strings",
+            workbook::promised_strings(1_000_000_000_000),
+        ),
+        ("workbook of long fonts", workbook::long_fonts(60_000)),
         ("gzip bomb", gzip(TABLE, &empty)),
         ("gzip bomb of numbers", gzip(TABLE, &numbers)),
         ("zstd bomb", zstd_bomb(0x38, TABLE, b'\n')),

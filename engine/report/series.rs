@@ -162,7 +162,7 @@ fn extremes(values: &[f64]) -> [f64; 2] {
 }
 
 /// Part of a [`Series`], thinned for plotting.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Window {
     pub quantity: Quantity,

@@ -124,6 +124,12 @@ pub enum Problem {
     LineTooLong { limit: usize },
     #[error("the cell is {bytes} bytes long, expected a number of at most {limit}")]
     CellTooLong { bytes: usize, limit: usize },
+    #[error("a {what} in the workbook is longer than {limit} {unit}")]
+    PartTooLong {
+        what: &'static str,
+        limit: usize,
+        unit: &'static str,
+    },
     #[error("{packed} packed bytes hold more than {limit} {what}: refused as a compression bomb")]
     GzipBomb {
         packed: usize,
@@ -281,6 +287,7 @@ impl Problem {
             Self::TooMany { .. } => "too-many",
             Self::LineTooLong { .. } => "line-too-long",
             Self::CellTooLong { .. } => "cell-too-long",
+            Self::PartTooLong { .. } => "part-too-long",
             Self::GzipBomb { .. } => "gzip-bomb",
             Self::Corrupt { .. } => "corrupt-file",
             Self::ComplexNumbers { .. } => "complex-numbers",

@@ -20,6 +20,7 @@ mod file;
 mod fit;
 mod format;
 mod header;
+mod markup;
 mod mat;
 mod moment;
 mod options;
@@ -43,6 +44,7 @@ mod track;
 mod unit;
 mod values;
 mod wild;
+mod workbook;
 mod xlsx;
 
 use std::borrow::Cow;

@@ -1,22 +1,19 @@
 //! Excel workbooks (.xlsx): the first sheet as the text that it would be saved as, so that it is read as any other table.
 //!
-//! A workbook is a zip archive, whose sizes anybody may write. Everything in it is unpacked once with a bound before it is looked
-//! at, and the text has a bound too.
+//! What `calamine` gets of a workbook is looked through before ([`sifted`]), and the text that comes of it has a bound too.
 
 use std::fmt::Write;
-use std::io::{Cursor, Read, sink};
+use std::io::Cursor;
 
 use calamine::{DataRef, ExcelDateTime, Reader, Xlsx, XlsxError};
 use memchr::memmem;
-use zip::ZipArchive;
 
 use super::error::Problem;
+pub(super) use super::markup::FORMAT;
+use super::markup::corrupt;
 use super::options::Limits;
+use super::workbook::sifted;
 
-/// What such a file is called.
-pub(super) const FORMAT: &str = "xlsx";
-/// Most entries of the archive; a workbook of many sheets has a hundred.
-const ENTRIES: usize = 4096;
 /// Rows that a sheet can have.
 const ROWS: u32 = 1 << 20;
 /// Excel's number of 1970-01-01 in its two calendars.
@@ -30,13 +27,13 @@ pub(super) fn is_xlsx(bytes: &[u8]) -> bool {
 /// The first sheet, cells apart by tabs, one row on each line. `calamine` counts rows and columns without a check, which ends a
 /// debug build where a reference overflows.
 pub(super) fn text(bytes: &[u8], limits: &Limits) -> Result<String, Problem> {
-    bounded(bytes)?;
-    let read = || first_sheet(bytes, limits);
+    let parts = sifted(bytes)?;
+    let read = || first_sheet(&parts, bytes.len(), limits);
     std::panic::catch_unwind(read).unwrap_or_else(|_| Err(corrupt(&"a reference overflows")))
 }
 
-fn first_sheet(bytes: &[u8], limits: &Limits) -> Result<String, Problem> {
-    let mut book: Xlsx<_> = Xlsx::new(Cursor::new(bytes)).map_err(|e: XlsxError| corrupt(&e))?;
+fn first_sheet(parts: &[u8], packed: usize, limits: &Limits) -> Result<String, Problem> {
+    let mut book: Xlsx<_> = Xlsx::new(Cursor::new(parts)).map_err(|e: XlsxError| corrupt(&e))?;
     let Some(name) = book.sheet_names().into_iter().next() else {
         return Err(Problem::EmptyFile);
     };
@@ -47,62 +44,13 @@ fn first_sheet(bytes: &[u8], limits: &Limits) -> Result<String, Problem> {
     let mut cells = book
         .worksheet_cells_reader(&name)
         .map_err(|e| corrupt(&e))?;
-    let mut sheet = Sheet::new(bytes.len(), limits);
+    let mut sheet = Sheet::new(packed, limits);
     while let Some(cell) = cells.next_cell().map_err(|e| corrupt(&e))? {
         sheet.go_to(cell.get_position())?;
         write(&mut sheet.text, cell.get_value(), zero);
     }
     sheet.end_row();
     Ok(sheet.text)
-}
-
-/// Refuses an archive that holds more than it may: 4 MiB and its own size again for anything but a sheet, as for packed text all
-/// together.
-fn bounded(bytes: &[u8]) -> Result<(), Problem> {
-    let packed = bytes.len() as u64;
-    let bomb = |limit| Problem::GzipBomb {
-        packed: bytes.len(),
-        what: "bytes",
-        limit,
-    };
-    if memmem::find_iter(bytes, b"PK\x01\x02")
-        .nth(ENTRIES)
-        .is_some()
-    {
-        return Err(Problem::TooMany {
-            what: "entries in the archive",
-            limit: ENTRIES,
-        });
-    }
-    let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|e| corrupt(&e))?;
-    let most = (64 << 20) + 50 * packed;
-    let mut unpacked = 0;
-    for i in 0..archive.len() {
-        let entry = archive.by_index(i).map_err(|e| corrupt(&e))?;
-        let own = match entry
-            .name()
-            .map_err(|e| corrupt(&e))?
-            .contains("worksheets/")
-        {
-            true => most,
-            false => (4 << 20) + packed,
-        };
-        let limit = own.min(most - unpacked);
-        let size =
-            std::io::copy(&mut entry.take(limit + 1), &mut sink()).map_err(|e| corrupt(&e))?;
-        if size > limit {
-            return Err(bomb(own));
-        }
-        unpacked += size;
-    }
-    Ok(())
-}
-
-fn corrupt(cause: &dyn std::fmt::Display) -> Problem {
-    Problem::Corrupt {
-        format: FORMAT,
-        cause: cause.to_string(),
-    }
 }
 
 /// A sheet as it is written, row by row.
@@ -289,6 +237,8 @@ pub(super) mod tests {
     fn bombs_and_damage_are_refused() {
         let kind = |bytes: &[u8]| read(bytes).unwrap_err().kind();
         let blanks = " ".repeat(100 << 20);
+        assert_eq!(kind(&with_sheet(sheet(&blanks))), "part-too-long");
+        let blanks = "<row>      </row>".repeat(6 << 20);
         assert_eq!(kind(&with_sheet(sheet(&blanks))), "gzip-bomb");
         let strings = [
             ("xl/workbook.xml", String::new()),
@@ -303,9 +253,49 @@ pub(super) mod tests {
         assert!(["too-many", "corrupt-file"].contains(&kind(&with_sheet(sheet(low)))));
         let sound = workbook(&[vec!["t".to_owned()], vec!["1".to_owned()]]);
         assert_eq!(kind(&sound[..sound.len() - 30]), "corrupt-file");
-        let many: Vec<String> = (0..=ENTRIES).map(|i| i.to_string()).collect();
+        let many: Vec<String> = (0..=4096).map(|i| i.to_string()).collect();
         let many: Vec<(&str, String)> = many.iter().map(|n| (n.as_str(), String::new())).collect();
         assert_eq!(kind(&archive(&many)), "too-many");
+    }
+
+    #[test]
+    fn what_takes_memory_out_of_proportion_is_refused_in_its_own_words() {
+        let said = |bytes: &[u8]| read(bytes).unwrap_err().to_string();
+        let long = "x".repeat(1 << 20);
+        let text = "a text in the workbook is longer than 32767 characters";
+        let inline = format!("<row><c t=\"inlineStr\"><is><t>{long}</t></is></c></row>");
+        assert_eq!(said(&with_sheet(sheet(&inline))), text);
+        let shared = |tag: &str, strings: &str| {
+            archive(&[
+                ("xl/workbook.xml", String::new()),
+                (
+                    "xl/sharedStrings.xml",
+                    format!("<sst {tag}>{strings}</sst>"),
+                ),
+            ])
+        };
+        let string = format!("<si><t>{long}</t></si>");
+        assert_eq!(said(&shared("", &string)), text);
+        let room = said(&shared("uniqueCount = '99999999999999'", "<si/>"));
+        assert!(room.contains("99999999999999 shared strings"), "{room}");
+        let formats = format!("<styleSheet>{}</styleSheet>", "<xf/>".repeat(65_491));
+        let book = |styles: String| {
+            archive(&[
+                ("xl/workbook.xml", String::new()),
+                ("xl/styles.xml", styles),
+            ])
+        };
+        assert_eq!(said(&book(formats)), "more than 65490 formats of cells");
+        let code = format!("<numFmt formatCode=\"{}\"/>", "0".repeat(2048));
+        let long = "a format of numbers in the workbook is longer than 2048 bytes";
+        assert_eq!(said(&book(code)), long);
+    }
+
+    #[test]
+    fn a_text_of_the_greatest_length_is_read() {
+        let longest = "x".repeat(32_767);
+        let bytes = workbook(&[vec!["t".to_owned(), longest.clone()]]);
+        assert_eq!(read(&bytes).unwrap(), format!("t\t{longest}\n"));
     }
 
     proptest! {

@@ -29,15 +29,12 @@ use std::sync::Arc;
 use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 
-use veloid_engine::report::Series;
-
 pub use router::{document, router};
 
 use self::access::Access;
 use crate::erasure::Policy;
 use crate::files::Files;
-use crate::jobs::{Budget, Hub, Queue, RideCache};
-use crate::lru::Lru;
+use crate::jobs::{Hub, Queue, Readers, RideCache};
 use crate::store::Db;
 use crate::webhooks::Targets;
 
@@ -46,17 +43,13 @@ pub struct Server {
     pub db: Db,
     pub files: Files,
     pub rides: RideCache,
-    /// Simulated motion of the jobs that were looked at last.
-    pub series: Lru<Series>,
     pub queue: Queue,
     pub hub: Hub,
-    /// Uploads that may be read, and so lie in memory, at the same time.
-    pub readers: Semaphore,
+    /// Who reads uploads and draws what came of them.
+    pub readers: Arc<Readers>,
     /// Long lists that may be made, and lie in memory, at the same time.
     pub exports: Arc<Semaphore>,
     pub signs: signs::Signs,
-    /// Memory that one job may take.
-    pub budget: Budget,
     /// Largest upload (bytes).
     pub max_upload: u64,
     pub metrics: PrometheusHandle,

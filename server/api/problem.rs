@@ -8,11 +8,10 @@ use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 use utoipa::ToSchema;
 use veloid_engine::EngineError;
-use veloid_engine::ride::ReadError;
 
 use crate::facts::FactsError;
 use crate::files::FileError;
-use crate::jobs::{Fault, OverBudget};
+use crate::jobs::{Fault, OverBudget, Unreadable};
 use crate::options::OptionsError;
 use crate::store;
 
@@ -130,8 +129,7 @@ impl Kind {
 #[schema(as = RidePlace)]
 pub struct Place {
     /// Kind of fault, stable: `not-a-number`, `time-not-increasing`, `gzip-bomb` ...
-    #[schema(value_type = String)]
-    pub fault: &'static str,
+    pub fault: String,
     pub file: String,
     /// Line and column, counted from 1.
     pub line: Option<usize>,
@@ -257,6 +255,23 @@ impl From<Fault> for Problem {
             Fault::Engine(error) => error.into(),
             Fault::Database(error) => error.into(),
             Fault::Queue(error) => error.into(),
+            Fault::Budget(error) => error.into(),
+            Fault::TooLargeToRead(_) => Self::new(Kind::TooLarge, fault.to_string()),
+            // What it did to the process that read it, it would do again.
+            Fault::Died(_) | Fault::Panic(_) => {
+                tracing::error!(%fault, "a ride could not be read");
+                let detail = format!("reading it failed: {fault}");
+                Self::new(Kind::UnreadableRide, detail)
+            }
+            Fault::Deadline(limit) => {
+                let detail = format!("reading it took longer than {} s", limit.as_secs());
+                Self::new(Kind::UnreadableRide, detail)
+            }
+            Fault::Killed(_) | Fault::Interrupted | Fault::Stopped => {
+                tracing::error!(%fault, "a ride could not be read");
+                let detail = "the process that read the ride was ended from outside, for want of memory perhaps; try again";
+                Self::new(Kind::Unavailable, detail)
+            }
             fault => Self::internal(fault),
         }
     }
@@ -292,16 +307,16 @@ impl From<EngineError> for Problem {
     }
 }
 
-impl From<ReadError> for Problem {
-    fn from(error: ReadError) -> Self {
-        let column = error.column();
+impl From<Unreadable> for Problem {
+    fn from(error: Unreadable) -> Self {
         let mut problem = Self::new(Kind::UnreadableRide, error.to_string());
+        let (column, header) = error.column.unzip();
         problem.place = Some(Box::new(Place {
-            fault: error.kind(),
-            file: error.file().to_owned(),
-            line: error.line(),
-            column: column.map(|(number, _)| number),
-            header: column.map(|(_, header)| header.to_owned()),
+            fault: error.kind,
+            file: error.file,
+            line: error.line,
+            column,
+            header,
         }));
         problem
     }

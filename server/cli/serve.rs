@@ -20,17 +20,12 @@ use crate::api::signs::Signs;
 use crate::api::{self, Server};
 use crate::http::{self, HttpLimits};
 use crate::jobs::{self, Hub, Queue, RideCache};
-use crate::lru::Lru;
 use crate::pages;
 use crate::store::Db;
 use crate::store::key::{self, KeyRow};
 
-/// Uploads that are read, and so lie in memory, at the same time.
-const READERS: usize = 2;
 /// Long lists that are made at the same time; others wait.
 const EXPORTS: usize = 2;
-/// Jobs whose simulated motion is kept at hand.
-const SERIES: usize = 8;
 /// Time that answers in progress get, from the moment on in which the server is asked to stop.
 const DRAIN: Duration = Duration::from_secs(5);
 
@@ -111,7 +106,8 @@ impl Serve {
         let metrics = metrics::recorder()?;
         let (db, files) = self.storage.begin().await?;
         let access = self.entry.access(&db, self.listen).await?;
-        let (rides, hub) = (RideCache::new(db.clone(), files.clone()), Hub::new());
+        let (readers, hub) = (self.limits.readers()?, Hub::new());
+        let rides = RideCache::new(db.clone(), files.clone(), Arc::clone(&readers));
         let threads = self.workers.unwrap_or_else(cores);
         let lock = match threads {
             0 => None,
@@ -141,13 +137,11 @@ impl Serve {
             db,
             files,
             rides,
-            series: Lru::new(SERIES),
             queue,
             hub,
-            readers: Semaphore::new(READERS),
+            readers,
             exports: Arc::new(Semaphore::new(EXPORTS)),
             signs: Signs::default(),
-            budget: self.limits.budget(),
             max_upload: self.max_upload,
             metrics,
             access,

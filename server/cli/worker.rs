@@ -19,7 +19,7 @@ use crate::api::access;
 use crate::api::problem::Problem;
 use crate::files::Files;
 use crate::http::{self, HttpLimits};
-use crate::jobs::{self, Budget, Compute, Gate, Hub, RideCache, Work};
+use crate::jobs::{self, Budget, Compute, Gate, Hub, Readers, RideCache, Work};
 use crate::store::Db;
 use crate::webhooks::Targets;
 
@@ -47,10 +47,10 @@ pub struct Worker {
 
 #[derive(Args, Clone, Copy)]
 pub struct WorkLimits {
-    /// Time that one stage of a job may take (s).
+    /// Time that one stage of a job, or reading a file, may take (s).
     #[arg(long, env = "VELOID_STAGE_TIMEOUT", default_value_t = 1800)]
     stage_timeout: u64,
-    /// Whether stages are computed in child processes, so that what a ride does to its process harms nobody else.
+    /// Whether rides are read and stages computed in child processes, so that what a ride does to its process harms nobody else.
     #[arg(long, env = "VELOID_ISOLATE", value_enum, default_value_t = Isolate::On)]
     isolate: Isolate,
     /// Memory that one job may take (bytes).
@@ -65,8 +65,23 @@ enum Isolate {
 }
 
 impl WorkLimits {
-    pub fn budget(self) -> Budget {
+    fn budget(self) -> Budget {
         Budget(self.memory_budget)
+    }
+
+    /// Memory of a child process (bytes), where there are some.
+    fn isolated(self) -> Option<u64> {
+        (self.isolate == Isolate::On).then_some(self.memory_budget)
+    }
+
+    fn limit(self) -> Duration {
+        Duration::from_secs(self.stage_timeout)
+    }
+
+    /// Who reads rides.
+    pub fn readers(self) -> Result<Arc<Readers>, CliError> {
+        let readers = Readers::new(self.isolated(), self.budget(), self.limit())?;
+        Ok(Arc::new(readers))
     }
 
     /// All that a working process needs.
@@ -78,16 +93,15 @@ impl WorkLimits {
         threads: usize,
         targets: Targets,
     ) -> Result<Arc<Work>, CliError> {
-        let isolated = (self.isolate == Isolate::On).then_some(self.memory_budget);
         Ok(Arc::new(Work {
             db: db.clone(),
             rides: rides.clone(),
-            compute: Compute::new(threads, isolated)?,
+            compute: Compute::new(threads, self.isolated())?,
             budget: self.budget(),
             gate: Gate::default(),
             hub: hub.clone(),
             targets,
-            limit: Duration::from_secs(self.stage_timeout),
+            limit: self.limit(),
         }))
     }
 }
@@ -100,7 +114,7 @@ impl Worker {
         let threads = self.workers.unwrap_or_else(cores).max(1);
         let work = self.limits.work(
             &db,
-            &RideCache::new(db.clone(), files),
+            &RideCache::new(db.clone(), files, self.limits.readers()?),
             &Hub::new(),
             threads,
             self.telling.targets(),

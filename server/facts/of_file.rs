@@ -12,14 +12,14 @@ const EPOCH: std::ops::Range<f64> = 946_684_800.0..4_102_444_800.0;
 /// The mean of the speed that was logged.
 const SPEED: &str = "speed_m_s";
 
-/// What a ride file says of its ride: in comments above the header, by stamps that count from 1970, and by its speed.
+/// What a ride file says of its ride: in comments above the header, by stamps that count from 1970, and by its mean speed (m/s).
 pub fn of_file(
     comments: Vec<(usize, String)>,
     start_s: f64,
-    speed: Option<&[f64]>,
+    speed: Option<f64>,
 ) -> Result<Map<String, Value>, FactsError> {
     let mut facts = of_lines(comments)?;
-    if let Some(mean) = speed.and_then(mean) {
+    if let Some(mean) = speed.and_then(rounded) {
         facts.entry(SPEED).or_insert(mean.into());
     }
     if let Some(at) = stamped(start_s) {
@@ -33,8 +33,7 @@ pub fn of_file(
 }
 
 /// To a millimetre per second.
-fn mean(values: &[f64]) -> Option<f64> {
-    let mean = values.iter().sum::<f64>() / values.len() as f64;
+fn rounded(mean: f64) -> Option<f64> {
     mean.is_finite().then(|| (1e3 * mean).round() / 1e3)
 }
 

@@ -1,5 +1,6 @@
 //! What memory a job needs, told before it is begun.
 
+use serde::{Deserialize, Serialize};
 use veloid_engine::Settings;
 use veloid_engine::ride::Ride;
 
@@ -10,10 +11,10 @@ const IDENTIFIED: u64 = 250;
 const DIAGNOSED: u64 = 1500;
 
 /// Memory that one job may take (bytes).
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Budget(pub u64);
 
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, thiserror::Error, Serialize, Deserialize)]
 #[error(
     "the ride needs about {:.1} GB of memory, {:.1} GB allowed; `rows` uses a part of it, and without a diagnosis it needs less",
     *.needed as f64 / 1e9, *.allowed as f64 / 1e9

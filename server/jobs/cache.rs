@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
-use tokio::task::JoinError;
-use veloid_engine::ride::{ReadError, Ride, RideFile};
+use veloid_engine::ride::Ride;
 
+use super::at_hand::{ALL, bytes};
+use super::errand::Source;
 use super::fault::Fault;
-use crate::files::Files;
+use super::readers::Readers;
+use crate::files::{Files, OnDisk};
 use crate::lru::Lru;
 use crate::store::job::{JobRow, Request};
 use crate::store::{Db, ride};
@@ -19,30 +21,40 @@ const CAPACITY: usize = 16;
 pub struct RideCache {
     db: Db,
     files: Files,
+    readers: Arc<Readers>,
     rides: Arc<Lru<Ride>>,
 }
 
 impl RideCache {
-    pub fn new(db: Db, files: Files) -> Self {
+    pub fn new(db: Db, files: Files, readers: Arc<Readers>) -> Self {
         Self {
             db,
             files,
-            rides: Arc::new(Lru::new(CAPACITY)),
+            readers,
+            rides: Arc::new(Lru::new(CAPACITY).of_at_most(ALL, bytes)),
         }
     }
 
     /// The ride of a job, read as its request says.
     pub async fn get(&self, job: &JobRow) -> Result<Arc<Ride>, Fault> {
         let make = async || {
-            let mut files = Vec::new();
-            for file in ride::files(&self.db, job.ride_id).await? {
-                let bytes = self.files.read(&file.sha256).await?;
-                files.push((file.name, bytes));
-            }
-            Ok(read(files, job.request.0.clone()).await??)
+            let files = self.files(job).await?;
+            let sources = files.iter().map(|(source, _)| source.clone()).collect();
+            self.readers.ride(sources, job.request.0.clone()).await
         };
         let key = key(&job.sha256, &job.ride_name, &job.request);
         self.rides.get(key, make).await
+    }
+
+    /// The files of a job's ride; they lie there as long as what is beside them.
+    pub async fn files(&self, job: &JobRow) -> Result<Vec<(Source, OnDisk)>, Fault> {
+        let mut files = Vec::new();
+        for file in ride::files(&self.db, job.ride_id).await? {
+            let lies = self.files.on_disk(&file.sha256).await?;
+            let source = Source::new(file.name, lies.path().to_owned());
+            files.push((source, lies));
+        }
+        Ok(files)
     }
 
     /// Keeps a ride that was read while it was uploaded.
@@ -55,21 +67,4 @@ impl RideCache {
 fn key(sha256: &str, name: &str, request: &Request) -> String {
     let how = serde_json::json!([name, request.options.reading, request.bike]);
     format!("{sha256} {how}")
-}
-
-/// Reads a ride off the async threads, of files that are each a name and bytes.
-pub async fn read(
-    files: Vec<(String, Vec<u8>)>,
-    request: Request,
-) -> Result<Result<Ride, ReadError>, JoinError> {
-    tokio::task::spawn_blocking(move || {
-        let files: Vec<RideFile<'_>> = named(&files).collect();
-        veloid_engine::read(&files, &request.bike, &request.options.reading)
-    })
-    .await
-}
-
-/// The files as the engine takes them.
-pub fn named(files: &[(String, Vec<u8>)]) -> impl Iterator<Item = RideFile<'_>> {
-    files.iter().map(|(name, bytes)| RideFile::new(name, bytes))
 }

@@ -1,5 +1,5 @@
 //! Computing, away from the async threads: a lane for the quick stages, one for the swarms and one for the
-//! diagnoses, so that no swarm can come to wait for a diagnosis. Each has as many permits as threads or, where
+//! diagnoses, so that no swarm can come to wait for a diagnosis (and one for the readers of files: readers.rs). Each has as many permits as threads or, where
 //! work is isolated, as children.
 
 use std::sync::Arc;
@@ -10,9 +10,10 @@ use veloid_engine::Progress;
 use veloid_engine::swarm::Swarm;
 
 use super::control::Control;
+use super::drawing::Drawn;
 use super::fault::Fault;
 use super::isolate::{Child, Children};
-use super::task::{Outcome, Subject, Task};
+use super::task::{Order, Outcome, Subject, Task};
 use super::threads::Threads;
 use crate::lru::Lru;
 
@@ -57,13 +58,14 @@ pub struct Lane {
 
 /// Where a lane computes.
 enum Place {
-    /// With what the trials of the last few jobs share.
-    Here(Threads, Lru<Swarm>),
+    /// With what the trials of the last few jobs share, and the curves that were drawn last.
+    Here(Threads, Lru<Swarm>, Arc<Drawn>),
     Children(Children, Arc<Semaphore>),
 }
 
 impl Lane {
-    fn new(
+    /// In child processes that have so much memory (bytes) for a job, if any is said.
+    pub fn new(
         name: &'static str,
         threads: usize,
         nice: i32,
@@ -76,26 +78,34 @@ impl Lane {
         };
         let place = match isolated.map(child) {
             Some(child) => Place::Children(Children::new(child), Arc::new(Semaphore::new(threads))),
-            None => Place::Here(Threads::new(name, threads, nice)?, Lru::new(SWARMS)),
+            None => {
+                let threads = Threads::new(name, threads, nice)?;
+                Place::Here(threads, Lru::new(SWARMS), Arc::default())
+            }
         };
         Ok(Self { place, threads })
     }
 
-    /// Carries a task out.
-    pub async fn perform(
-        &self,
-        control: Control,
-        subject: Arc<Subject>,
-        task: Task,
-    ) -> Result<Outcome, Fault> {
+    /// Carries an order out.
+    pub async fn perform(&self, control: Control, order: Order) -> Result<Outcome, Fault> {
         match &self.place {
-            Place::Here(threads, swarms) => here(threads, swarms, control, subject, task).await,
+            Place::Here(threads, swarms, drawn) => match order {
+                Order::Stage(Some(subject), task) => {
+                    here(threads, swarms, control, subject, task).await
+                }
+                Order::Stage(None, _) => Err(Fault::Mismatch),
+                Order::Errand(errand) => {
+                    let drawn = Arc::clone(drawn);
+                    let work = move |_: &dyn Progress| Ok(Outcome::Errand(errand.perform(&drawn)));
+                    threads.run(control, work).await
+                }
+            },
             Place::Children(children, permits) => {
                 let (control, _permit) = control.permit(permits).await?;
                 control.begins();
                 let hear = |heard| control.hear(heard);
                 tokio::select! {
-                    outcome = children.perform(&subject, task, hear) => Ok(outcome?),
+                    outcome = children.perform(order, hear) => Ok(outcome?),
                     () = control.over() => Err(control.fault()),
                 }
             }

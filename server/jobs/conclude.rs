@@ -8,7 +8,7 @@ use super::fault::Fault;
 use super::finish::finish;
 use super::queue::{Conclude, DIAGNOSIS};
 use super::stage::{backoff, complete, queue};
-use super::task::{Outcome, Task};
+use super::task::{Order, Outcome, Task};
 use super::work::Stages;
 use crate::store::job::{self, Stage};
 use crate::store::{result, trial};
@@ -56,7 +56,7 @@ impl Stages {
             trials,
         };
         let performed = (work.compute.quick)
-            .perform(work.control(context, id), subject, task)
+            .perform(work.control(context, id), Order::Stage(Some(subject), task))
             .await?;
         let Outcome::Concluded(conclusion, report) = performed else {
             return Err(Fault::Mismatch);

@@ -8,7 +8,7 @@ use super::fault::Fault;
 use super::finish::finish;
 use super::queue::Diagnose;
 use super::stage::{backoff, complete, queue};
-use super::task::{Outcome, Task};
+use super::task::{Order, Outcome, Task};
 use super::work::Stages;
 use crate::crash;
 use crate::store::result;
@@ -52,7 +52,7 @@ impl Stages {
             conclusion: Box::new(conclusion),
         };
         let performed = (work.compute.diagnosis)
-            .perform(work.control(context, id), subject, task)
+            .perform(work.control(context, id), Order::Stage(Some(subject), task))
             .await?;
         let Outcome::Diagnosed(report) = performed else {
             return Err(Fault::Mismatch);

@@ -4,10 +4,10 @@ use std::io;
 use std::time::Duration;
 
 use veloid_engine::EngineError;
-use veloid_engine::ride::ReadError;
 
-use super::budget::OverBudget;
+use super::budget::{Budget, OverBudget};
 use super::isolate::Ended;
+use super::unread::{Unread, Unreadable};
 use crate::files::FileError;
 use crate::store;
 use crate::store::job::Failure;
@@ -21,9 +21,11 @@ pub enum Fault {
     #[error("{message}")]
     Refused { is_input: bool, message: String },
     #[error(transparent)]
-    Read(#[from] ReadError),
+    Read(#[from] Unreadable),
     #[error(transparent)]
     Budget(#[from] OverBudget),
+    #[error("reading the ride needs more memory than the {:.1} GB that it may have", .0.0 as f64 / 1e9)]
+    TooLargeToRead(Budget),
     #[error("the stage took longer than {} s", .0.as_secs())]
     Deadline(Duration),
     #[error("the computation broke down: {0}")]
@@ -31,6 +33,9 @@ pub enum Fault {
     /// The child process that computed it ended by itself.
     #[error("{0}")]
     Died(String),
+    /// The same, when it was refused more memory.
+    #[error("{0}")]
+    OutOfMemory(String),
     /// It was ended from outside, by the system for want of memory perhaps: whose fault that was shows when
     /// the job has this process to itself.
     #[error("{0}")]
@@ -69,9 +74,9 @@ impl Fault {
             Fault::Engine(_) | Fault::Refused { .. } => "engine",
             Fault::Read(_) => "input",
             Fault::File(FileError::Missing(_) | FileError::Altered { .. }) => "file",
-            Fault::Budget(_) => "memory",
+            Fault::Budget(_) | Fault::TooLargeToRead(_) => "memory",
             Fault::Deadline(_) => "deadline",
-            Fault::Panic(_) | Fault::Died(_) => "crash",
+            Fault::Panic(_) | Fault::Died(_) | Fault::OutOfMemory(_) => "crash",
             _ => return None,
         };
         Some(Failure::new(kind, self.to_string()))
@@ -101,9 +106,20 @@ impl From<Ended> for Fault {
             Ended::Refused { is_input, message } => Fault::Refused { is_input, message },
             Ended::Panicked(text) => Fault::Panic(text),
             Ended::Died(why) => Fault::Died(why),
+            Ended::OutOfMemory(why) => Fault::OutOfMemory(why),
             Ended::Killed(why) => Fault::Killed(why),
             Ended::Asked => Fault::Interrupted,
             Ended::Pipe(error) => Fault::Child(error),
+        }
+    }
+}
+
+impl From<Unread> for Fault {
+    fn from(unread: Unread) -> Self {
+        match unread {
+            Unread::Ride(error) => Fault::Read(error),
+            Unread::Budget(error) => Fault::Budget(error),
+            unread => Fault::Child(io::Error::other(unread)),
         }
     }
 }

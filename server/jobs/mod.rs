@@ -3,6 +3,7 @@
 
 mod anew;
 mod announce;
+mod at_hand;
 mod budget;
 mod cache;
 mod compute;
@@ -10,6 +11,8 @@ mod conclude;
 mod control;
 mod deliver;
 mod diagnose;
+mod drawing;
+mod errand;
 mod fault;
 mod finish;
 mod gate;
@@ -18,6 +21,7 @@ mod isolate;
 mod observe;
 mod panics;
 mod queue;
+mod readers;
 mod repair;
 mod run;
 mod stage;
@@ -25,21 +29,26 @@ mod takeover;
 mod task;
 mod threads;
 mod trial;
+mod unread;
 mod work;
 
 pub use anew::begin_anew;
 pub use budget::{Budget, OverBudget};
-pub use cache::{RideCache, named, read};
+pub use cache::RideCache;
 pub use compute::Compute;
+pub use drawing::Drawing;
+pub use errand::Source;
 pub use fault::Fault;
 pub use gate::Gate;
 pub use hub::{Hub, HubEvent, Searched};
 pub use isolate::{Child, ChildError};
 pub use queue::{QUICK, Queue};
+pub use readers::Readers;
 #[cfg(test)]
 pub use repair::repair;
 pub use run::start;
 pub use stage::give_up;
 #[cfg(test)]
 pub use takeover::sweep;
+pub use unread::Unreadable;
 pub use work::Work;

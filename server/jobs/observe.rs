@@ -7,7 +7,7 @@ use veloid_engine::ride::Ride;
 use super::fault::Fault;
 use super::queue::{Observe, SWARM};
 use super::stage::{backoff, complete, queue};
-use super::task::{Outcome, Task};
+use super::task::{Order, Outcome, Task};
 use super::work::Stages;
 use crate::crash;
 use crate::store::{job, result, river, trial};
@@ -59,7 +59,10 @@ impl Stages {
         let settings = subject.settings.clone();
         let share = share(&subject.ride, &settings);
         let performed = (work.compute.quick)
-            .perform(work.control(context, id), subject, Task::Observe)
+            .perform(
+                work.control(context, id),
+                Order::Stage(Some(subject), Task::Observe),
+            )
             .await?;
         let Outcome::Observed(observed) = performed else {
             return Err(Fault::Mismatch);

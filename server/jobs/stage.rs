@@ -43,8 +43,7 @@ impl Work {
 
     pub(super) fn control(&self, context: &WorkContext, job: Uuid) -> Control {
         Control {
-            hub: self.hub.clone(),
-            job,
+            job: Some((job, self.hub.clone())),
             token: context.cancellation_token().clone(),
             limit: self.limit,
             deadline: None,

@@ -1,4 +1,4 @@
-//! What the stages compute, apart from queue and database, so that it can be done here or in a child process.
+//! What is computed, apart from queue and database, so that it can be done here or in a child process.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -12,7 +12,17 @@ use veloid_engine::ride::Ride;
 use veloid_engine::swarm::Swarm;
 use veloid_engine::{Conclusion, EngineError, Observed, Progress, Settings};
 
+use super::errand::{Errand, Found};
+use super::unread::Unread;
 use crate::crash;
+
+/// What is to be done: a stage of a job, or an errand that is nobody's.
+#[derive(Serialize, Deserialize)]
+pub enum Order {
+    /// The subject is left out where who is to do it knows it.
+    Stage(Option<Arc<Subject>>, Task),
+    Errand(Arc<Errand>),
+}
 
 /// What a job is about.
 #[derive(Serialize, Deserialize)]
@@ -41,7 +51,7 @@ pub enum Task {
     },
 }
 
-/// What came of a [`Task`].
+/// What came of an [`Order`].
 #[derive(Serialize, Deserialize)]
 pub enum Outcome {
     Observed(Box<Observed>),
@@ -49,6 +59,7 @@ pub enum Outcome {
     /// With the report, where no diagnosis is wanted.
     Concluded(Box<Conclusion>, Option<Box<Report>>),
     Diagnosed(Box<Report>),
+    Errand(Result<Found, Unread>),
 }
 
 impl Task {

@@ -53,7 +53,8 @@ impl Threads {
         let received = tokio::select! {
             received = receive => received,
             () = reached.unheard() => {
-                tracing::error!(job = %reached.job, lane = self.name, "a computation does not end; it gets no more of this process");
+                let job = reached.job.as_ref().map(|(job, _)| job);
+                tracing::error!(?job, lane = self.name, "a computation does not end; it gets no more of this process");
                 match pool(self.name, self.count, self.nice) {
                     Ok(new) => {
                         *lock(&self.pool) = new;
@@ -104,8 +105,7 @@ mod tests {
 
     fn control(limit: Duration) -> Control {
         Control {
-            hub: Hub::new(),
-            job: Uuid::now_v7(),
+            job: Some((Uuid::now_v7(), Hub::new())),
             token: CancellationToken::new(),
             limit,
             deadline: None,

@@ -8,7 +8,7 @@ use uuid::Uuid;
 use super::fault::Fault;
 use super::queue::{QUICK, Trial};
 use super::stage::{backoff, complete, queue};
-use super::task::{Outcome, Task};
+use super::task::{Order, Outcome, Task};
 use super::work::Stages;
 use crate::store::job::{self, Stage};
 use crate::store::{result, trial};
@@ -54,7 +54,7 @@ impl Stages {
             indices,
         };
         let performed = (work.compute.swarm)
-            .perform(work.control(context, id), subject, task)
+            .perform(work.control(context, id), Order::Stage(Some(subject), task))
             .await?;
         let Outcome::Trials(found) = performed else {
             return Err(Fault::Mismatch);

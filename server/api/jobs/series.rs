@@ -5,15 +5,16 @@ use axum::response::Response;
 use serde::Deserialize;
 use utoipa::IntoParams;
 use uuid::Uuid;
-use veloid_engine::report::{Quantity, Report, Series, Window};
+use veloid_engine::report::{Quantity, Window};
 
 use super::report::published;
 use super::view::no_such_job;
+use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::extract::{Path, Query, etag, matches, not_modified, tagged};
 use crate::api::problem::{Kind, Problem};
-use crate::api::{App, Server};
-use crate::store::job::{self, JobRow};
+use crate::jobs::Drawing;
+use crate::store::job;
 
 const POINTS: usize = 2000;
 const MOST_POINTS: usize = 100_000;
@@ -41,7 +42,10 @@ pub struct Params {
         (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
         (status = 410, description = "The ride's stored file is missing or was altered", body = Problem, content_type = "application/problem+json"),
-        (status = 409, description = "The job has no report (yet)", body = Problem, content_type = "application/problem+json")))]
+        (status = 409, description = "The job has no report (yet)", body = Problem, content_type = "application/problem+json"),
+        (status = 413, description = "It takes more memory than a job may have", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "Drawing it takes too long, or ends the process that does it", body = Problem, content_type = "application/problem+json"),
+        (status = 503, description = "That process was ended from outside; try again", body = Problem, content_type = "application/problem+json")))]
 pub async fn series(
     State(server): App,
     caller: Caller,
@@ -75,24 +79,18 @@ pub async fn series(
     if matches(&headers, &tag) {
         return Ok(not_modified(&tag));
     }
-    let quantity = params.quantity.unwrap_or_default();
-    let key = format!("{id} {} {quantity:?}", job.revision);
-    let series = server
-        .series
-        .get(key, async || simulate(&server, &job, quantity).await)
-        .await?;
-    let window: Window = series.window(t0, t1, points);
+    let drawing = Drawing {
+        job: job.id,
+        revision: job.revision,
+        report: published(&server.db, job.id).await?,
+        quantity: params.quantity.unwrap_or_default(),
+        t0,
+        t1,
+        points,
+    };
+    let files = server.rides.files(&job).await?;
+    let sources = files.iter().map(|(source, _)| source.clone()).collect();
+    let request = job.request.0;
+    let window: Window = server.readers.window(sources, request, drawing).await?;
     Ok(tagged(&tag, Json(window)))
-}
-
-async fn simulate(server: &Server, job: &JobRow, quantity: Quantity) -> Result<Series, Problem> {
-    let text = published(&server.db, job.id).await?;
-    let ride = server.rides.get(job).await?;
-    let simulated = tokio::task::spawn_blocking(move || {
-        let report: Report = serde_json::from_str(&text)?;
-        Ok(Series::of(&ride, &report, quantity))
-    });
-    simulated
-        .await?
-        .map_err(|error: serde_json::Error| Problem::internal(error))
 }

@@ -1,8 +1,9 @@
 use axum::Json;
-use axum::extract::{Request, State};
+use axum::extract::{self, State};
 use serde::Serialize;
 use utoipa::ToSchema;
-use veloid_engine::ride::{self, Preview, ReadError, RideFile};
+use veloid_engine::bicycle::Bike;
+use veloid_engine::ride::Preview;
 
 use super::bicycle::the_bike;
 use super::receive::receive;
@@ -10,8 +11,8 @@ use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::problem::Problem;
 use crate::columns::{Guess, guesses};
-use crate::jobs;
 use crate::options::Options;
+use crate::store::job::Request;
 
 /// What would be understood of a ride, and what its other columns may hold.
 #[derive(Serialize, ToSchema)]
@@ -38,27 +39,27 @@ pub struct RidePreview {
         (status = 400, description = "Malformed request", body = Problem, content_type = "application/problem+json"),
         (status = 408, description = "The body came too slowly", body = Problem, content_type = "application/problem+json"),
         (status = 413, description = "Too large", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "The file is no table, or an option is not allowed", body = Problem, content_type = "application/problem+json")))]
+        (status = 422, description = "The file is no table, or an option is not allowed", body = Problem, content_type = "application/problem+json"),
+        (status = 503, description = "The process that read the ride was ended from outside; try again", body = Problem, content_type = "application/problem+json")))]
 pub async fn preview(
     State(server): App,
     caller: Caller,
-    request: Request,
+    request: extract::Request,
 ) -> Result<Json<RidePreview>, Problem> {
     let mut received = receive(&server, &caller, request).await?;
     let options = Options::try_from(std::mem::take(&mut received.options))?;
     // A bike that is still being typed is no reason to show nothing.
     let bike = the_bike(&server, &caller, &received.bicycle).await;
-    let _permit = server.readers.acquire().await.map_err(Problem::internal)?;
-    let files = received.contents().await?;
-    let read = move || {
-        let files: Vec<RideFile<'_>> = jobs::named(&files).collect();
-        let preview = ride::preview(&files, &options.reading)?;
-        Ok::<_, ReadError>(match bike {
-            Ok(bike) => preview.with_bike(&bike),
-            Err(_) => preview,
-        })
+    let sources = received.sources().await?;
+    // It is read without the bike.
+    let request = Request {
+        bike: Bike::default(),
+        options,
     };
-    let read = tokio::task::spawn_blocking(read).await??;
+    let mut read = server.readers.preview(sources, request).await?;
+    if let Ok(bike) = bike {
+        read = read.with_bike(&bike);
+    }
     let known = read.columns.iter().map(|column| column.channel.as_str());
     let guesses = guesses(&read.ignored, known);
     Ok(Json(RidePreview { read, guesses }))

@@ -17,6 +17,7 @@ use crate::api::problem::{Kind, Problem};
 use crate::bicycle::Told;
 use crate::facts;
 use crate::files::{Files, Incoming};
+use crate::jobs::Source;
 use crate::options::{Options, OptionsError, boolean};
 
 /// Most that a part other than the file may hold (bytes).
@@ -55,13 +56,13 @@ impl Received {
         self.files.iter().map(|(_, file)| file.bytes()).sum()
     }
 
-    /// Names and bytes.
-    pub async fn contents(&mut self) -> io::Result<Vec<(String, Vec<u8>)>> {
-        let mut contents = Vec::new();
+    /// Names, and where the files lie until this goes.
+    pub async fn sources(&mut self) -> io::Result<Vec<Source>> {
+        let mut sources = Vec::new();
         for (name, file) in &mut self.files {
-            contents.push((name.clone(), file.contents().await?));
+            sources.push(Source::new(name.clone(), file.path().await?.to_owned()));
         }
-        Ok(contents)
+        Ok(sources)
     }
 }
 

@@ -5,7 +5,6 @@ use std::io;
 use std::sync::Arc;
 
 use sha2::{Digest, Sha256};
-use tokio::task::spawn_blocking;
 use uuid::Uuid;
 use veloid_engine::bicycle::Bike;
 use veloid_engine::ride::sha256_of;
@@ -57,23 +56,14 @@ pub async fn submit(
 
     let name = fleet_name(&request.bike);
 
-    let permit = server.readers.acquire().await.map_err(Problem::internal)?;
-    let contents = received.contents().await?;
-    let (contents, comments) = spawn_blocking(move || {
-        let all = contents.iter();
-        let comments = all
-            .flat_map(|(_, bytes)| veloid_engine::ride::comments(bytes))
-            .collect();
-        (contents, comments)
-    })
-    .await?;
-    let parsed = jobs::read(contents, request.clone()).await??;
-    drop(permit);
-    parsed.fits(&request.bike)?;
-    server.budget.bears(&parsed, &request.options.settings)?;
+    let sources = received.sources().await?;
+    let checked = server.readers.check(sources, request.clone()).await?;
+    if let Some(lacks) = checked.lacks {
+        return Err(Problem::new(Kind::BadBike, lacks));
+    }
 
     let facts = Given {
-        of_file: facts::of_file(comments, parsed.time_s(0), parsed.speed.as_deref())?,
+        of_file: facts::of_file(checked.comments, checked.start_s, checked.speed)?,
         told,
     };
     facts.of_new()?;
@@ -140,7 +130,7 @@ pub async fn submit(
                 bike: name,
                 fingerprint: &fingerprint,
                 request: &request,
-                summary: &parsed.summary,
+                summary: &checked.summary,
                 ridden_at: known.ridden_ms(),
             };
             job::insert(&mut tx, &new).await?;
@@ -160,8 +150,10 @@ pub async fn submit(
     crash::point("before_commit");
     tx.commit().await?;
     crash::point("after_commit");
-    let parsed = Arc::new(parsed);
-    server.rides.put(&sha256, &ride_name, &request, parsed);
+    if let Some(ride) = checked.ride {
+        let ride = Arc::new(ride);
+        server.rides.put(&sha256, &ride_name, &request, ride);
+    }
     server.queue.wake(jobs::QUICK);
     Ok(submitted)
 }

@@ -72,7 +72,7 @@ pub struct Upload {
         (status = 408, description = "The body came too slowly", body = Problem, content_type = "application/problem+json"),
         (status = 413, description = "Too large", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "Ride, bike or options cannot be used", body = Problem, content_type = "application/problem+json"),
-        (status = 503, description = "The queue is full", body = Problem, content_type = "application/problem+json", headers(("Retry-After" = u32)))))]
+        (status = 503, description = "The queue is full, or the process that read the ride was ended from outside", body = Problem, content_type = "application/problem+json", headers(("Retry-After" = u32)))))]
 pub async fn upload(
     State(server): App,
     caller: Caller,

@@ -13,10 +13,11 @@ use veloid_engine::swarm::Swarm;
 use veloid_engine::{EngineError, Progress};
 
 use super::frame;
-use super::word::{Order, Word};
+use super::word::Word;
+use crate::jobs::drawing::Drawn;
 use crate::jobs::hub::{Heard, Iteration, Searched};
 use crate::jobs::panics::panic_text;
-use crate::jobs::task::{Outcome, Subject, Task};
+use crate::jobs::task::{Order, Outcome, Subject, Task};
 
 /// What happens is told at most this often; a short swarm has a hundred in a few milliseconds.
 const EVERY: Duration = Duration::from_millis(20);
@@ -65,10 +66,10 @@ impl Child {
             .thread_name(|index| format!("compute-{index}"))
             .build()?;
         let orders = orders();
-        let mut held = None;
+        let (mut held, drawn) = (None, Drawn::default());
         let telling = Telling::default();
         while let Ok(order) = orders.recv() {
-            let word = carry_out(&threads, &mut held, order, &telling);
+            let word = carry_out(&threads, &mut held, &drawn, order, &telling);
             telling.finish(word)?;
         }
         Ok(())
@@ -99,18 +100,22 @@ struct Held {
 fn carry_out(
     threads: &ThreadPool,
     held: &mut Option<Held>,
+    drawn: &Drawn,
     order: Order,
     progress: &Telling,
 ) -> Word {
-    if let Some(subject) = order.subject {
-        let swarm = None;
-        *held = Some(Held { subject, swarm });
-    }
-    let Some(held) = held else {
-        return Word::Panicked("a task came without its job".to_owned());
+    let work = || match order {
+        Order::Stage(subject, task) => {
+            if let Some(subject) = subject {
+                let swarm = None;
+                *held = Some(Held { subject, swarm });
+            }
+            let held = held.as_mut().expect("a task comes with its job");
+            held.perform(task, progress)
+        }
+        Order::Errand(errand) => Ok(Outcome::Errand(errand.perform(drawn))),
     };
-    let work = || threads.install(|| held.perform(order.task, progress));
-    match catch_unwind(AssertUnwindSafe(work)) {
+    match catch_unwind(AssertUnwindSafe(|| threads.install(work))) {
         Ok(Ok(outcome)) => Word::Done(outcome),
         Ok(Err(error)) => Word::Refused {
             is_input: error.is_input(),

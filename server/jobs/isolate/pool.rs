@@ -1,12 +1,12 @@
-//! The children of one lane, kept for the next task once they have done one.
+//! The children of one lane, kept for the next order once they have done one.
 
 use std::io;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::child::Child;
 use super::process::{Ended, Process};
 use crate::jobs::hub::Heard;
-use crate::jobs::task::{Outcome, Subject, Task};
+use crate::jobs::task::{Order, Outcome};
 
 pub struct Children {
     as_what: Child,
@@ -21,27 +21,21 @@ impl Children {
         }
     }
 
-    /// Has a task carried out by a child that knows its job, by another, or by a new one. Dropped before
+    /// Has an order carried out by a child that knows what it is about, by another, or by a new one. Dropped before
     /// that, it ends the child.
-    pub async fn perform(
-        &self,
-        subject: &Arc<Subject>,
-        task: Task,
-        hear: impl Fn(Heard),
-    ) -> Result<Outcome, Ended> {
-        let mut child = self.take(subject)?;
-        let outcome = child.perform(subject, task, hear).await;
+    pub async fn perform(&self, order: Order, hear: impl Fn(Heard)) -> Result<Outcome, Ended> {
+        let mut child = self.take(&order)?;
+        let outcome = child.perform(order, hear).await;
         if matches!(outcome, Ok(_) | Err(Ended::Refused { .. })) {
             self.idle().push(child);
         }
         outcome
     }
 
-    fn take(&self, subject: &Subject) -> io::Result<Process> {
+    fn take(&self, order: &Order) -> io::Result<Process> {
         let mut idle = self.idle();
         idle.retain_mut(Process::lives);
-        let knows = |child: &Process| child.holds == Some(subject.job);
-        match idle.iter().position(knows) {
+        match idle.iter().position(|child| child.knows(order)) {
             Some(index) => Ok(idle.swap_remove(index)),
             None => idle.pop().map_or_else(|| Process::start(&self.as_what), Ok),
         }

@@ -15,9 +15,9 @@ use uuid::Uuid;
 
 use super::child::Child;
 use super::frame;
-use super::word::{Order, Word};
+use super::word::Word;
 use crate::jobs::hub::Heard;
-use crate::jobs::task::{Outcome, Subject, Task};
+use crate::jobs::task::{Order, Outcome};
 
 /// Time in which a child that closed its pipes is gone, and what it said has arrived.
 const GONE: Duration = Duration::from_secs(1);
@@ -28,7 +28,10 @@ const KEPT: [&str; 2] = ["LD_LIBRARY_PATH", "VELOID_POISON"];
 /// Longest part of a line that is kept of what a child says (characters).
 const LINE: usize = 300;
 
-/// Why a task did not come to its end in a child.
+/// What the standard library says before it aborts for want of memory.
+const REFUSED: &str = "memory allocation of";
+
+/// Why an order did not come to its end in a child.
 #[derive(Debug, thiserror::Error)]
 pub enum Ended {
     #[error("{message}")]
@@ -38,6 +41,9 @@ pub enum Ended {
     /// It ended by itself, which nothing but its work can have brought about.
     #[error("{0}")]
     Died(String),
+    /// The same, when it was refused more memory.
+    #[error("{0}")]
+    OutOfMemory(String),
     /// It was ended from outside; by the system for want of memory, perhaps.
     #[error("{0}")]
     Killed(String),
@@ -56,7 +62,9 @@ pub struct Process {
     said: Arc<Mutex<String>>,
     listener: JoinHandle<()>,
     /// The job that it knows.
-    pub holds: Option<Uuid>,
+    holds: Option<Uuid>,
+    /// The job whose curves it drew last.
+    drew: Option<Uuid>,
 }
 
 impl Process {
@@ -90,8 +98,20 @@ impl Process {
             listener: tokio::spawn(listen(errors, Arc::clone(&said))),
             said,
             holds: None,
+            drew: None,
             child,
         })
+    }
+
+    /// Whether it has at hand what an order is about.
+    pub fn knows(&self, order: &Order) -> bool {
+        match order {
+            Order::Stage(subject, _) => {
+                let job = subject.as_ref().map(|subject| subject.job);
+                job.is_some() && job == self.holds
+            }
+            Order::Errand(errand) => errand.job().is_some() && errand.job() == self.drew,
+        }
     }
 
     /// Whether it can take an order.
@@ -99,16 +119,19 @@ impl Process {
         matches!(self.child.try_wait(), Ok(None))
     }
 
-    /// Has a task carried out, and passes on what is told meanwhile.
+    /// Has an order carried out, and passes on what is told meanwhile.
     pub async fn perform(
         &mut self,
-        subject: &Arc<Subject>,
-        task: Task,
+        mut order: Order,
         hear: impl Fn(Heard),
     ) -> Result<Outcome, Ended> {
-        let known = self.holds.replace(subject.job) == Some(subject.job);
-        let subject = (!known).then(|| Arc::clone(subject));
-        let order = spawn_blocking(move || frame::encode(&Order { subject, task }));
+        let knows = self.knows(&order);
+        match &mut order {
+            Order::Stage(subject, _) if knows => *subject = None,
+            Order::Stage(subject, _) => self.holds = subject.as_ref().map(|subject| subject.job),
+            Order::Errand(errand) => self.drew = errand.job().or(self.drew),
+        }
+        let order = spawn_blocking(move || frame::encode(&order));
         let order = order.await.map_err(io::Error::other)??;
         if self.orders.write_all(&order).await.is_err() {
             return Err(self.end().await);
@@ -152,6 +175,7 @@ fn ended(status: ExitStatus, said: &str) -> Ended {
     match status.signal().and_then(Signal::from_named_raw) {
         Some(Signal::HUP | Signal::INT | Signal::TERM) => Ended::Asked,
         Some(Signal::KILL) => Ended::Killed(why),
+        _ if said.starts_with(REFUSED) => Ended::OutOfMemory(why),
         _ => Ended::Died(why),
     }
 }

@@ -1,21 +1,11 @@
-//! What parent and child tell each other.
-
-use std::sync::Arc;
+//! What a child tells its parent, which tells it orders.
 
 use serde::{Deserialize, Serialize};
 
 use crate::jobs::hub::Heard;
-use crate::jobs::task::{Outcome, Subject, Task};
+use crate::jobs::task::Outcome;
 
-/// Parent to child.
-#[derive(Serialize, Deserialize)]
-pub struct Order {
-    /// Left out where the child's last task was of the same job.
-    pub subject: Option<Arc<Subject>>,
-    pub task: Task,
-}
-
-/// Child to parent: any number of times how far it is, then how the task ended.
+/// Child to parent: any number of times how far it is, then how the order ended.
 #[derive(Serialize, Deserialize)]
 pub enum Word {
     Meanwhile(Vec<Heard>),

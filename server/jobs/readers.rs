@@ -1,0 +1,122 @@
+//! Reads the files of rides for whoever asks, so many at a time and the others after them, in a lane of its own.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use rayon::ThreadPoolBuildError;
+use tokio_util::sync::CancellationToken;
+use veloid_engine::report::Window;
+use veloid_engine::ride::{Preview, Ride};
+
+use super::budget::Budget;
+use super::compute::Lane;
+use super::control::Control;
+use super::drawing::Drawing;
+use super::errand::{Checked, Errand, Found, Source, Wanted};
+use super::fault::Fault;
+use super::task::{Order, Outcome};
+use crate::store::job::Request;
+
+/// Files that are read, and so lie in memory, at the same time.
+const READERS: usize = 2;
+
+pub struct Readers {
+    lane: Lane,
+    budget: Budget,
+    /// Time that one of them may take.
+    limit: Duration,
+}
+
+impl Readers {
+    /// In child processes that have so much memory (bytes), if any is said.
+    pub fn new(
+        isolated: Option<u64>,
+        budget: Budget,
+        limit: Duration,
+    ) -> Result<Self, ThreadPoolBuildError> {
+        Ok(Self {
+            lane: Lane::new("reading", READERS, 0, isolated)?,
+            budget,
+            limit,
+        })
+    }
+
+    /// The ride, if a job may have as much memory as it needs.
+    pub async fn ride(&self, files: Vec<Source>, request: Request) -> Result<Ride, Fault> {
+        let wanted = Wanted::Ride(self.budget);
+        match self.perform(files, request, wanted).await? {
+            Found::Ride(ride) => Ok(*ride),
+            _ => Err(Fault::Mismatch),
+        }
+    }
+
+    /// What an upload is asked before it is kept, by the same condition.
+    pub async fn check(&self, files: Vec<Source>, request: Request) -> Result<Checked, Fault> {
+        let wanted = Wanted::Check(self.budget);
+        match self.perform(files, request, wanted).await? {
+            Found::Checked(checked) => Ok(*checked),
+            _ => Err(Fault::Mismatch),
+        }
+    }
+
+    pub async fn preview(&self, files: Vec<Source>, request: Request) -> Result<Preview, Fault> {
+        match self.perform(files, request, Wanted::Preview).await? {
+            Found::Preview(preview) => Ok(*preview),
+            _ => Err(Fault::Mismatch),
+        }
+    }
+
+    pub async fn window(
+        &self,
+        files: Vec<Source>,
+        request: Request,
+        drawing: Drawing,
+    ) -> Result<Window, Fault> {
+        let wanted = Wanted::Drawing(drawing);
+        match self.perform(files, request, wanted).await? {
+            Found::Window(window) => Ok(*window),
+            _ => Err(Fault::Mismatch),
+        }
+    }
+
+    /// Whose child is killed from outside has one more try: somebody else may have taken the memory.
+    async fn perform(
+        &self,
+        files: Vec<Source>,
+        request: Request,
+        wanted: Wanted,
+    ) -> Result<Found, Fault> {
+        let errand = Arc::new(Errand {
+            files,
+            request,
+            wanted,
+        });
+        let outcome = match self.once(&errand).await {
+            Err(Fault::Killed(why)) => {
+                tracing::warn!(why, "reading a ride is tried once more");
+                self.once(&errand).await
+            }
+            outcome => outcome,
+        };
+        match outcome {
+            Ok(Outcome::Errand(found)) => Ok(found?),
+            Ok(_) => Err(Fault::Mismatch),
+            Err(Fault::OutOfMemory(why)) => {
+                tracing::warn!(why, "a ride was too large to be read");
+                Err(Fault::TooLargeToRead(self.budget))
+            }
+            Err(fault) => Err(fault),
+        }
+    }
+
+    async fn once(&self, errand: &Arc<Errand>) -> Result<Outcome, Fault> {
+        let control = Control {
+            job: None,
+            token: CancellationToken::new(),
+            limit: self.limit,
+            deadline: None,
+        };
+        let order = Order::Errand(Arc::clone(errand));
+        self.lane.perform(control, order).await
+    }
+}
