@@ -11,10 +11,10 @@ pub mod health;
 pub mod jobs;
 mod known;
 pub mod list;
+pub mod long_readers;
 pub mod names;
 mod parameter_view;
 pub mod parameters;
-mod parquet;
 pub mod problem;
 pub mod rides;
 mod router;
@@ -34,6 +34,7 @@ use veloid_engine::report::Series;
 pub use router::{document, router};
 
 use self::access::Access;
+use self::long_readers::LongReaders;
 use crate::erasure::Policy;
 use crate::files::Files;
 use crate::jobs::{Budget, Hub, Queue, RideCache};
@@ -52,8 +53,8 @@ pub struct Server {
     pub hub: Hub,
     /// Uploads that may be read, and so lie in memory, at the same time.
     pub readers: Semaphore,
-    /// Long lists that may be made, and lie in memory, at the same time.
-    pub exports: Arc<Semaphore>,
+    /// Who reads long lists.
+    pub long_readers: Arc<LongReaders>,
     pub signs: signs::Signs,
     /// Memory that one job may take.
     pub budget: Budget,

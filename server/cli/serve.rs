@@ -27,8 +27,6 @@ use crate::store::key::{self, KeyRow};
 
 /// Uploads that are read, and so lie in memory, at the same time.
 const READERS: usize = 2;
-/// Long lists that are made at the same time; others wait.
-const EXPORTS: usize = 2;
 /// Jobs whose simulated motion is kept at hand.
 const SERIES: usize = 8;
 /// Time that answers in progress get, from the moment on in which the server is asked to stop.
@@ -145,7 +143,7 @@ impl Serve {
             queue,
             hub,
             readers: Semaphore::new(READERS),
-            exports: Arc::new(Semaphore::new(EXPORTS)),
+            long_readers: Arc::default(),
             signs: Signs::default(),
             budget: self.limits.budget(),
             max_upload: self.max_upload,

@@ -1,8 +1,10 @@
 //! HTTP on a socket: `axum::serve` with bounds on what strangers may hold open. See docs/security.md.
 
+mod account;
 mod connections;
 mod limits;
 mod pace;
+mod taken;
 
 use std::convert::Infallible;
 use std::net::IpAddr;
@@ -17,6 +19,7 @@ use hyper::server::conn::http1;
 use hyper::service::{Service, service_fn};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
+use socket2::SockRef;
 use tokio::net::{TcpListener, TcpStream};
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
@@ -25,13 +28,18 @@ pub use self::limits::HttpLimits;
 pub use self::pace::Unfinished;
 
 use self::connections::{Connections, Held, Seat};
-use self::pace::{Pace, Paced};
+use self::pace::Paced;
+use self::taken::Taken;
 
 /// What is read of a request before it is understood (bytes): a line of 64 KiB, which is the longest that
 /// hyper takes, and as much of headers.
 const HEAD: usize = 128 << 10;
 /// Wait before another connection is taken after one could not be, most likely for want of a descriptor.
 const PAUSE: Duration = Duration::from_millis(100);
+
+/// What the system holds of an answer that is not on its way yet (bytes). It takes megabytes unless asked otherwise, and
+/// more only when a third of them have left: whether a slow reader takes anything could not be seen.
+const UNSENT: u32 = 64 << 10;
 
 /// Address from which a request came.
 #[derive(Clone, Copy)]
@@ -86,9 +94,12 @@ async fn answer(
     limits: HttpLimits,
     stop: CancellationToken,
 ) {
+    if let Err(error) = SockRef::from(&stream).set_tcp_notsent_lowat(UNSENT) {
+        tracing::debug!(%error, "unsent bytes of a connection are not bounded");
+    }
     let (seat, router) = (Arc::new(seat), TowerToHyperService::new(router));
     let gone = seat.gone();
-    let pace = Pace::from(&limits);
+    let (pace, answers) = (limits.body(), limits.answer());
     let stops = stop.clone();
     let service = service_fn(move |mut request: Request<Incoming>| {
         seat.asks();
@@ -105,7 +116,7 @@ async fn answer(
         .timer(TokioTimer::new())
         .header_read_timeout(limits.header_timeout())
         .max_buf_size(HEAD)
-        .serve_connection(TokioIo::new(stream), service);
+        .serve_connection(TokioIo::new(Taken::new(stream, answers)), service);
     let mut connection = std::pin::pin!(connection);
     let ended = tokio::select! {
         ended = connection.as_mut() => ended,
