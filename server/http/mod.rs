@@ -45,6 +45,10 @@ const UNSENT: u32 = 64 << 10;
 #[derive(Clone, Copy)]
 pub struct Peer(pub IpAddr);
 
+/// Marks a request on a connection that is kept for signs of life, because all others are waiting for answers.
+#[derive(Clone, Copy)]
+pub struct Spare;
+
 /// Serves until it is told to stop, and then until the answers in progress are sent.
 pub async fn serve(
     listener: TcpListener,
@@ -53,6 +57,7 @@ pub async fn serve(
     stop: CancellationToken,
 ) {
     let connections = Arc::new(Connections::new(&limits));
+    let spare = Arc::new(Connections::spare());
     let answers = TaskTracker::new();
     while let Some(accepted) = stop.run_until_cancelled(listener.accept()).await {
         let (stream, peer) = match accepted {
@@ -63,7 +68,8 @@ pub async fn serve(
                 continue;
             }
         };
-        match Connections::admit(&connections, peer.ip()) {
+        let seat = Connections::admit(&connections, peer.ip());
+        match seat.or_else(|| Connections::admit(&spare, peer.ip())) {
             Some(seat) => {
                 let router = router.clone();
                 answers.spawn(answer(
@@ -98,12 +104,15 @@ async fn answer(
         tracing::debug!(%error, "unsent bytes of a connection are not bounded");
     }
     let (seat, router) = (Arc::new(seat), TowerToHyperService::new(router));
-    let gone = seat.gone();
+    let (gone, is_spare) = (seat.gone(), seat.is_spare());
     let (pace, answers) = (limits.body(), limits.answer());
     let stops = stop.clone();
     let service = service_fn(move |mut request: Request<Incoming>| {
         seat.asks();
         request.extensions_mut().insert(Peer(peer));
+        if is_spare {
+            request.extensions_mut().insert(Spare);
+        }
         let seat = Arc::clone(&seat);
         let paced = |body| Body::new(Paced::new(body, pace, stops.clone()));
         let response = router.call(request.map(paced));
@@ -116,6 +125,7 @@ async fn answer(
         .timer(TokioTimer::new())
         .header_read_timeout(limits.header_timeout())
         .max_buf_size(HEAD)
+        .keep_alive(!is_spare)
         .serve_connection(TokioIo::new(Taken::new(stream, answers)), service);
     let mut connection = std::pin::pin!(connection);
     let ended = tokio::select! {
