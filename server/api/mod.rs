@@ -9,7 +9,7 @@ pub mod extract;
 pub mod fleet;
 pub mod health;
 pub mod jobs;
-mod known;
+pub mod known;
 pub mod list;
 pub mod long_readers;
 pub mod names;
