@@ -300,10 +300,7 @@ async fn an_address_that_waits_for_answers_still_learns_whether_the_server_lives
         assert!(refused.starts_with("HTTP/1.1 503"), "{refused}");
         assert!(refused.contains("retry-after: "), "{refused}");
     }
-    assert!(
-        events.iter().all(|stream| is_open(stream)),
-        "nobody had to go"
-    );
+    assert!(events.iter().all(is_open), "nobody had to go");
     drop(events);
     while !get("/v1/jobs").starts_with("HTTP/1.1 200") {}
 }
