@@ -52,6 +52,7 @@ mod study;
 #[allow(missing_docs)]
 pub mod swarm;
 mod synchronise;
+mod unseen;
 
 pub use bicycle::Bike;
 pub use diagnosis::impose::{Imposed, ride as simulate};
@@ -65,3 +66,4 @@ pub use ride::Ride;
 pub use settings::{Objective, Settings};
 pub use study::{Ridden, study};
 pub use synchronise::read;
+pub use unseen::is_unseen;

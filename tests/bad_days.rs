@@ -4,14 +4,14 @@
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
 use sqlx::{Connection, SqliteConnection};
 
-use crate::harness::{Folder, Server};
+use crate::harness::{Folder, Server, has_points};
 use crate::oracle::{Upload, jobs_are, nothing_is_left, nothing_ran_twice};
 use crate::ride;
 use crate::skips::{not_applicable, skip};
@@ -157,6 +157,53 @@ async fn a_read_only_folder_puts_uploads_off() {
     jobs_are(&server, 1).await;
 }
 
+/// A folder that nobody may write to, not even root, until the test ends.
+struct Locked(PathBuf);
+
+impl Locked {
+    fn new(at: PathBuf) -> Option<Self> {
+        if chattr("+i", &at) {
+            return Some(Self(at));
+        }
+        not_applicable("locking a folder needs root and a file system that can");
+        None
+    }
+}
+
+impl Drop for Locked {
+    fn drop(&mut self) {
+        chattr("-i", &self.0);
+    }
+}
+
+fn chattr(change: &str, at: &Path) -> bool {
+    let done = Command::new("chattr").arg(change).arg(at).output();
+    done.is_ok_and(|output| output.status.success())
+}
+
+#[tokio::test]
+async fn a_folder_that_may_not_be_written_puts_uploads_off() {
+    let server = Server::start();
+    for folder in ["incoming", "rides"] {
+        let Some(locked) = Locked::new(server.folder.0.join(folder)) else {
+            return;
+        };
+        is_put_off(&server, "permission denied").await;
+        lives(&server).await;
+        drop(locked);
+    }
+    let incoming = server.folder.0.join("incoming");
+    assert_eq!(incoming.read_dir().unwrap().count(), 0);
+    std::fs::remove_dir(&incoming).unwrap();
+    std::fs::write(&incoming, "").unwrap();
+    is_put_off(&server, "not a directory").await;
+    std::fs::remove_file(&incoming).unwrap();
+    std::fs::create_dir(&incoming).unwrap();
+    let job = server.submit(&[]).await;
+    server.succeeded(&job).await;
+    jobs_are(&server, 1).await;
+}
+
 #[tokio::test]
 async fn a_locked_database_costs_time_and_nothing_else() {
     let server = Server::on_sqlite(&["--workers", "1"]);
@@ -270,8 +317,7 @@ async fn rides_sent_after_the_clock_was_set_back_have_their_turn() {
 
 /// A server that computes in its own process, and panics or hangs there where it is told to.
 fn faulty(variable: &str, point: &str, args: &[&str]) -> Option<Server> {
-    if !cfg!(debug_assertions) {
-        not_applicable("a release build has no points to fail at");
+    if !has_points() {
         return None;
     }
     let args = [args, &["--isolate", "off"]].concat();

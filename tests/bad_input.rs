@@ -551,3 +551,56 @@ fn the_command_line_says_it_in_one_line_and_exits_with_2() {
     ]);
     assert_eq!(huge.status.code(), Some(2));
 }
+
+/// Names and notes that look like others, or turn the text around them.
+#[tokio::test]
+async fn what_cannot_be_seen_is_refused_or_left_out() {
+    let server = Server::with(&["--workers", "0"]);
+    let mut sent = 0;
+    for c in "\u{1}\u{85}\u{200e}\u{200f}\u{2028}\u{2029}\u{202a}\u{202e}\u{2066}\u{2069}\u{feff}"
+        .chars()
+    {
+        let odd = format!("a{c}b");
+        let code = format!("U+{:04X}", c as u32);
+        let bike = ride::BIKE.replace(
+            "lab-7",
+            &serde_json::json!(odd).to_string().replace('"', ""),
+        );
+        for (bike, parts) in [
+            (bike.as_str(), vec![]),
+            (ride::BIKE, vec![("rider", odd.as_str())]),
+            (ride::BIKE, vec![("tyres", &odd)]),
+            (ride::BIKE, vec![("road", &odd)]),
+            (ride::BIKE, vec![("notes", &odd)]),
+            (ride::BIKE, vec![("tags", &odd)]),
+        ] {
+            let refused = server.upload(ride::example(), bike, &parts).await;
+            assert_eq!(refused.status(), 422, "{code} {parts:?}");
+            let problem: Value = refused.json().await.unwrap();
+            let said = problem["detail"].as_str().unwrap();
+            assert!(said.contains(&code) || parts.is_empty(), "{code}: {said}");
+            assert!(!said.contains(c), "{said:?}");
+        }
+        let file = Part::bytes(ride::example()).file_name(format!("{odd}{sent}.csv"));
+        let form = Form::new().part("file", file).text("bike", ride::BIKE);
+        let form = form.text("seed", sent.to_string());
+        let request = server
+            .client
+            .post(server.address("/v1/rides"))
+            .multipart(form);
+        let taken = request.send().await.unwrap();
+        if taken.status() == 400 && c.is_control() {
+            // No head of a part may hold it as it is.
+            continue;
+        }
+        assert_eq!(taken.status(), 202, "{code}");
+        let job = taken.headers()["location"].to_str().unwrap().to_owned();
+        let name = server.json(&job).await["ride"]["name"].clone();
+        let name = name.as_str().unwrap();
+        assert!(
+            !name.contains(c) && name.ends_with(".csv"),
+            "{code}: {name:?}"
+        );
+        sent += 1;
+    }
+}

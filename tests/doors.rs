@@ -181,7 +181,7 @@ async fn a_workers_figures_need_a_key_off_loopback() {
     assert_eq!(get("/metrics", &admin).await.unwrap(), 200);
 }
 
-/// Two lists may be made at a time. Others who ask for one wait; who asks for anything else does not.
+/// Four long lists may be read at a time from here. Who asks for more is put off; who asks for anything else is not.
 #[tokio::test(flavor = "multi_thread")]
 async fn readers_of_long_lists_starve_nobody() {
     let server = Server::with(&["--workers", "0"]);

@@ -17,6 +17,7 @@ use serde_json::Value;
 use sqlx::{Connection, PgConnection, SqliteConnection};
 
 use crate::ride;
+use crate::skips::not_applicable;
 
 /// The program under test: the one that was built with the tests, or what `VELOID_TEST_BINARY` names.
 pub static VELOID: LazyLock<String> = LazyLock::new(|| {
@@ -477,6 +478,18 @@ pub fn http() -> ClientBuilder {
 /// Runs `veloid` to its end.
 pub fn veloid(args: &[&str]) -> Output {
     Command::new(&*VELOID).args(args).output().unwrap()
+}
+
+/// Whether the program under test, whatever build the tests are, can be made to fail at labelled points; says so if not.
+pub fn has_points() -> bool {
+    static SAID: LazyLock<bool> = LazyLock::new(|| {
+        let said = veloid(&["--version"]).stdout;
+        String::from_utf8_lossy(&said).contains("with points to fail at")
+    });
+    if !*SAID {
+        not_applicable("the program under test has no points to fail at");
+    }
+    *SAID
 }
 
 /// Runs `veloid identify` on the files of a ride and a bike; the report it writes, and what it says.

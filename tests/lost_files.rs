@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 use std::process::Output;
+use std::time::Duration;
 
 use serde_json::Value;
 use sqlx::{Connection, SqliteConnection};
 
-use crate::harness::Server;
+use crate::harness::{Server, key_of};
 use crate::ride;
 
 /// The only raw file of a server.
@@ -116,6 +117,13 @@ async fn a_damaged_database_is_found() {
     }
     assert_eq!(server.get("/readyz").await.status(), 200);
     assert_eq!(server.terminate(), Some(0));
+    damage(&server).await;
+    let (status, said) = found(&check(&server, &[]));
+    assert!(status >= 1 && said.contains("database:"), "{status} {said}");
+}
+
+/// Writes over a page of the database of a server that has stopped.
+async fn damage(server: &Server) {
     let database = server.folder.0.join("veloid.db");
     let url = format!("sqlite:{}", database.display());
     let mut connection = SqliteConnection::connect(&url).await.unwrap();
@@ -131,6 +139,36 @@ async fn a_damaged_database_is_found() {
     let from = 4096 * (page as usize - 1);
     bytes[from..][..4096].fill(0x5a);
     std::fs::write(&database, &bytes).unwrap();
-    let (status, said) = found(&check(&server, &[]));
-    assert!(status >= 1 && said.contains("database:"), "{status} {said}");
+}
+
+#[tokio::test]
+async fn strangers_hear_that_the_database_is_damaged_and_admins_where() {
+    let mut server = Server::on_sqlite(&["--workers", "0"]);
+    server.submit(&[]).await;
+    let [admin, reader] = ["admin", "read"].map(|scope| {
+        let mut create = server.beside(&["key", "create", "--scope", scope]);
+        key_of(&create.output().unwrap())
+    });
+    assert_eq!(server.terminate(), Some(0));
+    damage(&server).await;
+    server.restart_with_env(&[("VELOID_KEYS", "true")]);
+    // It is looked through soon after the start.
+    while server.get("/readyz").await.status() != 503 {
+        tokio::time::sleep(Duration::from_millis(100)).await;
+    }
+    let hears = async |key: &str| {
+        let request = server.client.get(server.address("/readyz"));
+        let answer = request.bearer_auth(key).send().await.unwrap();
+        assert_eq!(answer.status(), 503);
+        let problem: Value = answer.json().await.unwrap();
+        problem["detail"].as_str().unwrap().to_owned()
+    };
+    for key in ["", "veloid_00", &reader] {
+        assert_eq!(hears(key).await, "the database is damaged", "{key}");
+    }
+    let told = hears(&admin).await;
+    let detail = told.strip_prefix("the database is damaged: ").unwrap();
+    let detail = detail.lines().next().unwrap();
+    let log = std::fs::read_to_string(server.folder.0.join("log")).unwrap();
+    assert!(!detail.is_empty() && log.contains(detail), "{told}");
 }

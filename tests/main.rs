@@ -45,6 +45,7 @@ mod scale;
 mod several;
 mod simulate;
 mod skips;
+mod slow_readers;
 mod strangers;
 mod structure;
 mod study;

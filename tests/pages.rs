@@ -254,6 +254,13 @@ async fn a_filter_that_is_misspelt_is_refused_by_name() {
         ("/compare?job=x", "x"),
         ("/?bicycle=x", "bicycle"),
         ("/sign-in?then=x", "then"),
+        ("/jobs.atom?state=failed", "state"),
+        ("/effects?naem=k", "naem"),
+        ("/effects/coulomb_friction?bike=x", "bike"),
+        ("/bikes?naem=k", "naem"),
+        ("/bikes/lab-7?naem", "naem"),
+        ("/dependence?naem=", "naem"),
+        ("/jobs/01890000-0000-7000-8000-000000000000?naem=k", "naem"),
     ] {
         let response = server.get(path).await;
         assert_eq!(response.status(), 400, "{path}");
@@ -271,6 +278,11 @@ async fn a_filter_that_is_misspelt_is_refused_by_name() {
         "/parameters?from=2020-01-01T00:00:00Z",
     ] {
         assert!(page(&server, path).await.contains("season-001"), "{path}");
+    }
+    assert_eq!(server.get("/effects?theme=dark").await.status(), 200);
+    for path in ["/sign-out?naem=k", "/rides/x/delete?naem=k"] {
+        let sent = server.client.post(server.address(path)).send().await;
+        assert_eq!(sent.unwrap().status(), 400, "{path}");
     }
 }
 

@@ -249,3 +249,58 @@ async fn an_upload_that_finds_the_queue_full_leaves_no_file() {
     let incoming = std::fs::read_dir(server.folder.0.join("incoming")).unwrap();
     assert_eq!(incoming.count(), 0);
 }
+
+/// What a request gets, to the end of the connection.
+fn answer(server: &Server, request: &str) -> String {
+    let mut stream = connect(server);
+    stream.write_all(request.as_bytes()).unwrap();
+    rest(stream)
+}
+
+#[tokio::test]
+async fn a_request_names_one_server() {
+    let server = Server::with(&["--workers", "0"]);
+    let (one, two) = ("Host: x\r\n", "Host: x\r\nHost: x\r\n");
+    for (version, hosts, status) in [
+        ("1.1", "", 400),
+        ("1.1", two, 400),
+        ("1.0", two, 400),
+        ("1.1", one, 200),
+        ("1.0", "", 200),
+    ] {
+        let head = format!("{hosts}Accept: text/html\r\nConnection: close\r\n\r\n");
+        let said = answer(&server, &format!("GET /healthz HTTP/{version}\r\n{head}"));
+        assert!(said.contains(&format!(" {status} ")), "{hosts}: {said}");
+        assert_eq!(status == 400, said.contains("application/problem+json"));
+    }
+}
+
+/// Streams of events take every connection that an address has.
+#[tokio::test]
+async fn an_address_that_waits_for_answers_still_learns_whether_the_server_lives() {
+    let server = Server::with(&["--workers", "0", "--connections-per-address", "4"]);
+    let job = server.submit(&[]).await;
+    let events: Vec<_> = (0..4)
+        .map(|_| {
+            let mut stream = connect(&server);
+            write!(stream, "GET {job}/events HTTP/1.1\r\nHost: x\r\n\r\n").unwrap();
+            assert!(stream.read(&mut [0; 12]).unwrap() > 0);
+            stream
+        })
+        .collect();
+    let get = |path| {
+        let request = format!("GET {path} HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
+        answer(&server, &request)
+    };
+    for _ in 0..10 {
+        for path in ["/healthz", "/readyz"] {
+            assert!(get(path).starts_with("HTTP/1.1 200"), "{path}");
+        }
+        let refused = get("/v1/jobs");
+        assert!(refused.starts_with("HTTP/1.1 503"), "{refused}");
+        assert!(refused.contains("retry-after: "), "{refused}");
+    }
+    assert!(events.iter().all(is_open), "nobody had to go");
+    drop(events);
+    while !get("/v1/jobs").starts_with("HTTP/1.1 200") {}
+}

@@ -130,7 +130,7 @@ fn check_name(name: &str) -> Result<(), EngineError> {
         )
     } else if matches!(name.trim(), "." | "..") {
         format!("the name '{}', which is a step in a path", name.trim())
-    } else if let Some(c) = name.chars().find(|c| is_unseen(*c)) {
+    } else if let Some(c) = name.chars().find(|c| crate::is_unseen(*c)) {
         format!(
             "U+{:04X} in the name, expected characters that can be seen",
             c as u32
@@ -139,15 +139,6 @@ fn check_name(name: &str) -> Result<(), EngineError> {
         return Ok(());
     };
     Err(EngineError::Bike(format!("bike: {problem}")))
-}
-
-/// Control characters, line and paragraph separators, marks and overrides of direction (Unicode's Bidi_Control), and
-/// characters without any width that no script is written with.
-fn is_unseen(c: char) -> bool {
-    c.is_control()
-        || matches!(c,
-            '\u{ad}' | '\u{61c}' | '\u{200b}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}'
-            | '\u{2060}'..='\u{206f}' | '\u{feff}' | '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e007f}')
 }
 
 /// At most 40 characters of a text from a file, for messages.

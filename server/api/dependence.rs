@@ -40,7 +40,7 @@ pub struct Params {
     pub on: Option<String>,
     /// Where to predict, the other facts being at their means: `pressure_front_bar:2.5,date:2026-05-01`.
     #[param(
-        pattern = r"^((date:20[0-9]{2}-0[1-9]-[0-2][1-8]|[a-z][a-z0-9_]*:-?[0-9]{1,9}(\.[0-9]{1,6})?)(,[a-z][a-z0-9_]*:-?[0-9]{1,9}(\.[0-9]{1,6})?){0,11})?$"
+        pattern = r"^((date:([0-9]{4}-((0[13578]|1[02])-(0[1-9]|[12][0-9]|3[01])|(0[469]|11)-(0[1-9]|[12][0-9]|30)|02-(0[1-9]|1[0-9]|2[0-8]))|([0-9]{2}(0[48]|[2468][048]|[13579][26])|([02468][048]|[13579][26])00)-02-29)|([a-ce-z][a-z0-9_]*|d([b-z0-9_][a-z0-9_]*)?|da([a-su-z0-9_][a-z0-9_]*)?|dat([a-df-z0-9_][a-z0-9_]*)?|date[a-z0-9_]+):-?[0-9]{1,9}(\.[0-9]{1,6})?)(,(date:([0-9]{4}-((0[13578]|1[02])-(0[1-9]|[12][0-9]|3[01])|(0[469]|11)-(0[1-9]|[12][0-9]|30)|02-(0[1-9]|1[0-9]|2[0-8]))|([0-9]{2}(0[48]|[2468][048]|[13579][26])|([02468][048]|[13579][26])00)-02-29)|([a-ce-z][a-z0-9_]*|d([b-z0-9_][a-z0-9_]*)?|da([a-su-z0-9_][a-z0-9_]*)?|dat([a-df-z0-9_][a-z0-9_]*)?|date[a-z0-9_]+):-?[0-9]{1,9}(\.[0-9]{1,6})?)){0,11})?$"
     )]
     pub at: Option<String>,
     /// Ridden from this time on, inclusive.
@@ -165,7 +165,63 @@ fn bad(detail: String) -> Problem {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use proptest::prelude::*;
+    use proptest::string::string_regex;
+    use regex_lite::Regex;
+    use utoipa::openapi::path::ParameterIn;
+    use utoipa::openapi::{RefOr, Schema};
+
     use super::*;
+
+    /// What the API's document says of `at`.
+    fn pattern() -> String {
+        let all = Params::into_params(|| Some(ParameterIn::Query));
+        let at = all
+            .into_iter()
+            .find(|parameter| parameter.name == "at")
+            .unwrap();
+        let Some(RefOr::T(Schema::Object(at))) = at.schema else {
+            panic!("no schema");
+        };
+        at.pattern.unwrap()
+    }
+
+    proptest! {
+        #[test]
+        fn a_date_is_one_to_the_document_if_it_is_one(day in "([0-9]{4}|20[0-9]{2})-[01][0-9]-[0-3][0-9]", more in 0..3_u8) {
+            let pattern = Regex::new(&pattern()).unwrap();
+            let at = ["", ",temperature_c:20", ",dated:-1.5,date_2:0"][usize::from(more)];
+            let at = format!("date:{day}{at}");
+            prop_assert_eq!(pattern.is_match(&at), places(&at).is_ok(), "{}", at);
+            let at = format!("da:1,{at}");
+            prop_assert_eq!(pattern.is_match(&at), places(&at).is_ok(), "{}", at);
+        }
+
+        #[test]
+        fn what_the_document_lets_pass_is_taken(at in string_regex(&pattern().replace(['^', '$'], "")).unwrap()) {
+            prop_assert!(places(&at).is_ok(), "{}", at);
+        }
+    }
+
+    #[test]
+    fn every_day_of_a_year_is_a_date() {
+        let pattern = Regex::new(&pattern()).unwrap();
+        for year in [0, 1900, 1999, 2000, 2024, 2026, 9999] {
+            let first = jiff::civil::date(year, 1, 1);
+            let days = first.series(jiff::Span::new().days(1));
+            for day in days.take_while(|day| day.year() == year) {
+                assert!(pattern.is_match(&format!("date:{day}")), "{day}");
+            }
+        }
+        for wrong in [
+            "date:2026-02-29",
+            "date:1900-02-29",
+            "date:2026-04-31",
+            "date:5",
+        ] {
+            assert!(!pattern.is_match(wrong), "{wrong}");
+        }
+    }
 
     #[test]
     fn questions_are_read_or_refused() {

@@ -3,10 +3,11 @@
 use std::time::Duration;
 
 use axum::extract::State;
-use axum::http::header;
+use axum::http::{HeaderMap, header};
 use axum::response::IntoResponse;
 
 use super::problem::{Kind, Problem};
+use super::signs::NotReady;
 use super::{App, Server};
 use crate::store::{job, worker};
 
@@ -14,16 +15,15 @@ use crate::store::{job, worker};
 const PATIENCE: Duration = Duration::from_secs(3);
 
 /// Whether uploads could be kept and computed.
-async fn look(server: &Server) -> Result<(), Problem> {
-    let not_ready = |why: String| Problem::new(Kind::Unavailable, why);
+async fn look(server: &Server) -> Result<(), NotReady> {
     if let Some(fault) = server.signs.corrupt() {
-        return Err(not_ready(format!("the database is damaged: {fault}")));
+        return Err(NotReady::new("the database is damaged", fault));
     }
     let answered = server.db.ping().await;
-    answered.map_err(|error| not_ready(format!("the database cannot be read: {error}")))?;
+    answered.map_err(|error| NotReady::new("the database cannot be read", error))?;
     let kept = tokio::time::timeout(PATIENCE, server.files.has_room()).await;
     let kept = kept.unwrap_or(Err(std::io::ErrorKind::TimedOut.into()));
-    kept.map_err(|error| not_ready(format!("uploads cannot be stored: {}", error.kind())))
+    kept.map_err(|error| NotReady::new("uploads cannot be stored", error.kind()))
 }
 
 /// The process is alive.
@@ -38,12 +38,17 @@ pub async fn healthz() -> &'static str {
     responses(
         (status = 200, description = "Ready", body = String, content_type = "text/plain"),
         (status = 503, description = "Not ready", body = Problem, content_type = "application/problem+json")))]
-pub async fn readyz(State(server): App) -> Result<&'static str, Problem> {
+pub async fn readyz(State(server): App, headers: HeaderMap) -> Result<&'static str, Problem> {
     if server.stop.is_cancelled() {
         return Err(Problem::new(Kind::Unavailable, "shutting down"));
     }
-    server.signs.fresh(look(&server)).await?;
-    Ok("ready\n")
+    match server.signs.fresh(look(&server)).await {
+        Ok(()) => Ok("ready\n"),
+        Err(why) if server.access.is_operator(&server.db, &headers).await => {
+            Err(why.to_operators())
+        }
+        Err(why) => Err(why.to_strangers()),
+    }
 }
 
 /// Figures for Prometheus.

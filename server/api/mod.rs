@@ -9,12 +9,12 @@ pub mod extract;
 pub mod fleet;
 pub mod health;
 pub mod jobs;
-mod known;
+pub mod known;
 pub mod list;
+pub mod long_readers;
 pub mod names;
 mod parameter_view;
 pub mod parameters;
-mod parquet;
 pub mod problem;
 pub mod rides;
 mod router;
@@ -26,12 +26,12 @@ mod webhooks;
 
 use metrics_exporter_prometheus::PrometheusHandle;
 use std::sync::Arc;
-use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 
 pub use router::{document, router};
 
 use self::access::Access;
+use self::long_readers::LongReaders;
 use crate::erasure::Policy;
 use crate::files::Files;
 use crate::jobs::{Hub, Queue, Readers, RideCache};
@@ -47,8 +47,8 @@ pub struct Server {
     pub hub: Hub,
     /// Who reads uploads and draws what came of them.
     pub readers: Arc<Readers>,
-    /// Long lists that may be made, and lie in memory, at the same time.
-    pub exports: Arc<Semaphore>,
+    /// Who reads long lists.
+    pub long_readers: Arc<LongReaders>,
     pub signs: signs::Signs,
     /// Largest upload (bytes).
     pub max_upload: u64,

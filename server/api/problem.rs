@@ -205,9 +205,18 @@ impl From<sqlx::Error> for Problem {
 
 impl From<std::io::Error> for Problem {
     fn from(error: std::io::Error) -> Self {
-        use std::io::ErrorKind::{QuotaExceeded, ReadOnlyFilesystem, StorageFull};
+        use std::io::ErrorKind::{
+            NotADirectory, PermissionDenied, QuotaExceeded, ReadOnlyFilesystem,
+            StaleNetworkFileHandle, StorageFull,
+        };
         match error.kind() {
-            StorageFull | QuotaExceeded | ReadOnlyFilesystem => {
+            // What an operator mends while the client waits.
+            StorageFull
+            | QuotaExceeded
+            | ReadOnlyFilesystem
+            | PermissionDenied
+            | NotADirectory
+            | StaleNetworkFileHandle => {
                 tracing::error!(%error, "uploads cannot be stored");
                 Self::new(
                     Kind::Unavailable,
@@ -332,5 +341,34 @@ impl From<PathRejection> for Problem {
     /// An id that is no id names nothing.
     fn from(rejection: PathRejection) -> Self {
         Self::new(Kind::NotFound, rejection.body_text())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Error;
+
+    use rustix::io::Errno;
+
+    use super::*;
+
+    #[test]
+    fn a_folder_that_may_not_be_written_puts_uploads_off() {
+        let status = |errno: Errno| {
+            let problem = Problem::from(Error::from(errno));
+            (problem.status, problem.retry_after.is_some())
+        };
+        for errno in [
+            Errno::ACCESS,
+            Errno::PERM,
+            Errno::ROFS,
+            Errno::NOSPC,
+            Errno::DQUOT,
+            Errno::NOTDIR,
+            Errno::STALE,
+        ] {
+            assert_eq!(status(errno), (503, true), "{errno}");
+        }
+        assert_eq!(status(Errno::INVAL), (500, false), "a fault of the program");
     }
 }

@@ -5,7 +5,7 @@ use utoipa::openapi::{ContentBuilder, HeaderBuilder, OpenApi, Ref, Response, Res
 
 const SCHEME: &str = "key";
 /// What is open to all.
-const OPEN: [&str; 2] = ["/healthz", "/readyz"];
+pub const OPEN: [&str; 2] = ["/healthz", "/readyz"];
 
 pub fn secured(document: &mut OpenApi) {
     let scheme = HttpBuilder::new()

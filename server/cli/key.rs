@@ -4,6 +4,7 @@ use std::io::Write;
 
 use clap::{Args, Subcommand};
 use uuid::Uuid;
+use veloid_engine::is_unseen;
 
 use super::CliError;
 use super::storage::Storage;
@@ -47,7 +48,7 @@ enum Action {
 #[derive(Args)]
 struct Create {
     /// Whom or what the key is for.
-    #[arg(long, default_value = "")]
+    #[arg(long, default_value = "", value_parser = plain)]
     name: String,
     /// Group whose rides, jobs and bikes the key opens; others' are not there for it.
     #[arg(long, default_value = HOME, value_parser = group)]
@@ -73,8 +74,18 @@ struct Create {
 fn group(text: &str) -> Result<String, String> {
     match text.trim() {
         "" => Err("expected a name".to_owned()),
-        _ if text.chars().any(char::is_control) => Err("expected a name of one line".to_owned()),
-        name => Ok(name.to_owned()),
+        name => plain(name),
+    }
+}
+
+/// A text of one line that looks like what it is.
+fn plain(text: &str) -> Result<String, String> {
+    match text.chars().find(|c| is_unseen(*c)) {
+        Some(found) => Err(format!(
+            "U+{:04X} in it, expected characters that can be seen",
+            u32::from(found)
+        )),
+        None => Ok(text.to_owned()),
     }
 }
 

@@ -38,9 +38,11 @@ pub use error::CliError;
 use runtime::runtime;
 use tracing_subscriber::EnvFilter;
 
+use crate::crash;
+
 /// Turns a bicycle's ride log into its stiffness and damping, and names the physics left out.
 #[derive(Parser)]
-#[command(version, propagate_version = true)]
+#[command(version, long_version = crash::VERSION, propagate_version = true)]
 pub struct Cli {
     #[command(subcommand)]
     command: Command,

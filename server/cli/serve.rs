@@ -4,7 +4,6 @@ use std::time::Duration;
 
 use clap::Args;
 use tokio::net::TcpListener;
-use tokio::sync::Semaphore;
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 
@@ -24,8 +23,6 @@ use crate::pages;
 use crate::store::Db;
 use crate::store::key::{self, KeyRow};
 
-/// Long lists that are made at the same time; others wait.
-const EXPORTS: usize = 2;
 /// Time that answers in progress get, from the moment on in which the server is asked to stop.
 const DRAIN: Duration = Duration::from_secs(5);
 
@@ -140,7 +137,7 @@ impl Serve {
             queue,
             hub,
             readers,
-            exports: Arc::new(Semaphore::new(EXPORTS)),
+            long_readers: Arc::default(),
             signs: Signs::default(),
             max_upload: self.max_upload,
             metrics,

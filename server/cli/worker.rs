@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use axum::Router;
 use axum::http::{HeaderMap, StatusCode};
+use axum::middleware::from_fn;
 use axum::routing::get;
 use clap::{Args, ValueEnum};
 use metrics_exporter_prometheus::PrometheusHandle;
@@ -155,6 +156,7 @@ fn signs(db: Db, metrics: PrometheusHandle, asks: bool) -> Router {
         .route("/healthz", get(|| async { "ok\n" }))
         .route("/readyz", get(ready))
         .route("/metrics", get(figures))
+        .layer(from_fn(access::sound))
 }
 
 /// Cores of this machine.

@@ -31,8 +31,8 @@ pub enum FactsError {
         count: usize,
         most: usize,
     },
-    #[error("{name}: the text holds control characters, expected none")]
-    Control { name: String },
+    #[error("{name}: U+{code:04X} in the text, expected characters that can be seen")]
+    Unseen { name: String, code: u32 },
     #[error("ridden_at: {0}, which is still to come")]
     Ahead(String),
     #[error(

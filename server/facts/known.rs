@@ -4,6 +4,7 @@ use jiff::Timestamp;
 use jiff::civil::Date;
 use jiff::tz::TimeZone;
 use serde_json::Value;
+use veloid_engine::is_unseen;
 
 use super::error::FactsError;
 use crate::unique::shown;
@@ -108,15 +109,15 @@ fn bounded(name: &str, text: &str, most: usize) -> Result<(), FactsError> {
         let name = name.to_owned();
         return Err(FactsError::Long { name, length, most });
     }
-    let lines = name == "notes";
-    if text
-        .chars()
-        .any(|c| c.is_control() && !(lines && (c == '\n' || c == '\r')))
-    {
-        let name = name.to_owned();
-        return Err(FactsError::Control { name });
+    let breaks: &[char] = if name == "notes" { &['\n', '\r'] } else { &[] };
+    let unseen = |c: &char| is_unseen(*c) && !breaks.contains(c);
+    match text.chars().find(unseen) {
+        Some(found) => Err(FactsError::Unseen {
+            name: name.to_owned(),
+            code: found.into(),
+        }),
+        None => Ok(()),
     }
-    Ok(())
 }
 
 fn date(text: String) -> Result<Option<String>, FactsError> {

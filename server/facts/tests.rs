@@ -56,7 +56,15 @@ fn what_is_wrong_is_named_with_what_is_expected() {
         ),
         (
             json!({"road": "a\nb"}),
-            "road: the text holds control characters, expected none",
+            "road: U+000A in the text, expected characters that can be seen",
+        ),
+        (
+            json!({"tags": ["dry", "w\u{202e}te"]}),
+            "tags: U+202E in the text, expected characters that can be seen",
+        ),
+        (
+            json!({"notes": "a\nb\u{2028}c"}),
+            "notes: U+2028 in the text, expected characters that can be seen",
         ),
         (
             json!({"tags": "wet"}),

@@ -14,9 +14,14 @@ use tokio_util::sync::CancellationToken;
 
 use super::HttpLimits;
 
+/// Connections beyond the bound, of one address and of all, that are only good for signs of life.
+const SPARE_OF_ONE: usize = 2;
+const SPARE: usize = 64;
+
 pub struct Connections {
     most: usize,
     of_one: usize,
+    is_spare: bool,
     table: Mutex<Table>,
 }
 
@@ -55,6 +60,18 @@ impl Connections {
         Self {
             most: limits.connections,
             of_one: limits.per_address(),
+            is_spare: false,
+            table: Mutex::default(),
+        }
+    }
+
+    /// Those beside them that are kept for signs of life: an address whose connections all wait for answers still
+    /// learns whether the server lives.
+    pub fn spare() -> Self {
+        Self {
+            most: SPARE,
+            of_one: SPARE_OF_ONE,
+            is_spare: true,
             table: Mutex::default(),
         }
     }
@@ -99,6 +116,11 @@ impl Seat {
     /// Ends when the connection has to make room.
     pub fn gone(&self) -> CancellationToken {
         self.gone.clone()
+    }
+
+    /// Whether it is one of those that are kept for signs of life.
+    pub fn is_spare(&self) -> bool {
+        self.connections.is_spare
     }
 
     /// A request has come.

@@ -3,6 +3,8 @@ use std::time::Duration;
 use clap::Args;
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
+use super::account::Pace;
+
 /// Descriptors of this process besides connections: files, database, listener.
 const OTHERS: u64 = 256;
 
@@ -26,7 +28,14 @@ pub struct HttpLimits {
     /// Rate at which a request's body has to come at least, once it was waited for as long as
     /// `--body-timeout` says (bytes/s); 0 lets any rate pass.
     #[arg(long, env = "VELOID_BODY_RATE", default_value_t = 1000)]
-    pub body_rate: u64,
+    body_rate: u64,
+    /// Time within which something more of an answer has to be taken (s).
+    #[arg(long, env = "VELOID_ANSWER_TIMEOUT", default_value_t = 60, value_parser = seconds)]
+    answer_timeout: u64,
+    /// Rate at which an answer has to be taken at least, once the server waited for its reader as long as
+    /// `--answer-timeout` says (bytes/s); 0 lets any rate pass.
+    #[arg(long, env = "VELOID_ANSWER_RATE", default_value_t = 1000)]
+    answer_rate: u64,
 }
 
 fn count(text: &str) -> Result<usize, String> {
@@ -51,6 +60,8 @@ impl Default for HttpLimits {
             header_timeout: 60,
             body_timeout: 30,
             body_rate: 1000,
+            answer_timeout: 60,
+            answer_rate: 1000,
         }
     }
 }
@@ -65,8 +76,20 @@ impl HttpLimits {
         Duration::from_secs(self.header_timeout)
     }
 
-    pub fn body_timeout(&self) -> Duration {
-        Duration::from_secs(self.body_timeout)
+    /// How fast a request's body has to come.
+    pub fn body(&self) -> Pace {
+        Pace {
+            idle: Duration::from_secs(self.body_timeout),
+            rate: self.body_rate,
+        }
+    }
+
+    /// How fast an answer has to be taken.
+    pub fn answer(&self) -> Pace {
+        Pace {
+            idle: Duration::from_secs(self.answer_timeout),
+            rate: self.answer_rate,
+        }
     }
 
     /// The limits that this process can keep: asks the system for as many descriptors as they need, and

@@ -69,10 +69,10 @@ pub async fn page(
     caller: Caller,
     RawQuery(query): RawQuery,
 ) -> Result<Html<String>, Fault> {
-    let asked: Vec<(String, String)> = form_urlencoded::parse(query.unwrap_or_default().as_bytes())
-        .map(|(name, value)| (name.into_owned(), value.trim().replace('\0', "\u{fffd}")))
-        .filter(|(_, value)| !value.is_empty())
-        .collect();
+    let mut asked: Vec<(String, String)> =
+        form_urlencoded::parse(query.unwrap_or_default().as_bytes())
+            .map(|(name, value)| (name.into_owned(), value.trim().replace('\0', "\u{fffd}")))
+            .collect();
     if let Some((stranger, _)) = asked.iter().find(|(name, _)| is_strange(name)) {
         let known = FIELDS.join(", ");
         let detail = format!(
@@ -81,6 +81,7 @@ pub async fn page(
         );
         return Err(Problem::new(Kind::BadRequest, detail).into());
     }
+    asked.retain(|(_, value)| !value.is_empty());
     let params = params(&asked);
     let found = answer(&server, &caller.group, &params).await?;
     let chosen: Vec<&str> = found.facts.iter().map(|fact| fact.name.as_str()).collect();

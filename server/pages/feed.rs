@@ -4,6 +4,7 @@ use askama::Template;
 use axum::extract::State;
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
+use veloid_engine::is_unseen;
 
 use super::layout::Fault;
 use super::verdict;
@@ -81,9 +82,9 @@ impl Entry {
     }
 }
 
-/// Without the control characters that XML has no way to write.
+/// Without what XML has no way to write or nobody can see: names of earlier versions may hold it.
 fn printable(text: &str) -> String {
     text.chars()
-        .filter(|c| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}'))
+        .filter(|c| !is_unseen(*c) && !matches!(c, '\u{fffe}' | '\u{ffff}'))
         .collect()
 }

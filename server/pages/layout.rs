@@ -1,14 +1,15 @@
 //! What every page shares: the frame, and problems as a page.
 
 use askama::Template;
-use axum::extract::FromRequestParts;
+use axum::extract::{FromRequestParts, Request};
 use axum::http::StatusCode;
 use axum::http::request::Parts;
+use axum::middleware::Next;
 use axum::response::{Html, IntoResponse, Response};
 use serde::de::DeserializeOwned;
 
-use crate::api::extract;
 use crate::api::problem::Problem;
+use crate::api::{extract, known};
 
 /// The menu: name and address.
 const MENU: [(&str, &str); 4] = [
@@ -50,11 +51,23 @@ impl<T: DeserializeOwned, S: Sync> FromRequestParts<S> for Query<T> {
     type Rejection = Fault;
 
     async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Fault> {
-        let query = parts.uri.query().unwrap_or_default();
-        let own = query.split('&').filter(|pair| !pair.starts_with("theme="));
-        let own = own.collect::<Vec<_>>().join("&");
+        let own = without_theme(parts.uri.query().unwrap_or_default());
         Ok(Self(extract::Query::read(&own)?.0))
     }
+}
+
+/// Refuses a query on a page that takes none, but for its theme: a name that nobody hears looks as if it were heard.
+pub async fn takes_no_query(request: Request, next: Next) -> Response {
+    let own = without_theme(request.uri().query().unwrap_or_default());
+    match known::only(&[], &own) {
+        Ok(()) => next.run(request).await,
+        Err(problem) => Fault(problem).into_response(),
+    }
+}
+
+fn without_theme(query: &str) -> String {
+    let own = query.split('&').filter(|pair| !pair.starts_with("theme="));
+    own.collect::<Vec<_>>().join("&")
 }
 
 /// What stands in a field of a form, unless it is blank.

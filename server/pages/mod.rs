@@ -24,16 +24,35 @@ pub mod words;
 use std::sync::Arc;
 
 use axum::Router;
+use axum::middleware::from_fn;
 use axum::routing::{get, post};
 
 use crate::api::Server;
 
+/// The pages, and what their forms send. Each refuses names in its query that it does not know.
 pub fn routes() -> Router<Arc<Server>> {
+    without_query()
+        .route_layer(from_fn(layout::takes_no_query))
+        .merge(with_query())
+        .route("/favicon.ico", get(assets::icon))
+        .route("/assets/{version}/{name}", get(assets::serve))
+}
+
+fn with_query() -> Router<Arc<Server>> {
     Router::new()
         .route("/", get(upload::form).post(upload::send))
-        .route("/sign-in", get(sign_in::form).post(sign_in::sign_in))
-        .route("/sign-out", post(sign_in::sign_out))
+        .route("/sign-in", get(sign_in::form))
         .route("/jobs", get(jobs::list))
+        .route("/compare", get(compare::compare))
+        .route("/bikes", get(bikes::bikes))
+        .route("/dependence", get(dependence::page))
+        .route("/parameters", get(parameters::list))
+}
+
+fn without_query() -> Router<Arc<Server>> {
+    Router::new()
+        .route("/sign-in", post(sign_in::sign_in))
+        .route("/sign-out", post(sign_in::sign_out))
         .route("/jobs.atom", get(feed::feed))
         .route("/jobs/{id}", get(job::page))
         .route("/jobs/{id}/cancel", post(job::cancel))
@@ -43,13 +62,7 @@ pub fn routes() -> Router<Arc<Server>> {
         .route("/rides/{id}/facts", post(facts::keep))
         .route("/bikes/{bike}/delete", post(deletion::delete_bike))
         .route("/bikes/{bike}/restore", post(deletion::restore_bike))
-        .route("/compare", get(compare::compare))
         .route("/effects", get(effects::list))
         .route("/effects/{effect}", get(effect::page))
-        .route("/bikes", get(bikes::bikes))
-        .route("/dependence", get(dependence::page))
         .route("/bikes/{bike}", get(fleet::bike))
-        .route("/parameters", get(parameters::list))
-        .route("/favicon.ico", get(assets::icon))
-        .route("/assets/{version}/{name}", get(assets::serve))
 }

@@ -160,7 +160,7 @@ pub async fn list(
         after: None,
         ..params.filter(&caller.group)?
     };
-    let more = page.next.is_some() && parameter::has_more_than(&server.db, &all, MOST).await?;
+    let more = page.next.is_some() && parameter::last_of(&server.db, &all, MOST).await?.is_some();
     let here = without_cursor(&uri);
     let mark = if here.contains('?') { '&' } else { '?' };
     let asked = query(&params);

@@ -63,15 +63,28 @@ pub struct Filter<'a> {
     pub to_ms: Option<i64>,
     /// The key of the last row of the page before.
     pub after: Option<Key>,
+    /// The key of the last row that may be in it.
+    pub through: Option<Key>,
 }
 
 /// Primary key of a row.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct Key {
     pub job_id: Uuid,
     pub method: String,
     pub axle: String,
     pub name: String,
+}
+
+impl ParameterRow {
+    pub fn key(&self) -> Key {
+        Key {
+            job_id: self.job_id,
+            method: self.method.clone(),
+            axle: self.axle.clone(),
+            name: self.name.clone(),
+        }
+    }
 }
 
 /// Drops what was identified by a job.
@@ -161,17 +174,12 @@ macro_rules! conditions {
             // What was identified before was queued before, and ids begin with that time.
             $query.push(" AND job_id < ").push_bind(first_id_at(to));
         }
-        if let Some(after) = &$filter.after {
-            $query.push(" AND (job_id, method, axle, name) < (");
-            $query
-                .push_bind(after.job_id)
-                .push(", ")
-                .push_bind(&after.method);
-            $query
-                .push(", ")
-                .push_bind(&after.axle)
-                .push(", ")
-                .push_bind(&after.name);
+        for (bound, key) in [(" < (", &$filter.after), (" >= (", &$filter.through)] {
+            let Some(key) = key else { continue };
+            $query.push(" AND (job_id, method, axle, name)").push(bound);
+            let mut values = $query.separated(", ");
+            values.push_bind(key.job_id).push_bind(&key.method);
+            values.push_bind(&key.axle).push_bind(&key.name);
             $query.push(")");
         }
     };
@@ -199,16 +207,21 @@ pub async fn page(db: &Db, filter: &Filter<'_>, limit: i64) -> sqlx::Result<Vec<
     })
 }
 
-/// Whether a list holds more rows than these; what it is filtered by decides how long that takes.
-pub async fn has_more_than(db: &Db, filter: &Filter<'_>, rows: i64) -> sqlx::Result<bool> {
+/// The row with which a list of so many ends, if it holds more; what it is filtered by decides how long that takes.
+pub async fn last_of(db: &Db, filter: &Filter<'_>, rows: i64) -> sqlx::Result<Option<Key>> {
     macro_rules! query {
         ($pool:expr) => {{
-            let mut query = QueryBuilder::new(concat!("SELECT 1 FROM parameter ", of_group!()));
+            let mut query = QueryBuilder::new(concat!(
+                "SELECT job_id, method, axle, name FROM parameter ",
+                of_group!()
+            ));
             query.push_bind(filter.group);
             conditions!(query, filter);
-            query.push(" ORDER BY job_id DESC, method DESC, axle DESC, name DESC LIMIT 1 OFFSET ");
-            let found = query.push_bind(rows).build().fetch_optional($pool).await?;
-            Ok(found.is_some())
+            query.push(" ORDER BY job_id DESC, method DESC, axle DESC, name DESC LIMIT 2 OFFSET ");
+            let query = query.push_bind(rows - 1).build_query_as();
+            let mut found: Vec<Key> = query.fetch_all($pool).await?;
+            // The second one is of the next page.
+            Ok(found.pop().and_then(|_| found.pop()))
         }};
     }
     on!(read db, p => query!(p))

@@ -2,6 +2,7 @@
 
 mod bucket;
 mod caller;
+mod connection;
 mod credentials;
 mod door;
 mod headers;
@@ -24,6 +25,7 @@ use crate::store::key::{self, KeyRow, Scope};
 use crate::store::{Db, now_ms};
 
 pub use caller::Caller;
+pub use connection::sound;
 pub use credentials::COOKIE;
 pub use door::enter;
 pub use headers::protect;
@@ -93,6 +95,11 @@ impl Access {
     pub async fn key(&self, db: &Db, token: &str) -> Result<Option<KeyRow>, Problem> {
         let row = key::find(db, &token::sha256(token)).await?;
         Ok(row.filter(KeyRow::is_valid))
+    }
+
+    /// Whether the details of a fault may be told: to who holds a key of an admin, and to all where nobody needs one.
+    pub async fn is_operator(&self, db: &Db, headers: &HeaderMap) -> bool {
+        self.mode != Mode::Keys || (bearer(headers).is_some() && admin(db, headers).await.is_ok())
     }
 
     /// Takes a request off what the caller has left.

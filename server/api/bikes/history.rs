@@ -5,6 +5,7 @@ use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::extract::{Path, Query};
 use crate::api::list::Page;
+use crate::api::long_readers::Reader;
 use crate::api::parameter_view::ParameterView;
 use crate::api::parameters::{OfBike, Params, respond};
 use crate::api::problem::Problem;
@@ -21,6 +22,7 @@ use crate::store::bike;
 pub async fn history(
     State(server): App,
     caller: Caller,
+    reader: Reader,
     OriginalUri(uri): OriginalUri,
     Path(name): Path<String>,
     Query(mut params): Query<Params>,
@@ -32,5 +34,5 @@ pub async fn history(
         return Err(Problem::not_found("the bike"));
     }
     params.bike = Some(name);
-    respond(&server, &caller.group, &uri, &params).await
+    respond(&server, (caller, reader), &uri, params).await
 }

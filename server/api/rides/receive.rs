@@ -9,6 +9,7 @@ use axum::http::{HeaderMap, header};
 use futures_util::{Stream, StreamExt, TryStreamExt};
 use multer::Multipart;
 use serde_json::{Map, Value};
+use veloid_engine::is_unseen;
 
 use super::body::{ALLOWANCE, BodyError, Pieces, Unparsed};
 use crate::api::Server;
@@ -320,10 +321,10 @@ impl Parts {
     }
 }
 
-/// A file name fit to be shown: its last component without control characters.
+/// A file name fit to be shown: its last component without what cannot be seen.
 fn tidy(name: &str) -> String {
     let last = name.rsplit(['/', '\\']).next().unwrap_or_default();
-    let shown: String = last.chars().filter(|c| !c.is_control()).take(200).collect();
+    let shown: String = last.chars().filter(|c| !is_unseen(*c)).take(200).collect();
     if shown.is_empty() {
         "ride".to_owned()
     } else {

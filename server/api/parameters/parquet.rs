@@ -10,7 +10,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;
 
-use super::parameter_view::ParameterView;
+use crate::api::parameter_view::ParameterView;
 use crate::store::parameter::ParameterRow;
 
 /// The values of a column, by row.
@@ -104,47 +104,74 @@ const COLUMNS: [(&str, Values); 23] = [
     ("optional binary further (json)", Text(|row| row.further())),
 ];
 
-/// One row group with the columns of [`ParameterView`], the time as a timestamp.
-pub fn file(rows: Vec<ParameterRow>) -> Result<Vec<u8>> {
-    let times: Vec<i64> = rows.iter().map(|row| row.identified_at).collect();
-    let rows: Vec<ParameterView> = rows.into_iter().map(ParameterView::from).collect();
-    let fields = COLUMNS.map(|(field, _)| format!("{field};")).concat();
-    let schema = parse_message_type(&format!("message parameters {{ {fields} }}"))?;
-    let properties = WriterProperties::builder()
-        .set_compression(Compression::ZSTD(ZstdLevel::try_new(3)?))
-        .set_created_by(concat!("veloid ", env!("CARGO_PKG_VERSION")).to_owned())
-        .build();
-    let mut writer = SerializedFileWriter::new(Vec::new(), Arc::new(schema), Arc::new(properties))?;
-    let mut group = writer.next_row_group()?;
-    for (field, values) in COLUMNS {
-        let Some(mut column) = group.next_column()? else {
-            return Err(ParquetError::General(field.to_owned()));
-        };
-        let optional = field.starts_with("optional");
-        match (column.untyped(), values) {
-            (ColumnWriter::Int64ColumnWriter(column), Identified) => {
-                column.write_batch(&times, None, None)?;
-            }
-            (ColumnWriter::DoubleColumnWriter(column), Number(of)) => {
-                let (values, known) = known(&rows, of);
-                column.write_batch(&values, optional.then_some(known.as_slice()), None)?;
-            }
-            (ColumnWriter::ByteArrayColumnWriter(column), Text(of)) => {
-                let (values, known) = known(&rows, |row| {
-                    of(row).map(|text| ByteArray::from(text.into_bytes()))
-                });
-                column.write_batch(&values, optional.then_some(known.as_slice()), None)?;
-            }
-            (ColumnWriter::BoolColumnWriter(column), Flag(of)) => {
-                let values: Vec<bool> = rows.iter().map(of).collect();
-                column.write_batch(&values, None, None)?;
-            }
-            _ => return Err(ParquetError::General(field.to_owned())),
-        }
-        column.close()?;
+/// A file that is written row group by row group.
+pub struct Writer(SerializedFileWriter<Vec<u8>>);
+
+impl Writer {
+    pub fn new() -> Result<Self> {
+        let fields = COLUMNS.map(|(field, _)| format!("{field};")).concat();
+        let schema = parse_message_type(&format!("message parameters {{ {fields} }}"))?;
+        let properties = WriterProperties::builder()
+            .set_compression(Compression::ZSTD(ZstdLevel::try_new(3)?))
+            .set_created_by(concat!("veloid ", env!("CARGO_PKG_VERSION")).to_owned())
+            .build();
+        let writer = SerializedFileWriter::new(Vec::new(), Arc::new(schema), Arc::new(properties))?;
+        Ok(Self(writer))
     }
-    group.close()?;
-    writer.into_inner()
+
+    /// A row group with the columns of [`ParameterView`], the time as a timestamp.
+    pub fn rows(&mut self, rows: Vec<ParameterRow>) -> Result<Vec<u8>> {
+        let times: Vec<i64> = rows.iter().map(|row| row.identified_at).collect();
+        let rows: Vec<ParameterView> = rows.into_iter().map(ParameterView::from).collect();
+        let mut group = self.0.next_row_group()?;
+        for (field, values) in COLUMNS {
+            let Some(mut column) = group.next_column()? else {
+                return Err(ParquetError::General(field.to_owned()));
+            };
+            let optional = field.starts_with("optional");
+            write(column.untyped(), values, &rows, &times, optional)?;
+            column.close()?;
+        }
+        group.close()?;
+        self.0.flush()?;
+        Ok(std::mem::take(self.0.inner_mut()))
+    }
+
+    /// What ends the file.
+    pub fn end(self) -> Result<Vec<u8>> {
+        self.0.into_inner()
+    }
+}
+
+/// The values of a column.
+fn write(
+    column: &mut ColumnWriter<'_>,
+    values: Values,
+    rows: &[ParameterView],
+    times: &[i64],
+    optional: bool,
+) -> Result<()> {
+    match (column, values) {
+        (ColumnWriter::Int64ColumnWriter(column), Identified) => {
+            column.write_batch(times, None, None)?;
+        }
+        (ColumnWriter::DoubleColumnWriter(column), Number(of)) => {
+            let (values, known) = known(rows, of);
+            column.write_batch(&values, optional.then_some(known.as_slice()), None)?;
+        }
+        (ColumnWriter::ByteArrayColumnWriter(column), Text(of)) => {
+            let (values, known) = known(rows, |row| {
+                of(row).map(|text| ByteArray::from(text.into_bytes()))
+            });
+            column.write_batch(&values, optional.then_some(known.as_slice()), None)?;
+        }
+        (ColumnWriter::BoolColumnWriter(column), Flag(of)) => {
+            let values: Vec<bool> = rows.iter().map(of).collect();
+            column.write_batch(&values, None, None)?;
+        }
+        _ => return Err(ParquetError::General("a column of another type".to_owned())),
+    }
+    Ok(())
 }
 
 /// The values that are there, and of each row whether it has one.
@@ -194,11 +221,10 @@ mod tests {
             made_up: std_error.is_none(),
             facts: std_error.map(|_| sqlx::types::Json(facts())),
         };
-        let bytes = file(vec![
-            row(1.5, None, Some("named")),
-            row(2.5, Some(0.25), None),
-        ])
-        .unwrap();
+        let mut writer = Writer::new().unwrap();
+        let mut bytes = writer.rows(vec![row(1.5, None, Some("named"))]).unwrap();
+        bytes.extend(writer.rows(vec![row(2.5, Some(0.25), None)]).unwrap());
+        bytes.extend(writer.end().unwrap());
         let reader = SerializedFileReader::new(bytes::Bytes::from(bytes)).unwrap();
         let rows: Vec<_> = reader
             .get_row_iter(None)
