@@ -8,6 +8,7 @@ use reqwest::{Response, StatusCode};
 use serde_json::Value;
 
 use crate::harness::{Server, has_points};
+use crate::skips::not_applicable;
 use crate::{ride, workbook};
 
 /// Most that the server's own memory may grow (kB) by files that others send, whatever they hold: the pieces in which they come,

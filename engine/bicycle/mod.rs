@@ -430,7 +430,7 @@ mod tests {
             let file = serde_json::json!({ "bike": name }).to_string();
             let said = refused(&file);
             assert!(
-                said.contains("bike: ") && !said.chars().any(is_unseen),
+                said.contains("bike: ") && !said.chars().any(crate::is_unseen),
                 "{said:?}"
             );
         }
