@@ -49,7 +49,7 @@ const IN_DIAGNOSIS: [&str; 4] = [
 
 /// Points that only a diagnosis, a cancel, a second start, a stop, a failure or a deletion passes; a test for each
 /// is below, or where it says.
-const APART: [&str; 10] = [
+const APART: [&str; 11] = [
     "in_diagnose",
     "in_end",
     "after_cancel",
@@ -61,6 +61,7 @@ const APART: [&str; 10] = [
     "after_delete",
     "in_erase",
     "after_erase",
+    "in_removal",
 ];
 
 #[test]

@@ -4,7 +4,7 @@ use reqwest::Response;
 use serde_json::{Value, json};
 
 use crate::deletion::{Sent, sent};
-use crate::harness::Server;
+use crate::harness::{Server, nothing_is_kept};
 use crate::ride;
 
 async fn patch(server: &Server, sent: &Sent, patch: &Value) -> Response {
@@ -133,8 +133,7 @@ async fn a_fact_that_is_refused_leaves_no_file() {
             "{problem}"
         );
     }
-    let rides = server.folder.0.join("rides");
-    assert_eq!(std::fs::read_dir(rides).unwrap().count(), 0);
+    nothing_is_kept(&server);
 }
 
 #[tokio::test]

@@ -392,6 +392,22 @@ impl Drop for Server {
     }
 }
 
+/// The raw files in a data folder, beside which lies the store's id.
+pub fn raw_files(data: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(data.join("rides")).unwrap();
+    let paths = entries.map(|entry| entry.unwrap().path());
+    paths
+        .filter(|path| path.file_name().unwrap() != "installation")
+        .collect()
+}
+
+/// Nothing that was sent is kept, or on its way.
+pub fn nothing_is_kept(server: &Server) {
+    assert_eq!(raw_files(&server.folder.0), [] as [PathBuf; 0]);
+    let incoming = std::fs::read_dir(server.folder.0.join("incoming")).unwrap();
+    assert_eq!(incoming.count(), 0, "on its way");
+}
+
 /// A form with a ride, a bike and other parts, of which the last of a name counts, so that tests can
 /// begin with [`ride::QUICK`]; channels are mapped one by one.
 pub fn form(ride: Vec<u8>, bike: &str, parts: &[(&str, &str)]) -> Form {

@@ -2,14 +2,14 @@
 //! is lost.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Output;
 use std::time::{Duration, SystemTime};
 
 use reqwest::Method;
 use serde_json::Value;
 
-use crate::harness::{Folder, Server, has_points, veloid};
+use crate::harness::{Folder, Server, has_points, raw_files, veloid};
 use crate::ride;
 
 const IDLE: [&str; 2] = ["--workers", "0"];
@@ -32,14 +32,6 @@ async fn with_rides(count: usize) -> Server {
     }
     age(&server.folder.0);
     server
-}
-
-fn raw_files(data: &Path) -> Vec<PathBuf> {
-    let entries = fs::read_dir(data.join("rides")).unwrap();
-    let paths = entries.map(|entry| entry.unwrap().path());
-    paths
-        .filter(|path| path.file_name().unwrap().len() == 64)
-        .collect()
 }
 
 /// Makes the raw files two hours old.

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use serde_json::Value;
 
-use crate::harness::{Server, has_points};
+use crate::harness::{Server, has_points, nothing_is_kept};
 use crate::oracle::nothing_ran_twice;
 use crate::ride;
 
@@ -91,8 +91,7 @@ async fn a_ride_beyond_the_budget_is_refused_with_what_it_needs() {
         detail.contains("needs about") && detail.contains("allowed"),
         "{detail}"
     );
-    let kept = server.folder.0.join("rides").read_dir().unwrap().count();
-    assert_eq!(kept, 0, "what is refused is not kept");
+    nothing_is_kept(&server);
 }
 
 /// Whose child is killed from outside has one more try, alone.

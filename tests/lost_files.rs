@@ -7,16 +7,12 @@ use std::time::Duration;
 use serde_json::Value;
 use sqlx::{Connection, SqliteConnection};
 
-use crate::harness::{Server, key_of};
+use crate::harness::{Server, key_of, raw_files};
 use crate::ride;
 
 /// The only raw file of a server.
 fn stored(server: &Server) -> PathBuf {
-    let files = server.folder.0.join("rides").read_dir().unwrap();
-    let mut paths = files.map(|entry| entry.unwrap().path());
-    paths
-        .find(|path| path.file_name().unwrap().len() == 64)
-        .unwrap()
+    raw_files(&server.folder.0).remove(0)
 }
 
 fn check(server: &Server, args: &[&str]) -> Output {

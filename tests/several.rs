@@ -4,7 +4,7 @@ use reqwest::multipart::{Form, Part};
 use reqwest::{Response, StatusCode};
 use serde_json::Value;
 
-use crate::harness::{Folder, Server, veloid};
+use crate::harness::{Folder, Server, nothing_is_kept, veloid};
 use crate::ride;
 
 const NAMES: [&str; 3] = [
@@ -337,12 +337,7 @@ async fn what_cannot_be_one_ride_is_refused_and_leaves_nothing() {
         let detail = problem["detail"].as_str().unwrap();
         assert!(detail.contains(said), "{detail}");
     }
-    for part in ["rides", "incoming"] {
-        let left = std::fs::read_dir(server.folder.0.join(part))
-            .unwrap()
-            .count();
-        assert_eq!(left, 0, "{part}");
-    }
+    nothing_is_kept(&server);
 }
 
 /// Columns of a table, by their places.

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use serde_json::Value;
 
-use crate::harness::Server;
+use crate::harness::{Server, nothing_is_kept, raw_files};
 use crate::ride;
 
 /// Whoever waits for an answer for so long gets none.
@@ -110,13 +110,6 @@ async fn requests_that_do_not_come_end() {
         stream.set_nonblocking(false).unwrap();
     }
     nothing_is_kept(&server);
-}
-
-fn nothing_is_kept(server: &Server) {
-    for folder in ["incoming", "rides"] {
-        let files = std::fs::read_dir(server.folder.0.join(folder)).unwrap();
-        assert_eq!(files.count(), 0, "{folder}");
-    }
 }
 
 #[tokio::test]
@@ -244,8 +237,7 @@ async fn an_upload_that_finds_the_queue_full_leaves_no_file() {
     }
     let again = server.upload(ride::example(), ride::BIKE, &[]).await;
     assert_eq!(again.status(), 202, "what is queued already needs no place");
-    let kept = std::fs::read_dir(server.folder.0.join("rides")).unwrap();
-    assert_eq!(kept.count(), 1);
+    assert_eq!(raw_files(&server.folder.0).len(), 1);
     let incoming = std::fs::read_dir(server.folder.0.join("incoming")).unwrap();
     assert_eq!(incoming.count(), 0);
 }
