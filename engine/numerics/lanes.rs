@@ -110,24 +110,37 @@ impl Neg for Lanes {
 /// Runs `work` compiled for the widest vectors that this processor has.
 #[inline(always)]
 pub fn widest<R>(work: impl FnOnce() -> R) -> R {
+    vectors(work).unwrap_or_else(
+        #[inline(always)]
+        |work| work(),
+    )
+}
+
+/// The same, but not compiled for a processor of x86 without AVX2: there it gives the work back.
+#[inline(always)]
+pub fn vectors<R, W: FnOnce() -> R>(work: W) -> Result<R, W> {
     #[cfg(target_arch = "x86_64")]
     {
+        // Results are the same, and a build for tests is done sooner without.
+        #[cfg(not(debug_assertions))]
         if is_x86_feature_detected!("avx512f")
             && is_x86_feature_detected!("avx512vl")
             && is_x86_feature_detected!("avx512dq")
         {
             // SAFETY: the processor has the features that the function is compiled for.
-            return unsafe { avx512(work) };
+            return Ok(unsafe { avx512(work) });
         }
         if is_x86_feature_detected!("avx2") {
             // SAFETY: as above.
-            return unsafe { avx2(work) };
+            return Ok(unsafe { avx2(work) });
         }
+        Err(work)
     }
-    work()
+    #[cfg(not(target_arch = "x86_64"))]
+    Ok(work())
 }
 
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", not(debug_assertions)))]
 #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
 fn avx512<R>(work: impl FnOnce() -> R) -> R {
     work()

@@ -17,7 +17,7 @@ use runner::{Piece, Runner};
 use crate::diagnosis::dataset::{Scene, Track};
 use crate::diagnosis::effects::{ForEffect, Kind};
 use crate::diagnosis::law::{Acts, Effect};
-use crate::numerics::lanes::{Lanes, widest};
+use crate::numerics::lanes::{Lanes, vectors};
 
 /// Simulates `samples` samples of the axles; with two axles in `coupled` = (c_own, c_other) form
 /// they push each other. `substeps` per sample; velocities and accelerations are kept when `full`.
@@ -136,27 +136,35 @@ impl<'a> Job<'a> {
         }
     }
 
-    fn on_each<const S: usize, L: Laws>(mut self, laws: impl Fn(&Runner<'a>) -> L) {
+    fn on_each<const S: usize, L: Laws>(self, laws: impl Fn(&Runner<'a>) -> L) {
         match self.runners {
             [front, rear] => {
                 let laws = [laws(front), laws(rear)];
-                widest(
-                    #[inline(always)]
-                    || self.integrate::<2, S, L>(&laws),
-                );
+                self.widest::<2, S, L>(&laws);
             }
             _ => self.on_one::<S, L>(laws),
         }
     }
 
-    fn on_one<const S: usize, L: Laws>(mut self, laws: impl Fn(&Runner<'a>) -> L) {
+    fn on_one<const S: usize, L: Laws>(self, laws: impl Fn(&Runner<'a>) -> L) {
         if let [axle] = self.runners {
             let laws = [laws(axle)];
-            widest(
-                #[inline(always)]
-                || self.integrate::<1, S, L>(&laws),
-            );
+            self.widest::<1, S, L>(&laws);
         }
+    }
+
+    /// On a processor of x86 without AVX2 one integrator serves everything, more slowly and to the same numbers.
+    fn widest<const A: usize, const S: usize, L: Laws>(mut self, laws: &[L; A]) {
+        let integrated = vectors(
+            #[inline(always)]
+            || self.integrate::<A, S, L>(laws),
+        );
+        if integrated.is_ok() {
+            return;
+        }
+        let runners = self.runners;
+        let listed: [Listed; A] = std::array::from_fn(|a| Listed::of(&runners[a].lanes.effects));
+        self.integrate::<A, STATES, Listed>(&listed);
     }
 
     #[inline(always)]
