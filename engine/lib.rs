@@ -2,7 +2,7 @@
 //!
 //! The folders follow the data flow: [`ride`] → [`observer`] → [`least_squares`] → [`swarm`] →
 //! [`output_error`] → [`diagnosis`] → [`report`]. [`bicycle`] holds the physical parameters and
-//! [`simulate`] the exact solution of the vertical model, paper eq. (1), that all of them share.
+//! [`simulate`](mod@simulate) the exact solution of the vertical model, paper eq. (1), that all of them share.
 //!
 //! Everything is SI unless a name says otherwise. No HTTP, SQL or async code lives here.
 //!

@@ -38,7 +38,7 @@ pub struct AxleFit {
     /// z - simulated z (m) at every sample of the ride, held-out part included; of the force (N) where the motion is
     /// prescribed.
     pub residual: Vec<f64>,
-    /// Covariance of [`Plain`]'s parameters, from the residual's colour; zero where one is known.
+    /// Covariance of `Plain`'s parameters, from the residual's colour; zero where one is known.
     pub covariance: LocalMatrix,
     /// RMS of the valid residuals on the fitted and on the held-out part (m).
     pub train_rms: f64,

@@ -1,13 +1,21 @@
 //! `veloid-truth make | prove`: rides with concealed effects, and the proof on them.
+//!
+//! `prove` keeps the outcome of every ride in its work folder as it comes. Stopped in whatever way, by `--budget 15m` for
+//! example, the same command goes on with the rides that are missing, and its tables say how many are in. A folder that
+//! holds outcomes of another binary or seed is refused.
+
+mod options;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use veloid_truth::prove::origin::Origin;
 use veloid_truth::prove::proof::Proof;
-use veloid_truth::prove::whole::{self, Whole};
+use veloid_truth::prove::whole::{self, Times, Whole};
 use veloid_truth::refit::known;
-use veloid_truth::suite::files::{self, Order};
+use veloid_truth::suite::files;
+
+use options::Options;
 
 const USAGE: &str = "usage:
   veloid-truth make --out DIR --seed N [--suite standard|clean300] [--sample 1/6] [--count N]
@@ -20,6 +28,8 @@ const USAGE: &str = "usage:
                      rides that meet it would in this percentage of such runs
   veloid-truth prove --suite timing|timing-slower|real --seed N --docs docs/proof.md [--binary PATH]
                      one of its sections; timing-slower on another machine
+                     Each `prove` with --budget 90s|15m|2h begins no ride after that time, counted from its start; the same
+                     command goes on. It fails then only where --bounds does, of the rides that are in.
                      Whatever goes into a document needs a clean tree, and keys that were sealed.
   veloid-truth refit --rides DIR          plain model, noise floor and oracle of every ride, as JSON";
 
@@ -74,11 +84,12 @@ fn prove(options: &Options) -> Result<String, String> {
     let binary = options.path("--binary")?;
     let real = options.path("--real")?;
     let real = real.unwrap_or_else(|| PathBuf::from("../shared/real"));
+    let budget = options.budget()?;
     let seed = options.number("--seed", 1)? as u64;
     let suite = options.get("--suite").unwrap_or("standard");
     if ["standard", "clean300"].contains(&suite) {
-        let origin = match docs {
-            Some(_) => Some(Origin::of(binary.clone()).map_err(|e| e.to_string())?),
+        let origin = match &docs {
+            Some(docs) => Some(Origin::of(binary.clone(), docs).map_err(|e| e.to_string())?),
             None => None,
         };
         let built = origin.as_ref().map(|origin| origin.binary.clone());
@@ -88,9 +99,11 @@ fn prove(options: &Options) -> Result<String, String> {
             work,
             docs,
             origin,
+            budget,
             doubt: options.share("--bounds")?,
         };
-        return proof.run().map_err(|e| e.to_string());
+        let shown = proof.run().map_err(|e| e.to_string())?;
+        return Ok(shown.said(suite));
     }
     let docs = docs.ok_or_else(|| format!("--suite {suite} needs --docs PATH"))?;
     if suite == "all" {
@@ -100,82 +113,25 @@ fn prove(options: &Options) -> Result<String, String> {
             work,
             docs,
             real,
+            budget,
         };
         return whole.run().map_err(|e| e.to_string());
     }
-    let origin = Origin::of(binary).map_err(|e| e.to_string())?;
+    let origin = Origin::of(binary, &docs).map_err(|e| e.to_string())?;
     let text = match suite {
-        "timing" | "timing-slower" => whole::timing(&origin, seed, &work, &docs, suite),
+        "timing" | "timing-slower" => {
+            let times = Times {
+                origin: &origin,
+                seed,
+                work: &work,
+                docs: &docs,
+                section: suite,
+                budget,
+            };
+            times.write().map(|shown| shown.said(suite))
+        }
         "real" => whole::recordings(&origin, &real, &work, &docs),
         _ => return Err(format!("--suite {suite}\n{USAGE}")),
     };
     text.map_err(|e| e.to_string())
-}
-
-/// `--name value` pairs after the command.
-struct Options<'a>(Vec<(&'a str, &'a str)>);
-
-impl<'a> Options<'a> {
-    fn read(arguments: &'a [String]) -> Result<Self, String> {
-        let rest = arguments.get(1..).unwrap_or_default();
-        rest.chunks(2)
-            .map(|pair| match pair {
-                [name, value] if name.starts_with("--") => Ok((name.as_str(), value.as_str())),
-                _ => Err(format!("{}: expected --name value\n{USAGE}", pair[0])),
-            })
-            .collect::<Result<_, _>>()
-            .map(Self)
-    }
-
-    fn get(&self, name: &str) -> Option<&'a str> {
-        self.0.iter().find(|(n, _)| *n == name).map(|(_, v)| *v)
-    }
-
-    fn path(&self, name: &str) -> Result<Option<PathBuf>, String> {
-        Ok(self.get(name).map(PathBuf::from))
-    }
-
-    fn work(&self) -> Result<PathBuf, String> {
-        let given = self.path("--work")?;
-        Ok(given.unwrap_or_else(|| PathBuf::from("target/proof")))
-    }
-
-    /// A percentage as a share.
-    fn share(&self, name: &str) -> Result<Option<f64>, String> {
-        let read = |text: &str| match text.parse::<f64>() {
-            Ok(percent) if (0.0..=100.0).contains(&percent) => Ok(percent / 100.0),
-            _ => Err(format!("{name} {text}: not a percentage")),
-        };
-        self.get(name).map(read).transpose()
-    }
-
-    fn number(&self, name: &str, default: usize) -> Result<usize, String> {
-        let Some(text) = self.get(name) else {
-            return Ok(default);
-        };
-        text.parse()
-            .map_err(|_| format!("{name} {text}: not a whole number"))
-    }
-
-    fn order(&self) -> Result<Order, String> {
-        let one_in = match self
-            .get("--sample")
-            .map(|s| s.strip_prefix("1/").map(str::parse::<usize>))
-        {
-            None => 1,
-            Some(Some(Ok(n))) if n > 0 => n,
-            _ => return Err("--sample: expected 1/N".to_owned()),
-        };
-        let clean300 = match self.get("--suite") {
-            None | Some("standard") => false,
-            Some("clean300") => true,
-            Some(other) => return Err(format!("--suite {other}: standard or clean300")),
-        };
-        Ok(Order {
-            seed: self.number("--seed", 1)? as u64,
-            one_in,
-            count: self.number("--count", usize::MAX)?,
-            clean300,
-        })
-    }
 }

@@ -1,7 +1,9 @@
 //! The proof: runs a binary on concealed rides as a user would, opens the key, scores, writes the tables.
 
+pub mod budget;
 pub mod document;
 pub mod figure;
+pub mod kept;
 pub mod origin;
 pub mod outcome;
 pub mod proof;

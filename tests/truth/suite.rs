@@ -4,6 +4,7 @@ pub mod case;
 pub mod disguise;
 pub mod excitation;
 pub mod files;
+pub mod made;
 pub mod ride;
 pub mod sizes;
 pub mod strange;

@@ -8,7 +8,7 @@ use super::time::Timed;
 use super::{tables, time};
 use crate::suite::files::{self, FilesError, Order};
 
-/// Everything that one suite showed, as Markdown.
+/// Everything that one suite showed with the rides that are in, as Markdown.
 pub fn section(
     order: &Order,
     digest: &str,
@@ -56,7 +56,7 @@ fn preface(order: &Order, digest: &str, ours: &[Scored], origin: Option<&Origin>
     };
     let mut text = format!(
         "{} rides, seed {}{sample}. SHA-256 of the key: `{digest}`.\n",
-        ours.len(),
+        of(ours.len(), order.cases().len()),
         order.seed
     );
     let concealing = ours.iter().filter(|r| r.class != "clean").count();
@@ -71,6 +71,11 @@ fn preface(order: &Order, digest: &str, ours: &[Scored], origin: Option<&Origin>
     }
     text += &origin.map(Origin::line).unwrap_or_default();
     text + "\n"
+}
+
+/// How many are in: `120 of 330`.
+pub fn of(rides: usize, planned: usize) -> String {
+    format!("{rides} of {planned}")
 }
 
 fn timed(r: &Scored) -> Timed {

@@ -3,8 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-use sha2::{Digest, Sha256};
-
 use crate::suite::files::{self, FilesError};
 
 #[derive(Debug, thiserror::Error)]
@@ -35,21 +33,25 @@ pub struct Origin {
 }
 
 impl Origin {
-    /// Builds the program, unless a binary is given, of a tree that is as committed.
-    pub fn of(binary: Option<PathBuf>) -> Result<Self, OriginError> {
-        let commit = committed(Path::new("."))?;
+    /// Builds the program, unless a binary is given, of a tree that is as committed; the document may hold what a run before
+    /// has written.
+    pub fn of(binary: Option<PathBuf>, docs: &Path) -> Result<Self, OriginError> {
+        let commit = committed(Path::new("."), docs)?;
         let built = binary.is_none();
         let binary = match binary {
             Some(binary) => binary,
             None => build()?,
         };
-        let bytes = files::read_bytes(&binary)?;
         Ok(Self {
-            sha256: files::hex(&Sha256::digest(bytes)),
+            sha256: sha256(&binary)?,
             binary,
             commit,
             built,
         })
+    }
+
+    pub fn sha256(&self) -> &str {
+        &self.sha256
     }
 
     /// One line of the document.
@@ -68,9 +70,16 @@ impl Origin {
     }
 }
 
-/// The commit that the tree in `root` is at; refused where anything that git follows differs from it.
-fn committed(root: &Path) -> Result<String, OriginError> {
-    let changed = git(root, &["status", "--porcelain", "--untracked-files=no"])?;
+/// SHA-256 of a file, in hexadecimal.
+pub fn sha256(file: &Path) -> Result<String, FilesError> {
+    files::read_bytes(file).map(files::digest)
+}
+
+/// The commit that the tree in `root` is at; refused where anything that git follows, the document aside, differs from it.
+fn committed(root: &Path, docs: &Path) -> Result<String, OriginError> {
+    let aside = format!(":(exclude){}", docs.display());
+    let status = ["status", "--porcelain", "--untracked-files=no", "--", ":/"];
+    let changed = git(root, &[&status[..], &[&aside]].concat())?;
     if !changed.is_empty() {
         return Err(OriginError::Dirty(changed));
     }
@@ -201,9 +210,12 @@ mod tests {
     fn what_is_not_committed_is_not_proved() {
         let repository = Repository::new("dirty");
         repository.commit(&[("code.rs", "")]);
-        assert_eq!(committed(&repository.0).expect("a commit").len(), 12);
+        repository.commit(&[("docs/proof.md", "Proof")]);
+        let committed = || committed(&repository.0, Path::new("docs/proof.md"));
+        std::fs::write(repository.0.join("docs/proof.md"), "120 of 330").expect("written");
+        assert_eq!(committed().expect("a commit").len(), 12);
         std::fs::write(repository.0.join("code.rs"), "changed").expect("written");
-        let refused = committed(&repository.0);
+        let refused = committed();
         assert!(matches!(refused, Err(OriginError::Dirty(what)) if what.contains("code.rs")));
     }
 }

@@ -5,18 +5,24 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 
+use super::budget::Budget;
+use super::kept::{Kept, KeptError, Of};
 use super::origin::{self, Origin, OriginError};
 use super::outcome::Outcome;
+use super::run::Runs;
 use super::score::{Case, Scored, score};
-use super::{document, run, tables};
+use super::{document, tables};
 use crate::baselines;
 use crate::refit::known::{self, Known, KnownError};
 use crate::suite::files::{self, FilesError, Order};
+use crate::suite::made;
 
 #[derive(Debug, thiserror::Error)]
 pub enum ProveError {
     #[error(transparent)]
     Files(#[from] FilesError),
+    #[error(transparent)]
+    Kept(#[from] KeptError),
     #[error(transparent)]
     Known(#[from] KnownError),
     #[error(transparent)]
@@ -33,52 +39,111 @@ pub enum ProveError {
 pub struct Proof {
     pub binary: PathBuf,
     pub order: Order,
-    /// Rides are made in `work/<suite>`, the key and the outcomes beside it.
+    /// Rides are made in `work/<suite>`, the key and the outcomes beside it; what is there already is not done again.
     pub work: PathBuf,
     pub docs: Option<PathBuf>,
     /// Where the binary comes from, for the document.
     pub origin: Option<Origin>,
+    pub budget: Budget,
     /// A row fails that falls so far short of its demand that it would do so by chance with less than this.
     pub doubt: Option<f64>,
 }
 
+/// Rides and key that are made, and the outcomes that are in.
+pub struct Made {
+    digest: String,
+    kept: Kept,
+}
+
+/// Tables of the rides that are in, as Markdown.
+pub struct Shown {
+    pub text: String,
+    pub rides: usize,
+    pub planned: usize,
+}
+
+impl Shown {
+    pub fn is_whole(&self) -> bool {
+        self.rides == self.planned
+    }
+
+    /// The text, and how to go on where rides are missing.
+    pub fn said(self, section: &str) -> String {
+        if self.is_whole() {
+            return self.text;
+        }
+        format!(
+            "{}\nThe budget is used: {} rides of `{section}` are in. The same command goes on.\n",
+            self.text,
+            document::of(self.rides, self.planned)
+        )
+    }
+}
+
 impl Proof {
-    /// Makes rides, runs the binary, opens the key, scores; returns the tables as Markdown.
-    pub fn run(&self) -> Result<String, ProveError> {
-        let digest = self.make()?;
-        self.judge(&digest)
+    /// Makes rides, runs the binary, opens the key, scores.
+    pub fn run(&self) -> Result<Shown, ProveError> {
+        self.judge(&self.make()?)
     }
 
     /// Makes rides and key; where a document is to be written, the key has to be sealed.
-    pub fn make(&self) -> Result<String, ProveError> {
-        let digest = files::make(&self.work.join(self.order.name()), &self.order)?;
+    pub fn make(&self) -> Result<Made, ProveError> {
+        let kept = Kept::open(&self.work, self.order.name(), &self.of()?)?;
+        let digest = made::once(&self.work.join(self.order.name()), &self.order)?;
         println!("SHA-256 of the sealed key: {digest}");
         if let Some(docs) = &self.docs {
             origin::sealed(Path::new("."), docs, &digest)?;
         }
-        Ok(digest)
+        Ok(Made { digest, kept })
     }
 
-    /// Runs the binary on the rides that were made, opens the key, scores.
-    pub fn judge(&self, digest: &str) -> Result<String, ProveError> {
+    fn of(&self) -> Result<Of, FilesError> {
+        let binary_sha256 = match &self.origin {
+            Some(origin) => origin.sha256().to_owned(),
+            None => origin::sha256(&self.binary)?,
+        };
+        Ok(Of {
+            seed: self.order.seed,
+            binary_sha256,
+        })
+    }
+
+    /// Runs the binary on the rides that were made until the budget is used, opens the key, scores what is in.
+    pub fn judge(&self, made: &Made) -> Result<Shown, ProveError> {
         let suite = self.order.name();
         let folder = self.work.join(suite);
         let begun = Instant::now();
         let stage = |what: &str| eprintln!("{what} after {:.0} s", begun.elapsed().as_secs_f64());
         let reports = self.work.join(format!("{suite}_reports"));
         files::create_folder(&reports)?;
-        let names: Vec<String> = self
-            .order
-            .cases()
-            .iter()
-            .map(|(number, _)| format!("{:03}", number + 1))
-            .collect();
-        let outcomes = run::all(&self.binary, &folder, &reports, &names);
+        let runs = Runs {
+            binary: &self.binary,
+            folder: &folder,
+            reports: &reports,
+            kept: &made.kept,
+            budget: self.budget,
+        };
+        let planned = self.order.names();
+        let all = runs.all(&planned)?;
         stage("binary run");
+        let key = only(&files::read_json(&files::key_path(&folder)?)?, &all);
+        let names: Vec<String> = planned
+            .iter()
+            .zip(&all)
+            .filter(|(_, outcome)| outcome.is_some())
+            .map(|(name, _)| name.clone())
+            .collect();
+        let outcomes: Vec<Outcome> = all.into_iter().flatten().collect();
+        let shown = |text: String| Shown {
+            text,
+            rides: outcomes.len(),
+            planned: planned.len(),
+        };
+        if outcomes.is_empty() {
+            return Ok(shown(String::new()));
+        }
         let baselines = baselines::all(&folder, &names)?;
         stage("baselines run");
-
-        let key = files::read_json(&files::key_path(&folder)?)?;
         let known = if self.order.clean300 {
             Vec::new()
         } else {
@@ -91,13 +156,15 @@ impl Proof {
             .iter()
             .map(|(name, o)| (*name, scored(o)))
             .collect();
-        let record = json!({"key_sha256": digest, "veloid": ours, "known": known,
+        let record = json!({"key_sha256": made.digest, "rides": ours.len(), "of": planned.len(),
+                            "veloid": ours, "known": known,
                             "baselines": others.iter().map(|(n, s)| json!({"name": n, "rides": s})).collect::<Vec<_>>()});
-        files::write(
+        files::write_whole(
             &self.work.join(format!("{suite}_outcomes.json")),
             &serde_json::to_string(&record)?,
         )?;
-        let text = document::section(&self.order, digest, &ours, &others, self.origin.as_ref());
+        let origin = self.origin.as_ref();
+        let text = document::section(&self.order, &made.digest, &ours, &others, origin);
         if let Some(docs) = &self.docs {
             document::insert(docs, suite, &text)?;
         }
@@ -106,9 +173,16 @@ impl Proof {
             .map(|doubt| tables::short(&ours, self.order.clean300, doubt));
         match rows {
             Some(rows) if !rows.is_empty() => Err(ProveError::Short { rows, text }),
-            _ => Ok(text),
+            _ => Ok(shown(text)),
         }
     }
+}
+
+/// The key of the rides that have an outcome.
+fn only(key: &Value, outcomes: &[Option<Outcome>]) -> Value {
+    let rides = key["rides"].as_array().into_iter().flatten();
+    let known = rides.zip(outcomes).filter(|(_, outcome)| outcome.is_some());
+    json!({"rides": known.map(|(ride, _)| ride).collect::<Vec<_>>()})
 }
 
 fn scored(key: &Value, known: &[Option<Known>], outcomes: &[Outcome]) -> Vec<Scored> {

@@ -2,11 +2,10 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use std::path::Path;
 
 use super::figure::quantile;
-use super::run;
-use crate::suite::files::{self, FilesError};
+use super::run::Runs;
+use crate::suite::files::FilesError;
 
 /// One ride from start to finish.
 #[derive(Clone, Debug)]
@@ -18,24 +17,22 @@ pub struct Timed {
     pub verdict: String,
 }
 
-/// Identifies rides of 60 s and 300 s one after the other, each alone on the machine.
-pub fn alone(binary: &Path, seed: u64, work: &Path) -> Result<String, FilesError> {
-    let folder = work.join("timing");
-    let rides = files::make_timing(&folder, seed)?;
-    let timed: Vec<Timed> = rides
-        .into_iter()
-        .map(|(name, class, duration_s)| {
-            let outcome = run::one(binary, &folder, &folder, &name);
-            eprintln!("{name}: {} in {:.1} s", outcome.verdict, outcome.seconds);
-            Timed {
-                class: class.to_owned(),
-                duration_s,
-                seconds: outcome.seconds,
-                verdict: outcome.verdict,
-            }
-        })
-        .collect();
-    Ok(table(&timed))
+/// Identifies rides, given by name, class and length, one after the other, each alone on the machine, until the budget is used.
+pub fn alone(runs: &Runs, rides: &[(String, &'static str, f64)]) -> Result<Vec<Timed>, FilesError> {
+    let mut timed = Vec::new();
+    for (name, class, duration_s) in rides {
+        let Some(outcome) = runs.one(name)? else {
+            continue;
+        };
+        eprintln!("{name}: {} in {:.1} s", outcome.verdict, outcome.seconds);
+        timed.push(Timed {
+            class: (*class).to_owned(),
+            duration_s: *duration_s,
+            seconds: outcome.seconds,
+            verdict: outcome.verdict,
+        });
+    }
+    Ok(timed)
 }
 
 /// Median, 90 % and worst of each group.

@@ -2,10 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use super::budget::Budget;
+use super::kept::{Kept, Of};
 use super::origin::Origin;
-use super::proof::{Proof, ProveError};
+use super::proof::{Proof, ProveError, Shown};
+use super::run::Runs;
 use super::{document, real, time};
 use crate::suite::files::{self, Order};
+use crate::suite::made;
 
 /// What is to be filled in, of which document.
 pub struct Whole {
@@ -15,6 +19,7 @@ pub struct Whole {
     pub docs: PathBuf,
     /// The folder of the real recordings.
     pub real: PathBuf,
+    pub budget: Budget,
 }
 
 /// The suites that have a key.
@@ -34,7 +39,7 @@ pub fn seal(seed: u64, work: &Path, docs: &Path) -> Result<String, ProveError> {
     }
     let mut text = format!("To be run blind: `--seed {seed}`. SHA-256 of the keys:\n\n");
     for order in orders(seed) {
-        let digest = files::make(&work.join(order.name()), &order)?;
+        let digest = made::once(&work.join(order.name()), &order)?;
         text += &format!("- `{}`: `{digest}`\n", order.name());
     }
     document::insert(docs, "sealed", &text)?;
@@ -48,48 +53,101 @@ fn mentions(text: &str, seed: u64) -> bool {
 }
 
 impl Whole {
-    /// Suites, times and recordings, each in its own section.
+    /// Suites, times and recordings, each in its own section, until the budget is used.
     pub fn run(self) -> Result<String, ProveError> {
-        let origin = Origin::of(self.binary.clone())?;
+        let origin = Origin::of(self.binary.clone(), &self.docs)?;
         let proofs = orders(self.seed).map(|order| Proof {
             binary: origin.binary.clone(),
             order,
             work: self.work.clone(),
             docs: Some(self.docs.clone()),
             origin: Some(origin.clone()),
+            budget: self.budget,
             doubt: None,
         });
         // All keys before the first ride is run.
-        let mut digests = Vec::new();
+        let mut made = Vec::new();
         for proof in &proofs {
-            digests.push(proof.make()?);
+            made.push(proof.make()?);
         }
         let mut text = String::new();
-        for (proof, digest) in proofs.iter().zip(digests) {
-            text += &proof.judge(&digest)?;
+        for (proof, made) in proofs.iter().zip(&made) {
+            let shown = proof.judge(made)?;
+            let is_whole = shown.is_whole();
+            text += &shown.said(proof.order.name());
+            if !is_whole {
+                return Ok(text);
+            }
         }
-        text += &timing(&origin, self.seed, &self.work, &self.docs, "timing")?;
+        let times = Times {
+            origin: &origin,
+            seed: self.seed,
+            work: &self.work,
+            docs: &self.docs,
+            section: "timing",
+            budget: self.budget,
+        };
+        let shown = times.write()?;
+        let is_whole = shown.is_whole();
+        text += &shown.said(times.section);
+        if !is_whole {
+            return Ok(text);
+        }
         text += &recordings(&origin, &self.real, &self.work, &self.docs)?;
         Ok(text)
     }
 }
 
-/// Writes how long rides take, one after the other; on a slower machine into a section of another name.
-pub fn timing(
-    origin: &Origin,
-    seed: u64,
-    work: &Path,
-    docs: &Path,
-    section: &str,
-) -> Result<String, ProveError> {
-    let table = time::alone(&origin.binary, seed, work)?;
-    let title = match section {
-        "timing" => "Time of a ride, alone on the machine",
-        _ => "The same on a slower machine",
-    };
-    let text = format!("## {title}\n\nSeed {seed}. {}\n{table}", origin.line());
-    document::insert(docs, section, &text)?;
-    Ok(text)
+/// How long rides take, one after the other; on a slower machine in a section of another name.
+pub struct Times<'a> {
+    pub origin: &'a Origin,
+    pub seed: u64,
+    pub work: &'a Path,
+    pub docs: &'a Path,
+    pub section: &'a str,
+    pub budget: Budget,
+}
+
+impl Times<'_> {
+    /// Writes the section, unless no ride is in.
+    pub fn write(&self) -> Result<Shown, ProveError> {
+        let of = Of {
+            seed: self.seed,
+            binary_sha256: self.origin.sha256().to_owned(),
+        };
+        let kept = Kept::open(self.work, self.section, &of)?;
+        let folder = self.work.join("timing");
+        let rides = files::make_timing(&folder, self.seed)?;
+        let runs = Runs {
+            binary: &self.origin.binary,
+            folder: &folder,
+            reports: &folder,
+            kept: &kept,
+            budget: self.budget,
+        };
+        let timed = time::alone(&runs, &rides)?;
+        let mut shown = Shown {
+            text: String::new(),
+            rides: timed.len(),
+            planned: rides.len(),
+        };
+        if timed.is_empty() {
+            return Ok(shown);
+        }
+        let title = match self.section {
+            "timing" => "Time of a ride, alone on the machine",
+            _ => "The same on a slower machine",
+        };
+        shown.text = format!(
+            "## {title}\n\n{} rides, seed {}. {}\n{}",
+            document::of(shown.rides, shown.planned),
+            self.seed,
+            self.origin.line(),
+            time::table(&timed)
+        );
+        document::insert(self.docs, self.section, &shown.text)?;
+        Ok(shown)
+    }
 }
 
 /// Writes what is said of real recordings.

@@ -1,6 +1,7 @@
 //! Writes a suite: rides and bikes in one folder, the sealed key outside it.
 
 use std::fs;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
@@ -44,6 +45,12 @@ pub struct Order {
 }
 
 impl Order {
+    /// Names of the rides, as their files have them.
+    pub fn names(&self) -> Vec<String> {
+        let cases = self.cases();
+        cases.iter().map(|(number, _)| ride_name(*number)).collect()
+    }
+
     /// The planned rides with their numbers. A sample keeps the numbers, and so the bytes, of the whole suite.
     pub fn cases(&self) -> Vec<(u64, Case)> {
         let chance = &mut Chance::new(self.seed, 0);
@@ -65,6 +72,10 @@ impl Order {
     }
 }
 
+fn ride_name(number: u64) -> String {
+    format!("{:03}", number + 1)
+}
+
 /// Where the key of the rides in `folder` is kept.
 pub fn key_path(folder: &Path) -> Result<PathBuf, FilesError> {
     let name = folder
@@ -76,19 +87,18 @@ pub fn key_path(folder: &Path) -> Result<PathBuf, FilesError> {
 /// Makes the rides in `folder`, the key beside it, and returns the key's SHA-256.
 pub fn make(folder: &Path, order: &Order) -> Result<String, FilesError> {
     create_folder(folder)?;
+    // A key that is there says that all of its rides are.
+    remove(&key_path(folder)?)?;
     let truths: Vec<Value> = order
         .cases()
         .par_iter()
-        .map(|(number, case)| {
-            let name = format!("{:03}", number + 1);
-            write_ride(folder, case, &name, order.seed, *number)
-        })
+        .map(|(number, case)| write_ride(folder, case, &ride_name(*number), order.seed, *number))
         .collect::<Result<_, FilesError>>()?;
     let key = format!(
         "{:#}\n",
         json!({"suite": order.name(), "seed": order.seed, "rides": truths})
     );
-    write(&key_path(folder)?, &key)?;
+    write_whole(&key_path(folder)?, &key)?;
     Ok(digest(&key))
 }
 
@@ -127,12 +137,9 @@ pub fn make_timing(
 }
 
 /// SHA-256 in hexadecimal.
-pub fn digest(text: &str) -> String {
-    hex(&Sha256::digest(text.as_bytes()))
-}
-
-pub fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+pub fn digest(bytes: impl AsRef<[u8]>) -> String {
+    let sum = Sha256::digest(bytes);
+    sum.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 pub fn create_folder(path: &Path) -> Result<(), FilesError> {
@@ -147,6 +154,32 @@ pub fn write(path: &Path, text: &str) -> Result<(), FilesError> {
         path: path.to_owned(),
         source,
     })
+}
+
+/// The whole text or what was there before, whenever the process is killed.
+pub fn write_whole(path: &Path, text: &str) -> Result<(), FilesError> {
+    let mut part = path.as_os_str().to_owned();
+    part.push(format!(".{}.part", std::process::id()));
+    let written = fs::File::create(&part).and_then(|mut file| {
+        file.write_all(text.as_bytes())?;
+        file.sync_all()?;
+        fs::rename(&part, path)
+    });
+    written.map_err(|source| FilesError::Write {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+/// Removes a file, if it is there.
+fn remove(path: &Path) -> Result<(), FilesError> {
+    match fs::remove_file(path) {
+        Err(source) if source.kind() != ErrorKind::NotFound => Err(FilesError::Write {
+            path: path.to_owned(),
+            source,
+        }),
+        _ => Ok(()),
+    }
 }
 
 pub fn read(path: &Path) -> Result<String, FilesError> {
