@@ -5,7 +5,7 @@ use std::ffi::{c_int, c_long};
 use libmimalloc_sys::mi_option_set_default;
 
 /// glibc's keeps what many threads have freed: three quarters of an hour of rides took a server from 183 to 260 MB, of which
-/// trimming gave 106 back. `docs/load.md` has both side by side.
+/// trimming gave 106 back.
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 

@@ -78,11 +78,11 @@ pub async fn pair(db: &Db, files: &Files) -> Result<(), InstallationError> {
     let (database, store) = (installation::find(db).await?, files.installation().await?);
     let id = match (database, store) {
         (Some(database), Some(store)) => return same(database, store),
-        (Some(database), None) => match (ride::real(db).await?, files.has_any().await?) {
+        (Some(database), None) => match (ride::count(db).await?, files.has_any().await?) {
             (0, false) => database,
             (rides, _) => return Err(InstallationError::Unmarked { rides }),
         },
-        (None, store) => match (ride::real(db).await?, files.has_any().await?) {
+        (None, store) => match (ride::count(db).await?, files.has_any().await?) {
             // An id that is there is that of an installation which has nothing to lose, but may go on to be used.
             (0, false) => Uuid::now_v7(),
             (0, true) => return Err(InstallationError::NoRides),

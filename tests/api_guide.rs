@@ -4,7 +4,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use crate::harness::{Server, veloid};
+use crate::harness::{Server, VELOID, veloid};
 use crate::skips::skip;
 
 /// The first block of a language.
@@ -88,4 +88,32 @@ fn the_example_in_python_works() {
         said.contains("front: k = 1") && said.contains("N/m"),
         "{said}"
     );
+}
+
+/// python/examples/season.py fills a fleet through the API, with nothing beside Python.
+#[tokio::test]
+async fn the_example_of_a_season_sends_rides_with_what_is_known_of_them() {
+    if Command::new("python3").arg("--version").output().is_err() {
+        return skip("no python3");
+    }
+    let server = Server::with(&["--workers", "0"]);
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../python/examples/season.py");
+    let mut command = Command::new("python3");
+    command.args([script, "--server", &server.url, "--veloid", &VELOID]);
+    command.args(["--bikes", "2", "--rides", "4", "--duration", "5"]);
+    let out = command.output().unwrap();
+    assert!(out.status.success(), "{out:?}");
+    let bikes = server.json("/v1/bikes").await;
+    assert_eq!(bikes["items"].as_array().unwrap().len(), 2);
+    let jobs = server.json("/v1/jobs?bike=season-1").await;
+    let known = |job: &Value, fact: &str| job["ride"]["facts"][fact].as_f64().unwrap();
+    let jobs = jobs["items"].as_array().unwrap();
+    // Newest first.
+    let pressures: Vec<f64> = jobs
+        .iter()
+        .map(|job| known(job, "pressure_front_bar"))
+        .collect();
+    assert_eq!(pressures.len(), 4);
+    assert!(pressures.is_sorted(), "it leaks: {pressures:?}");
+    assert!(jobs.iter().all(|job| known(job, "temperature_c") < 60.0));
 }

@@ -136,19 +136,3 @@ fn what_cannot_be_copied_is_said() {
         assert!(!folder.0.join("new").exists(), "{arguments:?}");
     }
 }
-
-#[test]
-fn a_ride_that_is_only_told_of_is_no_missing_file() {
-    let server = Server::on_sqlite(&["--workers", "0"]);
-    let seed = ["seed", "--bikes", "2", "--rides", "10"];
-    assert!(server.beside(&seed).status().unwrap().success());
-    let kept = Folder::new();
-    let backup = kept.0.join("backup");
-    let output = server.beside(&["backup", text(&backup)]).output().unwrap();
-    assert!(output.status.success(), "{output:?}");
-    let said = String::from_utf8(output.stdout).unwrap();
-    assert!(said.contains("0 raw files"), "{said}");
-    let folder = kept.0.join("restored");
-    let output = veloid(&["restore", text(&backup), "--data", text(&folder)]);
-    assert!(output.status.success(), "{output:?}");
-}

@@ -12,6 +12,7 @@ use serde_json::{Value, json};
 
 use crate::harness::Server;
 use crate::ride::{self, LONG};
+use crate::season;
 use chromium::{Browser, Look};
 
 /// A finished job's id; every `seed` another one.
@@ -216,8 +217,7 @@ async fn a_comparison_lives_in_its_address() {
 async fn no_page_has_a_serious_fault_of_access() {
     let server = Server::start();
     let Some(axe) = chromium::axe() else { return };
-    let seed = ["seed", "--bikes", "6", "--rides", "120"];
-    assert!(server.beside(&seed).status().unwrap().success());
+    season::write(&server, 6, 120).await;
     let [a, b] = [finished(&server, "1").await, finished(&server, "2").await];
     let long = server.submit(&LONG).await;
     let pages = [
@@ -296,8 +296,7 @@ async fn a_result_can_be_read_without_scripts_and_keeps_to_the_policy() {
 #[tokio::test]
 async fn the_fleet_leads_to_a_bicycles_history() {
     let server = Server::with(&["--workers", "0"]);
-    let seed = ["seed", "--bikes", "8", "--rides", "200"];
-    assert!(server.beside(&seed).status().unwrap().success());
+    season::write(&server, 8, 200).await;
     let Some(browser) = Browser::start(Look::NARROW).await else {
         return;
     };

@@ -4,6 +4,7 @@ use serde_json::Value;
 use sqlx::{AssertSqlSafe, Connection, PgConnection};
 
 use crate::harness::Server;
+use crate::season;
 use crate::skips::not_applicable;
 
 /// Every metric that the dashboard asks for is one that the server has.
@@ -54,8 +55,7 @@ fn filled(sql: &str) -> String {
 #[tokio::test]
 async fn the_fleets_dashboard_asks_what_postgresql_answers() {
     let server = Server::with(&["--workers", "0"]);
-    let seed = ["seed", "--bikes", "3", "--rides", "90"];
-    assert!(server.beside(&seed).status().unwrap().success());
+    season::write(&server, 3, 90).await;
     let Some(url) = server.database() else {
         return not_applicable("VELOID_TEST_POSTGRES names no PostgreSQL");
     };
@@ -106,8 +106,7 @@ async fn the_fleets_dashboard_asks_what_postgresql_answers() {
 #[tokio::test]
 async fn the_api_answers_what_the_page_on_dashboards_asks() {
     let server = Server::with(&["--workers", "0"]);
-    let seed = ["seed", "--bikes", "3", "--rides", "90"];
-    assert!(server.beside(&seed).status().unwrap().success());
+    season::write(&server, 3, 90).await;
     let page = include_str!("../docs/dashboards.md");
     let rows = page.lines().filter_map(|line| {
         let (address, rest) = line.split_once("| `/v1/")?.1.split_once('`')?;

@@ -4,6 +4,7 @@
 use serde_json::Value;
 
 use crate::harness::Server;
+use crate::season;
 
 async fn ask(server: &Server, query: &str) -> Value {
     server.json(&format!("/v1/fleet/dependence?{query}")).await
@@ -24,8 +25,7 @@ fn off(found: &Value, name: &str, share: f64) -> f64 {
 #[tokio::test]
 async fn a_season_tells_what_pressure_and_warmth_do() {
     let server = Server::with(&["--workers", "0"]);
-    let seed = ["seed", "--bikes", "8", "--rides", "800"];
-    assert!(server.beside(&seed).status().unwrap().success());
+    season::write(&server, 8, 800).await;
 
     let one = ask(
         &server,
@@ -107,8 +107,7 @@ async fn a_season_tells_what_pressure_and_warmth_do() {
 #[tokio::test]
 async fn facts_that_go_together_are_said_and_not_fitted() {
     let server = Server::with(&["--workers", "0"]);
-    let seed = ["seed", "--bikes", "2", "--rides", "60"];
-    assert!(server.beside(&seed).status().unwrap().success());
+    season::write(&server, 2, 60).await;
     // A lab that writes the pressure in psi too, and the same gain on all rides.
     for job in server.json("/v1/jobs?bike=season-002&limit=1000").await["items"]
         .as_array()
@@ -179,8 +178,7 @@ async fn facts_that_go_together_are_said_and_not_fitted() {
 #[tokio::test]
 async fn the_page_asks_and_answers() {
     let server = Server::with(&["--workers", "0"]);
-    let seed = ["seed", "--bikes", "2", "--rides", "60"];
-    assert!(server.beside(&seed).status().unwrap().success());
+    season::write(&server, 2, 60).await;
     for (path, said) in [
         ("/dependence", "Over 60 rides of 2 bicycles"),
         ("/dependence?bike=season-001&axle=&name=", "Over "),

@@ -4,6 +4,7 @@ use reqwest::{Client, Response, StatusCode, redirect};
 
 use crate::harness::{Server, http};
 use crate::ride;
+use crate::season;
 
 fn browser() -> Client {
     http().redirect(redirect::Policy::none()).build().unwrap()
@@ -185,11 +186,7 @@ async fn a_workers_figures_need_a_key_off_loopback() {
 #[tokio::test(flavor = "multi_thread")]
 async fn readers_of_long_lists_starve_nobody() {
     let server = Server::with(&["--workers", "0"]);
-    let seeded = server
-        .beside(&["seed", "--rides", "2000"])
-        .output()
-        .unwrap();
-    assert!(seeded.status.success(), "{seeded:?}");
+    season::write(&server, 40, 2000).await;
     let address = server.address("/v1/parameters?limit=100000&format=csv");
     let loops: Vec<_> = (0..16)
         .map(|_| {

@@ -1,6 +1,7 @@
 use serde_json::Value;
 
 use crate::harness::Server;
+use crate::season;
 
 #[tokio::test]
 async fn every_parameter_of_a_finished_job_joins_the_fleet() {
@@ -58,8 +59,7 @@ async fn every_parameter_of_a_finished_job_joins_the_fleet() {
 #[tokio::test]
 async fn a_season_shows_what_wears_what_was_changed_and_what_stands_out() {
     let server = Server::with(&["--workers", "0"]);
-    let seed = ["seed", "--bikes", "8", "--rides", "400"];
-    assert!(server.beside(&seed).status().unwrap().success());
+    season::write(&server, 8, 400).await;
 
     let course = async |bike: &str, axle: &str| -> Value {
         let history = server.json(&format!("/v1/bikes/{bike}/course")).await;
@@ -119,8 +119,7 @@ async fn a_season_shows_what_wears_what_was_changed_and_what_stands_out() {
 #[tokio::test]
 async fn parameters_are_found_by_every_filter_and_exported_whole() {
     let server = Server::with(&["--workers", "0"]);
-    let seed = ["seed", "--bikes", "3", "--rides", "120"];
-    assert!(server.beside(&seed).status().unwrap().success());
+    season::write(&server, 3, 120).await;
     let all = server.json("/v1/parameters?limit=100000").await["items"].take();
     let all = all.as_array().unwrap();
     let count = async |query: &str| {
@@ -170,8 +169,7 @@ async fn parameters_are_found_by_every_filter_and_exported_whole() {
 #[tokio::test]
 async fn an_effect_has_a_page_across_the_fleet_and_jobs_are_found_by_it_and_by_name() {
     let server = Server::with(&["--workers", "0"]);
-    let seed = ["seed", "--bikes", "3", "--rides", "150"];
-    assert!(server.beside(&seed).status().unwrap().success());
+    season::write(&server, 3, 150).await;
     let found = server.json("/v1/fleet/effects/coulomb_friction").await;
     let found = found.as_array().unwrap();
     let rides: u64 = found
@@ -207,7 +205,7 @@ async fn an_effect_has_a_page_across_the_fleet_and_jobs_are_found_by_it_and_by_n
         assert_eq!(server.get(path).await.status(), 404, "{path}");
     }
 
-    // Rides of made-up seasons are called by their bicycles.
+    // Rides of a season are called by their bicycles.
     for (name, count) in [
         ("SEASON-002", None),
         ("%", Some(0)),

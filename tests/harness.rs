@@ -274,16 +274,20 @@ impl Server {
                 .await
                 .unwrap();
         }
-        let told = self.env.iter().find(|(key, _)| key == "DATABASE_URL");
-        let url = match told {
-            Some((_, url)) => url.clone(),
-            None => format!("sqlite:{}", self.folder.0.join("veloid.db").display()),
-        };
-        let mut connection = SqliteConnection::connect(&url).await.unwrap();
+        let mut connection = SqliteConnection::connect(&self.sqlite()).await.unwrap();
         sqlx::query_scalar(sql)
             .fetch_one(&mut connection)
             .await
             .unwrap()
+    }
+
+    /// Address of the server's database, where that is SQLite.
+    pub fn sqlite(&self) -> String {
+        let told = self.env.iter().find(|(key, _)| key == "DATABASE_URL");
+        match told {
+            Some((_, url)) => url.clone(),
+            None => format!("sqlite:{}", self.folder.0.join("veloid.db").display()),
+        }
     }
 
     /// Address of the server's database, where that is PostgreSQL.

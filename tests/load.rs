@@ -1,4 +1,4 @@
-//! Many at once, and for long; docs/load.md says what came out. On an idle machine, not in CI:
+//! Many at once, and for long: prints the tables of docs/load.md. On an idle machine, not in CI:
 //! `cargo test -p veloid --test blackbox load:: -- --ignored --nocapture --test-threads 1`
 //! `VELOID_UPLOADS` and `VELOID_SOAK` (s) make them shorter, `VELOID_READ_MS` lets a busy machine read slower,
 //! `VELOID_TEST_BINARY` names another build of the program.
@@ -14,6 +14,7 @@ use reqwest::header::{ETAG, IF_NONE_MATCH, RETRY_AFTER};
 use tokio::task::JoinHandle;
 
 use crate::harness::{Server, form};
+use crate::measured::{self, row};
 use crate::oracle::nothing_ran_twice;
 use crate::ride;
 
@@ -193,14 +194,12 @@ impl Crowd {
         let mut reads = self.reads_ms.lock().unwrap();
         reads.sort_by(f64::total_cmp);
         let at = |share: f64| reads[((reads.len() - 1) as f64 * share) as usize];
-        eprintln!(
-            "{} reads of a job: p50 {:.1} ms, p99 {:.1} ms, most {:.1} ms; {} events",
-            reads.len(),
-            at(0.5),
-            at(0.99),
-            at(1.0),
-            self.events.load(Relaxed)
+        row(
+            &format!("{} reads of a job: median, p99, most", reads.len()),
+            format!("{:.1}, {:.1}, {:.1} ms", at(0.5), at(0.99), at(1.0)),
+            &format!("p99 {READ_MS} ms"),
         );
+        row("events sent", self.events.load(Relaxed).to_string(), "");
         at(0.99)
     }
 
@@ -229,6 +228,7 @@ async fn a_thousand_uploads_at_once_beside_pollers_and_streams() {
     let uploaders = (0..CLIENTS).map(|_| tokio::spawn(crowd.clone().uploader(uploads)));
     let uploaders = tokio::spawn(join_all(uploaders.collect::<Vec<_>>()));
     let lone = tokio::spawn(somebody_else(crowd.clone()));
+    measured::head();
     let mut sizes = Vec::new();
     while !uploaders.is_finished() || crowd.unfinished().await > 0 {
         sizes.push(Size::of(&crowd.server));
@@ -241,12 +241,28 @@ async fn a_thousand_uploads_at_once_beside_pollers_and_streams() {
     let read_ms = crowd.end(lookers).await;
     crowd.nothing_is_lost((uploads + waits.len()) as i64).await;
     waits.sort_by(f64::total_cmp);
-    eprintln!(
-        "{uploads} rides in {took:.0} s, put off {} times; somebody else's single rides: {} took {:.1} s (median) to {:.1} s",
-        crowd.put_off.load(Relaxed),
-        waits.len(),
-        waits[waits.len() / 2],
-        waits[waits.len() - 1]
+    let behind_all = took * QUEUE.min(uploads) as f64 / uploads as f64;
+    row(
+        "rides, each with one report",
+        format!("{uploads} in {took:.0} s"),
+        "all",
+    );
+    row(
+        "put off by 503, then taken",
+        crowd.put_off.load(Relaxed).to_string(),
+        "",
+    );
+    row(
+        &format!("somebody else's {} single rides: median, most", waits.len()),
+        format!(
+            "{:.1}, {:.1} s",
+            waits[waits.len() / 2],
+            waits[waits.len() - 1]
+        ),
+        &format!(
+            "{:.1} s, a third of the time in which a full queue is worked off",
+            behind_all / 3.0
+        ),
     );
     let (quarter, end) = (sizes[sizes.len() / 4], sizes[sizes.len() - 1]);
     Size::print("at a quarter", &quarter);
@@ -254,8 +270,6 @@ async fn a_thousand_uploads_at_once_beside_pollers_and_streams() {
     let most = sizes.iter().max_by_key(|size| size.memory_kb).unwrap();
     Size::print("at its most", most);
     reads_are_fast(read_ms);
-    // Whoever stood behind a full queue would wait until it is worked off.
-    let behind_all = took * QUEUE.min(uploads) as f64 / uploads as f64;
     let longest = waits[waits.len() - 1];
     assert!(
         longest <= behind_all / 3.0,
@@ -345,11 +359,15 @@ impl Size {
     }
 
     fn print(when: &str, size: &Self) {
-        eprintln!(
-            "{when}: {} MB resident, {} file descriptors, {} kB of write-ahead log",
-            size.memory_kb / 1024,
-            size.files,
-            size.log_kb
+        row(
+            &format!("{when}: resident memory, file descriptors, write-ahead log"),
+            format!(
+                "{} MB, {}, {} kB",
+                size.memory_kb / 1024,
+                size.files,
+                size.log_kb
+            ),
+            "",
         );
     }
 }
@@ -364,6 +382,7 @@ async fn an_hour_of_rides_leaves_memory_files_and_log_flat() {
     let uploaders: Vec<_> = (0..4)
         .map(|_| tokio::spawn(crowd.clone().uploader(usize::MAX)))
         .collect();
+    measured::head();
     let mut quarters = Vec::new();
     for quarter in 1..=4 {
         let mut sizes = Vec::new();
@@ -387,7 +406,12 @@ async fn an_hour_of_rides_leaves_memory_files_and_log_flat() {
     let read_ms = crowd.end(lookers).await;
     let rides = crowd.server.count("SELECT count(*) FROM job").await;
     crowd.nothing_is_lost(rides).await;
-    eprintln!("{rides} rides in {} s", begin.elapsed().as_secs());
+    let took = begin.elapsed().as_secs();
+    row(
+        "rides, each with one report",
+        format!("{rides} in {took} s"),
+        "all",
+    );
     let rows = "SELECT COUNT(DISTINCT river_id) FROM trial";
     assert_eq!(crowd.server.count(rows).await, ROWS * rides);
     let (early, late) = (quarters[1], quarters[3]);

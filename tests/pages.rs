@@ -4,6 +4,7 @@ use serde_json::Value;
 
 use crate::harness::{Server, http, veloid};
 use crate::ride::{self, LONG};
+use crate::season;
 
 const HOSTILE: &str = "<img src=x onerror=alert(1)>\"'&.csv";
 
@@ -236,8 +237,7 @@ async fn jobs_are_compared_by_their_differences() {
 #[tokio::test]
 async fn a_filter_that_is_misspelt_is_refused_by_name() {
     let server = Server::with(&["--workers", "0"]);
-    let seed = ["seed", "--bikes", "2", "--rides", "10"];
-    assert!(server.beside(&seed).status().unwrap().success());
+    season::write(&server, 2, 10).await;
     for (path, said) in [
         ("/jobs?naem=k", "naem"),
         ("/jobs?state=done", "done"),
@@ -284,36 +284,6 @@ async fn a_filter_that_is_misspelt_is_refused_by_name() {
         let sent = server.client.post(server.address(path)).send().await;
         assert_eq!(sent.unwrap().status(), 400, "{path}");
     }
-}
-
-#[tokio::test]
-async fn a_made_up_ride_has_parameters_and_nothing_else() {
-    let server = Server::with(&["--workers", "0"]);
-    let seed = ["seed", "--bikes", "1", "--rides", "3"];
-    assert!(server.beside(&seed).status().unwrap().success());
-    let jobs = server.json("/v1/jobs").await;
-    let job = &jobs["items"][0];
-    assert_eq!(job["ride"]["made_up"], true);
-    let (job, path) = (
-        &job["links"],
-        format!("/v1/rides/{}", job["ride"]["id"].as_str().unwrap()),
-    );
-    let ride = server.json(&path).await;
-    assert!(ride["sha256"].is_null() && ride["file"].is_null(), "{ride}");
-    let own = job["job"].as_str().unwrap();
-    for path in [
-        format!("{path}/file"),
-        format!("{own}/report"),
-        format!("{own}/series"),
-        format!("{own}/model"),
-    ] {
-        let response = server.get(&path).await;
-        assert_eq!(response.status(), 404, "{path}");
-        assert!(response.text().await.unwrap().contains("made up"), "{path}");
-    }
-    let text = page(&server, job["page"].as_str().unwrap()).await;
-    assert!(text.contains("made up, no file") && text.contains("Stiffness k"));
-    assert!(!text.contains("0.0 s at") && !text.contains("data-report"));
 }
 
 #[tokio::test]
@@ -377,8 +347,7 @@ async fn a_browser_gets_a_page_for_what_is_not_there_and_a_program_a_problem() {
 #[tokio::test]
 async fn the_filters_of_parameters_speak_as_the_page_does_and_a_cut_export_says_so() {
     let server = Server::with(&["--workers", "0"]);
-    let seed = ["seed", "--bikes", "2", "--rides", "5500"];
-    assert!(server.beside(&seed).status().unwrap().success());
+    season::write(&server, 2, 5500).await;
     let text = page(&server, "/parameters").await;
     for option in [
         ">stiffness k</option>",
@@ -413,59 +382,6 @@ async fn the_filters_of_parameters_speak_as_the_page_does_and_a_cut_export_says_
             .contains("rel=\"next\"")
     );
     assert_eq!(csv.text().await.unwrap().lines().count(), 100_001);
-}
-
-#[tokio::test]
-async fn made_up_rides_are_told_from_real_ones() {
-    let server = Server::start();
-    let job = server.submit(&[]).await;
-    server.succeeded(&job).await;
-    let seed = ["seed", "--bikes", "1", "--rides", "3"];
-    let refused = server.beside(&seed).output().unwrap();
-    assert_eq!(refused.status.code(), Some(1));
-    let said = String::from_utf8(refused.stderr).unwrap();
-    assert!(
-        said.contains("1 real ride") && said.contains("--beside-real"),
-        "{said}"
-    );
-    let bikes = server.json("/v1/bikes").await;
-    assert_eq!(
-        bikes["items"].as_array().unwrap().len(),
-        1,
-        "nothing was written"
-    );
-    for _ in 0..2 {
-        let beside = [&seed[..], &["--beside-real"]].concat();
-        assert!(server.beside(&beside).status().unwrap().success());
-    }
-    let parameters = server.json("/v1/parameters?limit=1000").await;
-    for parameter in parameters["items"].as_array().unwrap() {
-        let made_up = parameter["bike"] != "lab-7";
-        assert_eq!(parameter["made_up"], made_up, "{parameter}");
-    }
-    let csv = server
-        .get("/v1/parameters?format=csv&bike=lab-7")
-        .await
-        .text()
-        .await
-        .unwrap();
-    assert!(
-        csv.lines()
-            .next()
-            .unwrap()
-            .contains(",version,made_up,ridden_at,")
-    );
-    assert!(csv.lines().nth(1).unwrap().contains(",false,"), "{csv}");
-    assert!(
-        page(&server, "/bikes/season-001")
-            .await
-            .contains("made up</span>")
-    );
-    assert!(
-        !page(&server, "/bikes/lab-7")
-            .await
-            .contains("made up</span>")
-    );
 }
 
 /// What is guessed of a header is told beside what is read, and changes nothing of it.
@@ -509,8 +425,7 @@ async fn a_preview_guesses_what_other_columns_hold() {
 #[tokio::test]
 async fn the_fleet_is_sorted_and_filtered_by_its_address() {
     let server = Server::with(&["--workers", "0"]);
-    let seed = ["seed", "--bikes", "8", "--rides", "240"];
-    assert!(server.beside(&seed).status().unwrap().success());
+    season::write(&server, 8, 240).await;
     let names = async |query: &str| -> Vec<String> {
         let text = page(&server, &format!("/bikes?{query}")).await;
         let rows = text

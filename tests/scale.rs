@@ -1,10 +1,11 @@
-//! How far it scales, measured and printed; docs/scale.md says what came out. Not for CI:
+//! How far it scales: prints the table of docs/scale.md. Not for CI:
 //! `VELOID_TEST_POSTGRES=... cargo test -p veloid --test blackbox scale:: -- --ignored --nocapture --test-threads 1`
 
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use crate::harness::{Server, Worker};
+use crate::measured::{self, row};
 use crate::ride;
 
 /// As little computing as there can be: what is left is the queue.
@@ -55,8 +56,6 @@ fn server() -> Option<Server> {
         crate::skips::skip("VELOID_TEST_POSTGRES names no PostgreSQL");
         return None;
     }
-    let load = std::fs::read_to_string("/proc/loadavg").unwrap();
-    eprintln!("load before: {}", load.trim());
     Some(Server::with(&["--workers", "0"]))
 }
 
@@ -147,6 +146,7 @@ async fn working(server: &Server, count: usize) -> Vec<Worker> {
 #[tokio::test]
 #[ignore = "measures"]
 async fn jobs_per_second_beside_the_floor_of_the_database() {
+    measured::head();
     for count in [1, 2, 4, 8] {
         let Some(server) = server() else { return };
         let room: usize = sql(&server, "SHOW max_connections").parse().unwrap();
@@ -159,7 +159,14 @@ async fn jobs_per_second_beside_the_floor_of_the_database() {
         let rate = rows_per_second(&server).await;
         drop(workers);
         let floor = floor(&server, count * 4);
-        eprintln!("{count} workers: {rate:.0} rows/s, floor {floor:.0} claims and completions/s");
+        row(
+            &format!("rows of River a second, {count} workers of four threads"),
+            format!(
+                "{rate:.0}, pgbench {floor:.0}: {:.1} times less",
+                floor / rate
+            ),
+            "3 times less",
+        );
     }
 }
 
@@ -167,6 +174,7 @@ async fn jobs_per_second_beside_the_floor_of_the_database() {
 #[ignore = "measures"]
 async fn reads_that_last_do_not_hold_the_queue_back() {
     let Some(server) = server() else { return };
+    measured::head();
     for long in [false, true, false, true] {
         submit_nothing(&server).await;
         let mut reader = long.then(|| {
@@ -180,13 +188,14 @@ async fn reads_that_last_do_not_hold_the_queue_back() {
         let workers = working(&server, 2).await;
         let rate = rows_per_second(&server).await;
         drop(workers);
-        eprintln!(
-            "{rate:.0} rows/s {}",
-            if long {
-                "beside a long transaction"
-            } else {
-                "alone"
-            }
+        let beside = match long {
+            true => "beside a transaction that stays open",
+            false => "without one",
+        };
+        row(
+            &format!("the same, 2 workers, {beside}"),
+            format!("{rate:.0}"),
+            "",
         );
         if let Some(reader) = &mut reader {
             reader.kill().unwrap();
@@ -200,6 +209,7 @@ async fn reads_that_last_do_not_hold_the_queue_back() {
 #[ignore = "measures"]
 async fn an_idle_worker_picks_a_ride_up_at_once() {
     let Some(server) = server() else { return };
+    measured::head();
     let _worker = working(&server, 1).await;
     for _ in 0..300 {
         let job = server
@@ -213,11 +223,11 @@ async fn an_idle_worker_picks_a_ride_up_at_once() {
         );
         sql(&server, &sql_text)
     };
-    eprintln!(
-        "queued to begun: p50 {} ms, p99 {} ms, most {} ms",
-        latency(0.5),
-        latency(0.99),
-        latency(1.0)
+    let [median, p99, most] = [0.5, 0.99, 1.0].map(latency);
+    row(
+        "an idle worker begins a ride: median, p99, most",
+        format!("{median}, {p99}, {most} ms"),
+        "p99 100 ms",
     );
 }
 
@@ -225,6 +235,7 @@ async fn an_idle_worker_picks_a_ride_up_at_once() {
 #[ignore = "measures"]
 async fn two_pinned_workers_do_almost_twice_the_rides_of_one() {
     let Some(server) = server() else { return };
+    measured::head();
     let parts = [
         ("trials", "10"),
         ("particles", "60"),
@@ -246,12 +257,20 @@ async fn two_pinned_workers_do_almost_twice_the_rides_of_one() {
         );
         seconds.push(sql(&server, &taken).parse::<f64>().unwrap());
         let took = seconds[seconds.len() - 1];
-        eprintln!("{} workers: {DIAGNOSED} rides in {took:.1} s", cores.len());
+        let what = format!(
+            "{DIAGNOSED} diagnosed rides, {} pinned workers",
+            cores.len()
+        );
+        row(&what, format!("{took:.1} s"), "");
         drop(workers);
         sql(&server, "DELETE FROM worker");
     }
-    eprintln!(
-        "{:.2} times as fast",
-        (seconds[0] + seconds[2]) / (seconds[1] + seconds[3])
+    row(
+        "two against one",
+        format!(
+            "{:.2} times",
+            (seconds[0] + seconds[2]) / (seconds[1] + seconds[3])
+        ),
+        "1.8 times",
     );
 }

@@ -11,15 +11,11 @@ use std::time::Duration;
 use sqlx::{Connection, PgConnection, SqliteConnection};
 
 use crate::harness::{Server, http};
+use crate::season;
 
 const LIST: &str = "/v1/parameters?limit=100000&format=csv";
 /// Whoever waits for so long waits in vain.
 const PATIENCE: Duration = Duration::from_secs(120);
-
-fn seed(server: &Server, rides: &str) {
-    let seeded = server.beside(&["seed", "--rides", rides]).output().unwrap();
-    assert!(seeded.status.success(), "{seeded:?}");
-}
 
 /// An answer of which only the head was read.
 struct Begun {
@@ -73,7 +69,7 @@ async fn whole(server: &Server, key: &str) -> (u16, Option<usize>) {
 #[tokio::test(flavor = "multi_thread")]
 async fn two_slow_readers_keep_nobody_from_long_lists() {
     let (server, [slow, other]) = Server::with_keys([&[], &[]], &["--workers", "0"]);
-    seed(&server, "2000");
+    season::write(&server, 40, 2000).await;
     let rows = server.count("SELECT COUNT(*) FROM parameter").await as usize;
     assert!(rows > 10_000, "{rows}");
     let stop = Arc::new(AtomicBool::new(false));
@@ -112,7 +108,7 @@ async fn two_slow_readers_keep_nobody_from_long_lists() {
 async fn who_takes_too_little_of_an_answer_is_cut_off_and_who_only_listens_is_not() {
     let args = ["--workers", "0", "--answer-timeout", "1"];
     let server = Server::with(&args);
-    seed(&server, "2000");
+    season::write(&server, 40, 2000).await;
     let job = server.submit(&[]).await;
     let mut events = Begun::new(&server, &format!("{job}/events"), "");
     assert_eq!(events.status, 200);
@@ -149,15 +145,14 @@ async fn who_takes_too_little_of_an_answer_is_cut_off_and_who_only_listens_is_no
 #[tokio::test(flavor = "multi_thread")]
 async fn a_list_that_breaks_off_does_not_look_complete() {
     let server = Server::with(&["--workers", "0"]);
-    seed(&server, "2000");
+    season::write(&server, 40, 2000).await;
     let rename = async |sql: &'static str| match server.database() {
         Some(url) => {
             let mut postgres = PgConnection::connect(url).await.unwrap();
             sqlx::query(sql).execute(&mut postgres).await.unwrap();
         }
         None => {
-            let url = format!("sqlite:{}", server.folder.0.join("veloid.db").display());
-            let mut sqlite = SqliteConnection::connect(&url).await.unwrap();
+            let mut sqlite = SqliteConnection::connect(&server.sqlite()).await.unwrap();
             sqlx::query(sql).execute(&mut sqlite).await.unwrap();
         }
     };
@@ -184,7 +179,7 @@ async fn a_list_that_breaks_off_does_not_look_complete() {
 #[tokio::test]
 async fn a_long_list_is_one_document_and_goes_on_where_it_ends() {
     let server = Server::with(&["--workers", "0"]);
-    seed(&server, "200");
+    season::write(&server, 40, 200).await;
     let all = server.json("/v1/parameters?limit=100000").await;
     assert!(all["next"].is_null());
     let all = all["items"].as_array().unwrap();

@@ -373,12 +373,12 @@ impl Sources {
     }
 }
 
-/// The sources of a crate, its benches and examples left out.
+/// The sources of a crate, its examples left out.
 fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_name().unwrap().to_str().unwrap();
-        if path.is_dir() && name != "benches" && name != "examples" {
+        if path.is_dir() && name != "examples" {
             collect(&path, files);
         } else if path.extension().is_some_and(|e| e == "rs") {
             files.push(path);

@@ -16,6 +16,7 @@ use serde_json::{Value, json};
 use sha2::Sha256;
 
 use crate::harness::Server;
+use crate::season;
 
 /// Headers of interest and body.
 #[derive(Clone)]
@@ -195,8 +196,7 @@ async fn the_end_of_a_job_is_told_signed_and_again_until_it_is_taken() {
 async fn a_bicycle_that_changes_is_told_once() {
     let server = Server::with(&OPEN);
     let receiver = Receiver::answering(&[]).await;
-    let seed = ["seed", "--bikes", "2", "--rides", "200", "--beside-real"];
-    assert!(server.beside(&seed).status().unwrap().success());
+    season::write(&server, 2, 200).await;
     let events = json!(["bike.drifts", "job.succeeded"]);
     created(&server, &json!({"url": receiver.url(), "events": events})).await;
     // Any ride of the bicycle makes the server look at it again.

@@ -27,8 +27,6 @@ pub struct ParameterView {
     pub version: String,
     /// What is known of the ride besides its file.
     pub facts: Facts,
-    /// Made up by `veloid seed`.
-    pub made_up: bool,
 }
 
 impl From<ParameterRow> for ParameterView {
@@ -46,7 +44,6 @@ impl From<ParameterRow> for ParameterView {
             verdict: row.verdict,
             version: row.version,
             facts: row.facts.map(|json| json.0).unwrap_or_default(),
-            made_up: row.made_up,
         }
     }
 }

@@ -46,12 +46,6 @@ pub enum CliError {
          or leave `--keys` out to serve this machine alone without keys"
     )]
     NoKeysAskedFor,
-    #[error(
-        "made-up rides would count beside {} real {}: use another folder or database, \
-         or say `--beside-real`",
-        .0, if *.0 == 1 { "ride" } else { "rides" }
-    )]
-    RealRides(i64),
     #[error("there is no valid key {0}")]
     NoSuchKey(Uuid),
     #[error("there is no session {0}")]

@@ -21,7 +21,6 @@ mod prune;
 mod restore;
 mod ride_csv;
 mod runtime;
-mod seed;
 mod serve;
 mod simulate;
 mod split;
@@ -77,7 +76,6 @@ enum Command {
     Effects(effects::Effects),
     Key(key::Key),
     Bench(bench::Bench),
-    Seed(seed::Seed),
     #[command(hide = true)]
     Compute(compute::Compute),
 }
@@ -102,7 +100,6 @@ impl Cli {
             Command::Effects(command) => command.run(),
             Command::Key(command) => runtime()?.block_on(command.run()),
             Command::Bench(command) => command.run(),
-            Command::Seed(command) => runtime()?.block_on(command.run()),
             Command::Compute(command) => command.run(),
         }
     }

@@ -60,14 +60,14 @@ impl Choice {
 }
 
 /// A parameter as a row of a table.
-pub struct Row {
+struct Row {
     job: String,
     identified_at: String,
     bike: String,
-    pub method: String,
-    pub axle: String,
-    pub name: String,
-    pub value: Quantity,
+    method: String,
+    axle: String,
+    name: String,
+    value: Quantity,
     verdict: Option<String>,
 }
 

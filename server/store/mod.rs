@@ -45,7 +45,6 @@ pub mod result;
 pub mod ride;
 pub mod river;
 pub mod scrub;
-pub mod season;
 pub mod session;
 pub mod snapshot;
 mod transaction;

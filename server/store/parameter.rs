@@ -30,8 +30,6 @@ pub struct ParameterRow {
     pub verdict: Option<String>,
     pub version: String,
     pub identified_at: i64,
-    /// Told of by `veloid seed`.
-    pub made_up: bool,
     /// What is known of the ride.
     pub facts: Option<Json<Facts>>,
 }
@@ -189,7 +187,7 @@ macro_rules! conditions {
 pub async fn page(db: &Db, filter: &Filter<'_>, limit: i64) -> sqlx::Result<Vec<ParameterRow>> {
     // The rides of the page alone are looked up.
     const PAGE: &str = concat!(
-        "SELECT page.*, ride.sha256 = 'season' AS made_up, ride.facts FROM ( \
+        "SELECT page.*, ride.facts FROM ( \
             SELECT job_id, method, axle, name, bike, value, std_error, unit, verdict, version, identified_at \
             FROM parameter ",
         of_group!()

@@ -5,9 +5,6 @@ use uuid::Uuid;
 use super::{Db, Tx, now_ms};
 use crate::facts::Facts;
 
-/// Stands for the SHA-256 of a ride that is only told of (`veloid seed`): there is no file.
-pub const TOLD: &str = "season";
-
 /// An uploaded ride.
 #[derive(FromRow)]
 pub struct RideRow {
@@ -83,10 +80,10 @@ pub async fn files(db: &Db, ride: Uuid) -> sqlx::Result<Vec<FileRow>> {
     on!(read db, p => sqlx::query_as(SQL).bind(ride).fetch_all(p).await)
 }
 
-/// Number of uploaded files, of all groups.
-pub async fn real(db: &Db) -> sqlx::Result<i64> {
-    const SQL: &str = "SELECT COUNT(*) FROM ride WHERE sha256 <> $1";
-    on!(read db, p => sqlx::query_scalar(SQL).bind(TOLD).fetch_one(p).await)
+/// Number of rides, of all groups.
+pub async fn count(db: &Db) -> sqlx::Result<i64> {
+    const SQL: &str = "SELECT COUNT(*) FROM ride";
+    on!(read db, p => sqlx::query_scalar(SQL).fetch_one(p).await)
 }
 
 pub async fn find(db: &Db, group: &str, id: Uuid) -> sqlx::Result<Option<RideRow>> {
@@ -153,7 +150,7 @@ pub async fn erase_if_done(tx: &mut Tx, id: Uuid) -> sqlx::Result<Option<Vec<Str
     let file: Option<String> =
         on!(tx, t => sqlx::query_scalar(SQL).bind(id).fetch_optional(&mut **t).await)?;
     Ok(file.map(|sha256| match several.is_empty() {
-        true => Vec::from_iter((sha256 != TOLD).then_some(sha256)),
+        true => vec![sha256],
         false => several,
     }))
 }

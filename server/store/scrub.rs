@@ -4,7 +4,6 @@ use sqlx::FromRow;
 use uuid::Uuid;
 
 use super::Db;
-use super::ride::TOLD;
 
 /// A raw file as the rides have it.
 #[derive(FromRow)]
@@ -64,19 +63,18 @@ fn is_damage(error: &sqlx::Error) -> bool {
 pub async fn files(db: &Db, after: &str, limit: i64) -> sqlx::Result<Vec<Told>> {
     const SQL: &str = "\
         SELECT sha256, MAX(bytes) AS bytes FROM ( \
-            SELECT sha256, bytes FROM ride WHERE sha256 <> $1 \
-                AND NOT EXISTS (SELECT 1 FROM ride_file WHERE ride_id = ride.id) \
+            SELECT sha256, bytes FROM ride \
+            WHERE NOT EXISTS (SELECT 1 FROM ride_file WHERE ride_id = ride.id) \
             UNION ALL SELECT sha256, bytes FROM ride_file) AS file \
-        WHERE sha256 > $2 GROUP BY sha256 ORDER BY sha256 LIMIT $3";
-    on!(read db, p => sqlx::query_as(SQL).bind(TOLD).bind(after).bind(limit).fetch_all(p).await)
+        WHERE sha256 > $1 GROUP BY sha256 ORDER BY sha256 LIMIT $2";
+    on!(read db, p => sqlx::query_as(SQL).bind(after).bind(limit).fetch_all(p).await)
 }
 
-/// Jobs that succeeded and have no report, other than those that were only told of.
+/// Jobs that succeeded and have no report.
 pub async fn without_report(db: &Db) -> sqlx::Result<Vec<Uuid>> {
     const SQL: &str = "\
-        SELECT job.id FROM job JOIN ride ON ride.id = job.ride_id \
-        WHERE state = 'succeeded' AND ride.sha256 <> $1 AND NOT EXISTS ( \
+        SELECT job.id FROM job WHERE state = 'succeeded' AND NOT EXISTS ( \
             SELECT 1 FROM result WHERE result.job_id = job.id AND result.name = 'report') \
         ORDER BY job.id";
-    on!(read db, p => sqlx::query_scalar(SQL).bind(TOLD).fetch_all(p).await)
+    on!(read db, p => sqlx::query_scalar(SQL).fetch_all(p).await)
 }

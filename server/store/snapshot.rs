@@ -5,8 +5,6 @@ use std::path::Path;
 use sqlx::sqlite::SqliteConnectOptions;
 use sqlx::{ConnectOptions, Connection};
 
-use super::ride::TOLD;
-
 #[derive(Debug, thiserror::Error)]
 pub enum SnapshotError {
     #[error("database: {0}")]
@@ -33,12 +31,9 @@ pub async fn snapshot(from: &Path, to: &Path) -> Result<Vec<String>, SnapshotErr
         return Err(SnapshotError::Damaged(found));
     }
     const FILES: &str = "\
-        SELECT sha256 FROM ride WHERE sha256 <> $1 AND id NOT IN (SELECT ride_id FROM ride_file) \
+        SELECT sha256 FROM ride WHERE id NOT IN (SELECT ride_id FROM ride_file) \
         UNION SELECT sha256 FROM ride_file ORDER BY sha256";
-    let files = sqlx::query_scalar(FILES)
-        .bind(TOLD)
-        .fetch_all(&mut copy)
-        .await?;
+    let files = sqlx::query_scalar(FILES).fetch_all(&mut copy).await?;
     copy.close().await?;
     Ok(files)
 }

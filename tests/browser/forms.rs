@@ -7,6 +7,7 @@ use super::chromium::{Browser, Look};
 use super::finished;
 use crate::harness::Server;
 use crate::ride::{self, LONG};
+use crate::season;
 
 /// What is said of the bicycle as a whole.
 const FAULT: &str = "return document.querySelector('#bike-fault').innerText";
@@ -198,8 +199,7 @@ async fn several_rides_are_followed_to_their_end() {
 #[tokio::test]
 async fn lists_are_filtered_by_every_choice() {
     let server = Server::with(&["--workers", "0"]);
-    let seed = ["seed", "--bikes", "4", "--rides", "120"];
-    assert!(server.beside(&seed).status().unwrap().success());
+    season::write(&server, 4, 120).await;
     server.submit(&LONG).await;
     let Some(browser) = Browser::start(Look::WIDE).await else {
         return;
@@ -320,26 +320,6 @@ async fn a_browser_signs_in_and_out() {
     browser.goto(&server.address("/sign-in")).await;
     browser.click("form[action='/sign-out'] button").await;
     browser.sees("h1", "Sign in").await;
-    browser.stop().await;
-}
-
-#[tokio::test]
-async fn a_made_up_ride_says_so_and_asks_for_nothing_that_it_lacks() {
-    let server = Server::with(&["--workers", "0"]);
-    let seed = ["seed", "--bikes", "2", "--rides", "10"];
-    assert!(server.beside(&seed).status().unwrap().success());
-    let Some(browser) = Browser::start(Look::NARROW).await else {
-        return;
-    };
-    browser.goto(&server.address("/jobs")).await;
-    browser.sees("tbody", "made up").await;
-    let boxes = "return document.querySelectorAll('input[name=job]').length";
-    assert_eq!(browser.run(boxes).await, 0, "there is nothing to compare");
-    browser.click("tbody tr:nth-child(1) a").await;
-    browser.sees("main", "made up by veloid seed").await;
-    browser.sees("tbody", "±").await;
-    browser.settled().await;
-    assert_eq!(browser.run(REFUSED).await, json!([]));
     browser.stop().await;
 }
 

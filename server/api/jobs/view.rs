@@ -13,7 +13,6 @@ use crate::facts::Facts;
 use crate::options::Options;
 use crate::store::Db;
 use crate::store::job::{self, Failure, JobRow, Stage, State};
-use crate::store::ride::TOLD;
 
 /// An identification: where it stands and what is known so far.
 #[derive(Clone, Serialize, ToSchema)]
@@ -69,8 +68,6 @@ pub struct Trials {
 pub struct RideOf {
     pub id: Uuid,
     pub name: String,
-    /// Made up by `veloid seed`: such a ride has parameters, but neither a file nor a report.
-    pub made_up: bool,
     /// What is known of it besides.
     pub facts: Facts,
     /// What was understood of the file.
@@ -103,7 +100,6 @@ impl From<JobRow> for JobView {
             ride: RideOf {
                 id: row.ride_id,
                 name: row.ride_name,
-                made_up: row.sha256 == TOLD,
                 facts: row.facts.map(|json| json.0).unwrap_or_default(),
                 summary: row.summary.0,
             },

@@ -12,6 +12,8 @@ pub enum DocumentError {
     #[error(transparent)]
     Json(#[from] serde_json::Error),
     #[error(transparent)]
+    Csv(#[from] ::csv::Error),
+    #[error(transparent)]
     Parquet(#[from] ::parquet::errors::ParquetError),
 }
 
@@ -28,7 +30,7 @@ impl Document {
     pub fn begin(format: Format) -> Result<(Self, Vec<u8>), DocumentError> {
         Ok(match format {
             Format::Json => (Self::Json(false), b"{\"items\":[".to_vec()),
-            Format::Csv => (Self::Csv, csv::HEAD.into()),
+            Format::Csv => (Self::Csv, csv::head()?),
             Format::Parquet => (Self::Parquet(Box::new(parquet::Writer::new()?)), Vec::new()),
         })
     }
@@ -51,7 +53,7 @@ impl Document {
             }
             Self::Csv => {
                 let items: Vec<_> = rows.into_iter().map(ParameterView::from).collect();
-                csv::lines(&items).into_bytes()
+                csv::lines(&items)?
             }
             Self::Parquet(writer) => writer.rows(rows)?,
         })

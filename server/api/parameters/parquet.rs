@@ -19,12 +19,11 @@ enum Values {
     Number(fn(&ParameterView) -> Option<f64>),
     /// Of the identification (epoch ms).
     Identified,
-    Flag(fn(&ParameterView) -> bool),
 }
-use Values::{Flag, Identified, Number, Text};
+use Values::{Identified, Number, Text};
 
 /// Each column as the schema has it, and where its values come from.
-const COLUMNS: [(&str, Values); 23] = [
+const COLUMNS: [(&str, Values); 22] = [
     (
         "required binary job (string)",
         Text(|row| Some(row.job.to_string())),
@@ -63,7 +62,6 @@ const COLUMNS: [(&str, Values); 23] = [
         "required binary version (string)",
         Text(|row| Some(row.version.clone())),
     ),
-    ("required boolean made_up", Flag(|row| row.made_up)),
     (
         "optional binary ridden_at (string)",
         Text(|row| row.facts.ridden_at.clone()),
@@ -165,10 +163,6 @@ fn write(
             });
             column.write_batch(&values, optional.then_some(known.as_slice()), None)?;
         }
-        (ColumnWriter::BoolColumnWriter(column), Flag(of)) => {
-            let values: Vec<bool> = rows.iter().map(of).collect();
-            column.write_batch(&values, None, None)?;
-        }
         _ => return Err(ParquetError::General("a column of another type".to_owned())),
     }
     Ok(())
@@ -218,7 +212,6 @@ mod tests {
             verdict: verdict.map(str::to_owned),
             version: "1".into(),
             identified_at: 1_700_000_000_000,
-            made_up: std_error.is_none(),
             facts: std_error.map(|_| sqlx::types::Json(facts())),
         };
         let mut writer = Writer::new().unwrap();
@@ -243,10 +236,9 @@ mod tests {
         );
         assert!(rows[0].is_null(7).unwrap() && rows[1].is_null(9).unwrap());
         assert_eq!(rows[0].get_string(9).unwrap(), "named");
-        assert_eq!(rows[1].get_double(14).unwrap(), 2.5);
-        assert_eq!(rows[1].get_string(20).unwrap(), "wet, race");
-        assert_eq!(rows[1].get_string(22).unwrap(), "{\"stem_mm\":90.0}");
-        assert!((12..23).all(|column| rows[0].is_null(column).unwrap()));
-        assert!(rows[0].get_bool(11).unwrap() && !rows[1].get_bool(11).unwrap());
+        assert_eq!(rows[1].get_double(13).unwrap(), 2.5);
+        assert_eq!(rows[1].get_string(19).unwrap(), "wet, race");
+        assert_eq!(rows[1].get_string(21).unwrap(), "{\"stem_mm\":90.0}");
+        assert!((11..22).all(|column| rows[0].is_null(column).unwrap()));
     }
 }

@@ -7,7 +7,7 @@ use crate::api::list::MOST;
 use crate::api::problem::Problem;
 use crate::api::{Server, time};
 use crate::facts::Facts;
-use crate::store::ride::{FileRow, TOLD};
+use crate::store::ride::FileRow;
 use crate::store::{job, ride};
 
 /// An uploaded ride.
@@ -16,8 +16,8 @@ pub struct RideView {
     pub id: Uuid,
     /// Name of the file as its sender calls it.
     pub name: String,
-    /// Null, as the file's address, of a ride that `veloid seed` made up.
-    pub sha256: Option<String>,
+    /// Of its file; of several files what stands for all of theirs.
+    pub sha256: String,
     pub bytes: i64,
     #[schema(format = DateTime)]
     pub uploaded_at: String,
@@ -29,7 +29,7 @@ pub struct RideView {
     /// When what is deleted is erased; `POST /v1/rides/{id}/restore` brings it back until then.
     #[schema(format = DateTime)]
     pub erased_after: Option<String>,
-    /// Address of the bytes; of several files that of their list.
+    /// Address of the bytes; of several files that of their list; null when it is deleted.
     pub file: Option<String>,
     /// Its files, in the order in which they came.
     pub files: Vec<FileView>,
@@ -79,8 +79,7 @@ pub async fn find(server: &Server, group: &str, id: Uuid) -> Result<RideView, Pr
         ..job::Filter::default()
     };
     let jobs = job::page(&server.db, &filter, MOST).await?;
-    let filed = ride.sha256 != TOLD;
-    let there = filed && ride.deleted_at.is_none();
+    let there = ride.deleted_at.is_none();
     let files = match there {
         true => ride::files(&server.db, id).await?,
         false => Vec::new(),
@@ -91,7 +90,7 @@ pub async fn find(server: &Server, group: &str, id: Uuid) -> Result<RideView, Pr
         files: views(id, files),
         id,
         name: ride.name,
-        sha256: filed.then_some(ride.sha256),
+        sha256: ride.sha256,
         bytes: ride.bytes,
         uploaded_at: time::text(ride.uploaded_at),
         facts: ride.facts.map(|json| json.0).unwrap_or_default(),

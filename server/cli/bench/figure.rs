@@ -1,4 +1,3 @@
-use std::fmt;
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
@@ -44,23 +43,6 @@ impl Figure {
             worst: at(from_best.len().saturating_sub(1)),
             runs: from_best.len(),
         }
-    }
-}
-
-impl fmt::Display for Figure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            name,
-            unit,
-            median,
-            best,
-            worst,
-            runs,
-        } = self;
-        write!(
-            f,
-            "{name:<56}{median:>12.4} {unit:<12} {best:.4} to {worst:.4}, {runs} runs"
-        )
     }
 }
 

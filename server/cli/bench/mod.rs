@@ -4,22 +4,23 @@ mod engine;
 mod figure;
 mod machine;
 mod service;
+mod table;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use serde::Serialize;
+use jiff::Timestamp;
 use veloid_engine::bicycle::Bike;
 use veloid_engine::ride;
 use veloid_engine::swarm;
 
 use super::CliError;
 use crate::options::Options;
-use figure::Figure;
 use machine::Machine;
+use table::Figures;
 
-/// The performance figures of this machine, as a table and as JSON.
+/// The performance figures of this machine, as a table of Markdown and as JSON.
 ///
 /// Times the engine's steps, then a server: its own, which it starts on a free port with a temporary
 /// data folder, or the one that `--server` names.
@@ -34,6 +35,9 @@ pub struct Bench {
     /// Address of a running server, as `http://127.0.0.1:8080`.
     #[arg(long, value_name = "URL")]
     server: Option<String>,
+    /// Commit of the build, to be told with the figures.
+    #[arg(long, env = "VELOID_COMMIT")]
+    commit: Option<String>,
     /// Time one part only.
     #[arg(long, value_enum)]
     only: Option<Part>,
@@ -46,14 +50,6 @@ pub struct Bench {
 enum Part {
     Engine,
     Service,
-}
-
-/// Everything that was measured.
-#[derive(Serialize)]
-struct Figures {
-    veloid: &'static str,
-    machine: Machine,
-    figures: Vec<Figure>,
 }
 
 impl Bench {
@@ -73,6 +69,8 @@ impl Bench {
         }
         let measured = Figures {
             veloid: env!("CARGO_PKG_VERSION"),
+            commit: self.commit,
+            date: Timestamp::now().strftime("%F").to_string(),
             machine: Machine::this(),
             figures,
         };
@@ -85,11 +83,7 @@ impl Bench {
             }
             None => {}
         }
-        writeln!(out, "{}\n", measured.machine)?;
-        for figure in &measured.figures {
-            writeln!(out, "{figure}")?;
-        }
-        Ok(())
+        Ok(write!(out, "{measured}")?)
     }
 }
 

@@ -14,7 +14,6 @@ use veloid_engine::report::Report;
 
 use super::facts::{self, Field};
 use super::layout::{Fault, Path, html};
-use super::parameters::Row;
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::extract;
@@ -23,12 +22,9 @@ use crate::api::jobs::{cancel as cancelling, retry as retrying};
 use crate::api::problem::Problem;
 use crate::erasure::DAY_MS;
 use crate::store::job::{self, Request, Stage};
-use crate::store::{parameter, result};
+use crate::store::result;
 use diagnosis::DiagnosisView;
 use report::ReportView;
-
-/// Most parameters that a made-up ride's page lists; there are 21 at most.
-const TOLD: i64 = 100;
 
 #[derive(Template)]
 #[template(path = "job.html")]
@@ -41,8 +37,6 @@ struct Page {
     diagnosis: Option<DiagnosisView>,
     /// Least squares of a job that is not finished.
     early: Vec<Early>,
-    /// All there is of a made-up ride.
-    told: Vec<Row>,
     grace_days: i64,
     /// What is known of the ride, to read and to change.
     known: Vec<(String, String)>,
@@ -140,18 +134,7 @@ pub async fn page(
         k: Quantity::new(e.k_n_m, e.k_std_n_m, "N/m"),
         b: Quantity::new(e.b_n_s_m, e.b_std_n_s_m, "N s/m"),
     });
-    let told = if job.ride.made_up {
-        let filter = parameter::Filter {
-            group: &caller.group,
-            job: Some(id),
-            ..parameter::Filter::default()
-        };
-        parameter::page(&server.db, &filter, TOLD).await?
-    } else {
-        Vec::new()
-    };
     html(&Page {
-        told: told.into_iter().map(Row::from).collect(),
         early: early.collect(),
         sha256,
         bike: serde_json::to_string_pretty(&bike).map_err(Problem::internal)?,

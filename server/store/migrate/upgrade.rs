@@ -15,6 +15,9 @@ use crate::store::{Db, Tx, bike, idempotency_key, parameter, result, ride, trial
 /// `-- from N` stands above what earlier ones than N do not have.
 const ROWS: &str = include_str!("rows.sql");
 
+/// What `veloid seed` wrote, until schema 16 took it away.
+const SEASON: &str = include_str!("season.sql");
+
 /// Tables with rows in them.
 const TABLES: [&str; 9] = [
     "bike",
@@ -61,18 +64,25 @@ async fn fill(db: &Db, schema: i64) -> i64 {
     let queue = Queue(db.river().build().unwrap());
     let mut tx = db.begin().await.unwrap();
     let row = queue.observe(&mut tx, id(4)).await.unwrap();
+    insert(&mut tx, ROWS, schema, row).await;
+    tx.commit().await.unwrap();
+    row
+}
+
+/// Runs the statements of a text that a schema has.
+async fn insert(tx: &mut Tx, text: &str, schema: i64, row: i64) {
     let (group, home) = match schema {
         ..4 => ("", ""),
         _ => (", group_name", ", 'default'"),
     };
-    let mut sql = ROWS
+    let mut sql = text
         .replace("{group}", group)
         .replace("{home}", home)
         .replace("{river}", &row.to_string());
-    for number in 1..=5 {
-        let literal = match db {
-            Db::Sqlite { .. } => format!("x'{}'", id(number).simple()),
-            Db::Postgres { .. } => format!("'{}'", id(number)),
+    for number in 1..=7 {
+        let literal = match tx {
+            Tx::Sqlite(_) => format!("x'{}'", id(number).simple()),
+            Tx::Postgres(_) => format!("'{}'", id(number)),
         };
         sql = sql.replace(&format!("#{number}"), &literal);
     }
@@ -81,11 +91,9 @@ async fn fill(db: &Db, schema: i64) -> i64 {
             .strip_prefix("-- from ")
             .and_then(|rest| rest.lines().next());
         if from.is_none_or(|from| from.parse::<i64>().unwrap() <= schema) {
-            execute(&mut tx, statement.to_owned()).await;
+            execute(tx, statement.to_owned()).await;
         }
     }
-    tx.commit().await.unwrap();
-    row
 }
 
 async fn counts(db: &Db) -> Vec<i64> {
@@ -125,6 +133,36 @@ async fn a_database_of_every_schema_keeps_what_is_in_it() {
                 let mut tx = db.begin().await.unwrap();
                 assert_eq!(key::unfinished_jobs(&mut tx, id(5)).await.unwrap(), 1);
             }
+        })
+        .await;
+    }
+}
+
+/// Rides that were made up go with all that is theirs, and nothing else does.
+#[tokio::test]
+async fn rides_that_were_made_up_are_gone() {
+    const THEIRS: [&str; 3] = [
+        "SELECT COUNT(*) FROM ride_tag",
+        "SELECT COUNT(*) FROM bike_told",
+        "SELECT COUNT(*) FROM bike WHERE name LIKE 'season%'",
+    ];
+    for schema in [1, 4, 15] {
+        on_each_empty(async |db| {
+            migrate_to(&db, schema).await;
+            let row = fill(&db, schema).await;
+            let real = counts(&db).await;
+            let mut tx = db.begin().await.unwrap();
+            insert(&mut tx, SEASON, schema, row).await;
+            tx.commit().await.unwrap();
+            assert_ne!(counts(&db).await, real);
+            db.migrate().await.unwrap();
+            assert_eq!(counts(&db).await, real, "from schema {schema}");
+            for sql in THEIRS {
+                let left: i64 =
+                    on!(read &db, p => sqlx::query_scalar(sql).fetch_one(p).await).unwrap();
+                assert_eq!(left, 0, "{sql}");
+            }
+            is_read(&db, row).await;
         })
         .await;
     }

@@ -1,8 +1,8 @@
 """Benches and decays that no bicycle makes, integrated here apart from veloid's own laws: drives with friction, pendulums,
 masses with hidden masses on shakers, decays of several modes, rigs for dampers. Each with what an expert would find.
 
-    python3 tests/benches/make.py FOLDER      # needs NumPy and SciPy
-    python3 tests/benches/run.py FOLDER target/release/veloid
+    python3 tests/rigs/make.py FOLDER      # needs NumPy and SciPy
+    python3 tests/rigs/run.py FOLDER target/release/veloid
 """
 
 import json
