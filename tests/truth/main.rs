@@ -11,7 +11,8 @@ use std::process::ExitCode;
 
 use veloid_truth::prove::origin::Origin;
 use veloid_truth::prove::proof::Proof;
-use veloid_truth::prove::whole::{self, Times, Whole};
+use veloid_truth::prove::times::Times;
+use veloid_truth::prove::whole::{self, Whole};
 use veloid_truth::refit::known;
 use veloid_truth::suite::files;
 

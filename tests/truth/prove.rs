@@ -12,4 +12,5 @@ pub mod run;
 pub mod score;
 pub mod tables;
 pub mod time;
+pub mod times;
 pub mod whole;
