@@ -364,7 +364,7 @@ impl Server {
                 return view;
             }
         }
-        panic!("{job} does not end");
+        panic!("{job} does not end: {:#}", self.json(job).await);
     }
 
     pub async fn succeeded(&self, job: &str) -> Value {
