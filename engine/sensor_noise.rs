@@ -1,7 +1,6 @@
 //! Noise as a sensor makes it.
 
 use nalgebra::Complex;
-use realfft::RealFftPlanner;
 
 use crate::simulate::outing::Normal;
 
@@ -15,7 +14,7 @@ pub fn noise(densities: &[[f64; 2]], samples: usize, rate_hz: f64, seed: u64) ->
         let place = ((hz - first_hz) / (second_hz - first_hz)).round().max(0.0);
         densities.get(place as usize).map_or(0.0, |[_, d]| *d)
     };
-    let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(samples);
+    let inverse = veloid_fourier::inverse(samples);
     let mut spectrum = inverse.make_input_vec();
     let mut random = Normal::new(seed);
     let last = spectrum.len() - 1;

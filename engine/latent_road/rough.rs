@@ -1,7 +1,6 @@
 //! Roughly how late one sensor's clock is beside another's.
 
 use nalgebra::Complex;
-use realfft::RealFftPlanner;
 
 use super::record::{Lateness, since_middle_s};
 
@@ -65,8 +64,7 @@ fn rough_delay(early: &[f64], late: &[f64], step_s: f64) -> Option<f64> {
         return None;
     }
     let n = (samples + reach).next_power_of_two();
-    let mut planner = RealFftPlanner::<f64>::new();
-    let forward = planner.plan_fft_forward(n);
+    let forward = veloid_fourier::forward(n);
     let spectrum = |values: &[f64]| {
         let mean = values[..samples].iter().sum::<f64>() / samples as f64;
         let mut padded = forward.make_input_vec();
@@ -96,7 +94,7 @@ fn rough_delay(early: &[f64], late: &[f64], step_s: f64) -> Option<f64> {
         .collect();
     let mut correlation = vec![0.0; n];
     // Both ends of the spectrum are zero, as the inverse wants them.
-    let inverse = planner.plan_fft_inverse(n);
+    let inverse = veloid_fourier::inverse(n);
     inverse.process(&mut cross, &mut correlation).ok()?;
     let at = |lag: isize| correlation[lag.rem_euclid(n as isize) as usize];
     let lags = || -(reach as isize)..=reach as isize;

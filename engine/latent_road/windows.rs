@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::Complex;
-use realfft::{RealFftPlanner, RealToComplex};
+use veloid_fourier::RealToComplex;
 
 use super::align::{interpolate, places};
 use super::record::Record;
@@ -155,7 +155,7 @@ impl Fourier {
     fn new(n: usize, step_s: f64) -> Self {
         let (shape, power) = hann(n);
         Self {
-            transform: RealFftPlanner::<f64>::new().plan_fft_forward(n),
+            transform: veloid_fourier::forward(n),
             scale: (2.0 * step_s / power).sqrt(),
             shape,
         }

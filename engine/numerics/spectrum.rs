@@ -1,7 +1,5 @@
 //! Power spectral densities, and the white noise that they show.
 
-use realfft::RealFftPlanner;
-
 /// Part of a record that a stretch takes, whose spectra and those of the halves between them are averaged: a part and no
 /// time, so that a record means the same whatever its unit of time. A minute of a bicycle is resolved to 0.13 Hz.
 const STRETCH: [usize; 2] = [2, 15];
@@ -30,7 +28,7 @@ impl Spectrum {
         if length > x.len() / 3 {
             return None;
         }
-        let fourier = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+        let fourier = veloid_fourier::forward(length);
         let (mut part, mut out) = (fourier.make_input_vec(), fourier.make_output_vec());
         let (window, power) = hann(length);
         let mean = x.iter().sum::<f64>() / x.len() as f64;
@@ -96,7 +94,7 @@ impl Spectrum {
 
 /// Squared amplitudes at the multiples of 1/`length` of Hann-windowed stretches of that many samples, one after the other.
 pub fn adjoining_powers(x: &[f64], length: usize) -> Vec<Vec<f64>> {
-    let fourier = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+    let fourier = veloid_fourier::forward(length);
     let (window, _) = hann(length);
     let power = |part: &[f64]| {
         let mut part: Vec<f64> = part.iter().zip(&window).map(|(x, w)| x * w).collect();

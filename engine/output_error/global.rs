@@ -3,7 +3,6 @@
 
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
-use realfft::RealFftPlanner;
 
 use crate::ride::AxleRecord;
 use crate::simulate::linear::{Input, simulate};
@@ -55,7 +54,7 @@ fn frequencies(measured: &[f64], step: f64) -> impl Iterator<Item = f64> {
 /// The frequencies (Hz) of the highest peaks of a record's spectrum.
 fn peaks(measured: &[f64], step: f64) -> Vec<f64> {
     let length = 2 * measured.len();
-    let fourier = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+    let fourier = veloid_fourier::forward(length);
     let (mut padded, mut out) = (fourier.make_input_vec(), fourier.make_output_vec());
     let mean = measured.iter().sum::<f64>() / measured.len().max(1) as f64;
     padded

@@ -1,7 +1,5 @@
 //! Filters without phase, by Fourier transform.
 
-use realfft::RealFftPlanner;
-
 use super::resample::mirrored;
 
 /// How a record goes on beyond its ends, so that they ring less.
@@ -39,10 +37,9 @@ pub(super) fn filter(
             values[inside.clamp(0, last) as usize]
         }
     };
-    let mut planner = RealFftPlanner::<f64>::new();
     let (forward, inverse) = (
-        planner.plan_fft_forward(length),
-        planner.plan_fft_inverse(length),
+        veloid_fourier::forward(length),
+        veloid_fourier::inverse(length),
     );
     let mut record = forward.make_input_vec();
     let mut spectrum = forward.make_output_vec();

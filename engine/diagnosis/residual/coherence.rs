@@ -1,8 +1,7 @@
 //! Does a residual move with what drives the axle? Noise does not, whatever its spectrum. What a linear model leaves
 //! that lacks a mode, a delay or a filter does, even where its spectrum passes for coloured noise.
 
-use realfft::RealFftPlanner;
-use realfft::num_complex::Complex;
+use veloid_fourier::Complex;
 
 use crate::diagnosis::dataset::Track;
 use crate::numerics::autoregressive::Colour;
@@ -85,7 +84,7 @@ fn bins(
     if length < SHORTEST || stretches < FEWEST {
         return None;
     }
-    let fourier = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+    let fourier = veloid_fourier::forward(length);
     let (window, power) = hann(length);
     let transform = |x: &[f64]| -> Option<Vec<Complex<f64>>> {
         let mean = x.iter().sum::<f64>() / length as f64;

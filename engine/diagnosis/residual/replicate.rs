@@ -4,7 +4,6 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use realfft::RealFftPlanner;
 
 use crate::diagnosis::dataset::{Scene, Track};
 use crate::diagnosis::fit::{COARSE, Fitter, Model};
@@ -84,8 +83,7 @@ fn denoised(record: &[f64], step: f64, floor: f64) -> Vec<f64> {
     let Some(spectrum) = Spectrum::new(record, step) else {
         return record.to_vec();
     };
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (forward, back) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
+    let (forward, back) = (veloid_fourier::forward(n), veloid_fourier::inverse(n));
     // Without the line from end to end the record is periodic enough.
     let line = |i: usize| record[0] + (record[n - 1] - record[0]) * i as f64 / (n - 1) as f64;
     let mut level: Vec<f64> = (0..n).map(|i| record[i] - line(i)).collect();

@@ -1,8 +1,6 @@
 //! Whether what a model leaves is white where an effect acts: a resonance in the noise that the autoregression does not follow makes
 //! chance look like an event.
 
-use realfft::RealFftPlanner;
-
 use super::criteria::Search;
 use crate::diagnosis::fit::Model;
 
@@ -49,7 +47,7 @@ fn weighed(added: Vec<f64>, left: Vec<f64>) -> [f64; 2] {
 
 /// Squared amplitudes at all frequencies.
 fn powers(mut x: Vec<f64>) -> Vec<f64> {
-    let fourier = RealFftPlanner::<f64>::new().plan_fft_forward(x.len());
+    let fourier = veloid_fourier::forward(x.len());
     let mut out = fourier.make_output_vec();
     match fourier.process(&mut x, &mut out) {
         Ok(()) => out.iter().map(|o| o.norm_sqr()).collect(),

@@ -2,8 +2,7 @@
 
 use std::ops::Range;
 
-use realfft::RealFftPlanner;
-use realfft::num_complex::Complex;
+use veloid_fourier::Complex;
 
 /// Signals that are correlated with each other.
 pub const SIGNALS: usize = 3;
@@ -19,9 +18,8 @@ pub fn correlations(
 ) -> Vec<[f64; PAIRS]> {
     let length = (4 * most).next_power_of_two().max(4096);
     let block = length - most;
-    let mut planner = RealFftPlanner::<f64>::new();
-    let forward = planner.plan_fft_forward(length);
-    let inverse = planner.plan_fft_inverse(length);
+    let forward = veloid_fourier::forward(length);
+    let inverse = veloid_fourier::inverse(length);
     let mut padded = forward.make_input_vec();
     let mut now = signals.map(|_| forward.make_output_vec());
     let mut before = signals.map(|_| forward.make_output_vec());
