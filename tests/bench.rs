@@ -5,6 +5,7 @@ use serde_json::Value;
 use crate::harness::{Folder, Server, veloid};
 
 #[test]
+#[ignore = "takes a minute; `.ci/long` runs it"]
 fn figures_of_a_server_come_as_json() {
     let server = Server::start();
     let output = veloid(&[

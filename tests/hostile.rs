@@ -1,6 +1,6 @@
 //! Rides whose clocks no logger has harm nobody beside them. And files of 10 MB made to do harm: each is refused in one line, within 200 MB of memory. What
 //! they take is printed; `docs/security.md` has the figures:
-//! `cargo test -p veloid --test blackbox hostile:: -- --nocapture`
+//! `cargo test --workspace --test blackbox hostile:: -- --nocapture`
 
 use std::fmt::Write as _;
 use std::io::Write as _;

@@ -324,6 +324,7 @@ const RUNNING: &str = "SELECT count(DISTINCT attempted_by[array_upper(attempted_
                        FROM river_job WHERE kind = 'trial' AND state = 'running'";
 
 #[test]
+#[ignore = "takes a minute; `.ci/long` runs it"]
 fn hosts_that_are_cut_off_killed_or_replaced_lose_nothing_and_do_nothing_twice() {
     let Some(mut lab) = Lab::new() else { return };
     for (host, address) in [("server", 2), ("w1", 3), ("w2", 4), ("w3", 5)] {

@@ -27,6 +27,7 @@ fn from_env(name: &str, otherwise: u32) -> u32 {
 }
 
 #[tokio::test]
+#[ignore = "takes a minute; `.ci/long` runs it"]
 async fn random_kills_lose_nothing_and_do_nothing_twice() {
     // On PostgreSQL a process has to live for a lease before it takes anything over.
     let few = env::var_os("VELOID_TEST_POSTGRES").map_or(50, |_| 6);
@@ -95,6 +96,7 @@ fn killed_at_its_start(server: &Server, after: Duration) {
 /// Processes that are killed as soon as they have done anything, with many rides waiting or at work: none
 /// is to blame for it.
 #[tokio::test]
+#[ignore = "takes a minute; `.ci/long` runs it"]
 async fn quick_kills_fail_no_ride() {
     const DONE: &str = "SELECT COUNT(*) FROM river_job WHERE state = 'completed'";
     const LEFT: &str = "SELECT COUNT(*) FROM job WHERE finished_at IS NULL";

@@ -1,5 +1,5 @@
 //! Many at once, and for long: prints the tables of docs/load.md. On an idle machine, not in CI:
-//! `cargo test -p veloid --test blackbox load:: -- --ignored --nocapture --test-threads 1`
+//! `cargo test --workspace --test blackbox load:: -- --ignored --nocapture --test-threads 1`
 //! `VELOID_UPLOADS` and `VELOID_SOAK` (s) make them shorter, `VELOID_READ_MS` lets a busy machine read slower,
 //! `VELOID_TEST_BINARY` names another build of the program.
 

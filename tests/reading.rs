@@ -167,7 +167,7 @@ async fn a_reader_that_breaks_down_takes_nobody_with_it() {
 }
 
 /// What a small upload costs beside one that is read in the server itself; printed, not judged: a machine that tests share
-/// measures nothing. `cargo test -p veloid --test blackbox reading::what -- --ignored --nocapture`
+/// measures nothing. `cargo test --workspace --test blackbox reading::what -- --ignored --nocapture`
 #[tokio::test]
 #[ignore = "a measurement"]
 async fn what_a_child_costs_a_preview() {

@@ -1,5 +1,5 @@
 //! How far it scales: prints the table of docs/scale.md. Not for CI:
-//! `VELOID_TEST_POSTGRES=... cargo test -p veloid --test blackbox scale:: -- --ignored --nocapture --test-threads 1`
+//! `VELOID_TEST_POSTGRES=... cargo test --workspace --test blackbox scale:: -- --ignored --nocapture --test-threads 1`
 
 use std::process::{Command, Stdio};
 use std::time::Duration;
