@@ -4,6 +4,7 @@
 mod allocator;
 mod api;
 mod bicycle;
+mod built;
 mod cli;
 mod columns;
 #[cfg(test)]
@@ -18,6 +19,7 @@ mod http;
 mod installation;
 mod jobs;
 mod lru;
+mod metrics;
 mod options;
 mod pages;
 #[cfg(test)]
