@@ -91,8 +91,8 @@ async fn parquet_is_refused_and_not_offered() {
     server.submit(&[]).await;
     let bikes = server.json("/v1/bikes").await;
     let bike = bikes["items"][0]["name"].as_str().unwrap();
-    let answer = server.get(&format!("/v1/bikes/{bike}/history?format=parquet"));
-    is_not_built(answer.await, "parquet").await;
+    let history = format!("/v1/bikes/{bike}/history?format=parquet");
+    is_not_built(server.get(&history).await, "parquet").await;
     for page in ["/parameters".to_owned(), format!("/bikes/{bike}")] {
         let page = server.get(&page).await.text().await.unwrap();
         assert!(page.contains("format=csv") && !page.contains("parquet"));

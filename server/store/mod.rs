@@ -211,11 +211,12 @@ fn postgres_cannot(code: &str) -> bool {
 impl Tx {
     /// The statement as this database spells it.
     pub fn spelt(&self, sqlite: &'static str, postgres: &'static str) -> &'static str {
-        match self {
-            Tx::Sqlite(_) => sqlite,
+        let is_sqlite = match self {
+            Tx::Sqlite(_) => true,
             #[cfg(feature = "postgres")]
-            Tx::Postgres(_) => postgres,
-        }
+            Tx::Postgres(_) => false,
+        };
+        if is_sqlite { sqlite } else { postgres }
     }
 
     /// The transaction where it is PostgreSQL's, which has many writers and needs to be told more.
