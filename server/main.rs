@@ -35,7 +35,7 @@ use clap::Parser;
 
 fn main() -> ExitCode {
     allocator::give_back_soon();
-    // TLS towards object storage. It fails only where a provider is installed already.
+    // TLS towards receivers of webhooks and object storage. It fails only where a provider is installed already.
     let _ = rustls::crypto::ring::default_provider().install_default();
     match cli::Cli::parse().run() {
         Ok(()) => ExitCode::SUCCESS,

@@ -56,6 +56,10 @@ impl Form {
         }
     }
 
+    fn has_spreadsheets(&self) -> bool {
+        cfg!(feature = "spreadsheets")
+    }
+
     fn here(&self) -> &'static str {
         "/"
     }
