@@ -4,6 +4,7 @@
 
 use riverqueue::JobState;
 use serde_json::{Value, json};
+#[cfg(feature = "postgres")]
 use sqlx::{AssertSqlSafe, Connection, PgConnection};
 use uuid::Uuid;
 use veloid_engine::bicycle::{Bike, PerAxle};
@@ -40,7 +41,16 @@ pub async fn on_each_empty(test: impl AsyncFn(Db)) {
     let url = format!("sqlite:{}", folder.join("veloid.db").display());
     test(Db::connect(&url).await.unwrap()).await;
     std::fs::remove_dir_all(folder).unwrap();
+    on_empty_postgres(&name, test).await;
+}
 
+#[cfg(not(feature = "postgres"))]
+async fn on_empty_postgres(_: &str, _: impl AsyncFn(Db)) {
+    crate::skips::not_applicable("built without the feature `postgres`");
+}
+
+#[cfg(feature = "postgres")]
+async fn on_empty_postgres(name: &str, test: impl AsyncFn(Db)) {
     let Ok(server) = std::env::var("VELOID_TEST_POSTGRES") else {
         return crate::skips::not_applicable("VELOID_TEST_POSTGRES names no PostgreSQL");
     };
@@ -529,6 +539,7 @@ async fn jobs_are_found_by_what_they_are() {
 }
 
 /// Nobody waits for a statement that is only curious, and no lock outlives who is gone.
+#[cfg(feature = "postgres")]
 #[tokio::test]
 async fn postgres_ends_what_takes_too_long() {
     on_each(async |db| {

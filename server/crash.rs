@@ -35,15 +35,6 @@ static ORDERS: LazyLock<Vec<Order>> = LazyLock::new(|| {
     variables.into_iter().filter_map(Order::read).collect()
 });
 
-/// What `veloid --version` says: whether this program has the points.
-pub const VERSION: &str = match cfg!(debug_assertions) {
-    true => concat!(
-        env!("CARGO_PKG_VERSION"),
-        "\nwith points to fail at, for tests"
-    ),
-    false => env!("CARGO_PKG_VERSION"),
-};
-
 /// The process passes the point of this label.
 pub fn point(label: &str) {
     if !cfg!(debug_assertions) {

@@ -2,25 +2,31 @@
 //! many machines reach. A file arrives under a temporary name on this machine; before anyone hears of
 //! it, it is synced, renamed and the folder synced, or the object storage has said that it has it.
 
+mod folder;
 mod marker;
+#[cfg(feature = "s3")]
+mod objects;
+#[cfg(test)]
+mod tests;
 
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use axum::body::Bytes;
 use futures_util::stream::BoxStream;
 use futures_util::{Stream, StreamExt, TryStreamExt};
-use object_store::buffered::BufWriter;
-use object_store::local::LocalFileSystem;
-use object_store::prefix::PrefixStore;
-use object_store::{GetResult, ObjectStore, ObjectStoreExt};
 use sha2::{Digest, Sha256};
 use tokio::fs::{self, File};
 use tokio::io::AsyncWriteExt;
 use url::Url;
 use uuid::Uuid;
+
+use self::folder::Folder;
+#[cfg(feature = "s3")]
+use self::objects::Objects;
+#[cfg(not(feature = "s3"))]
+use crate::built::NotBuilt;
 
 /// A file is locked this soon after it was begun, for as long as it arrives.
 const BEGUN: Duration = Duration::from_secs(60);
@@ -41,20 +47,37 @@ pub enum FileError {
 #[derive(Clone)]
 pub struct Files {
     incoming: PathBuf,
-    kept: Arc<dyn ObjectStore>,
-    /// Where `kept` is a folder: what has arrived is renamed into it.
-    folder: Option<PathBuf>,
+    kept: Store,
 }
+
+/// Where files are kept.
+#[derive(Clone)]
+enum Store {
+    Folder(Folder),
+    #[cfg(feature = "s3")]
+    Objects(Objects),
+}
+
+/// Runs a body on whichever store there is.
+macro_rules! in_store {
+    ($kept:expr, $store:ident => $body:expr) => {
+        match $kept {
+            $crate::files::Store::Folder($store) => $body,
+            #[cfg(feature = "s3")]
+            $crate::files::Store::Objects($store) => $body,
+        }
+    };
+}
+use in_store;
+
+type Chunks = BoxStream<'static, io::Result<Bytes>>;
 
 impl Files {
     /// Opens the store below a folder, making what is missing.
     pub async fn in_folder(root: &Path) -> io::Result<Self> {
-        let folder = root.join("rides");
-        fs::create_dir_all(&folder).await?;
         Ok(Self {
+            kept: Store::Folder(Folder::open(root.join("rides")).await?),
             incoming: incoming(root).await?,
-            kept: Arc::new(LocalFileSystem::new_with_prefix(&folder)?),
-            folder: Some(folder),
         })
     }
 
@@ -64,14 +87,9 @@ impl Files {
         if let ("file", Ok(folder)) = (url.scheme(), url.to_file_path()) {
             return Self::in_folder(&folder).await;
         }
-        let settings = std::env::vars_os()
-            .filter_map(|(key, value)| Some((key.into_string().ok()?, value.into_string().ok()?)))
-            .filter(|(key, _)| key.starts_with("AWS_"));
-        let (store, prefix) = object_store::parse_url_opts(url, settings)?;
         Ok(Self {
+            kept: objects(url)?,
             incoming: incoming(root).await?,
-            kept: Arc::new(PrefixStore::new(store, prefix)),
-            folder: None,
         })
     }
 
@@ -96,36 +114,29 @@ impl Files {
             sha256: incoming.sha256(),
             bytes: incoming.bytes,
         };
-        if let Some(folder) = &self.folder {
-            incoming.file.sync_all().await?;
-            fs::rename(&incoming.path, folder.join(&kept.sha256)).await?;
-            File::open(folder).await?.sync_all().await?;
-        } else {
-            let mut object = BufWriter::new(Arc::clone(&self.kept), name(&kept.sha256));
-            tokio::io::copy(&mut File::open(&incoming.path).await?, &mut object).await?;
-            object.shutdown().await?;
-        }
+        let (path, name) = (&incoming.path, &kept.sha256);
+        in_store!(&self.kept, store => store.keep(path, name).await)?;
         Ok(kept)
     }
 
     /// Whether the file is there.
     pub async fn has(&self, sha256: &str) -> io::Result<bool> {
-        was_there(self.kept.head(&name(sha256)).await.map(drop))
+        in_store!(&self.kept, store => store.has(sha256).await)
     }
 
     /// Removes the file; false where it is not there.
     pub async fn remove(&self, sha256: &str) -> io::Result<bool> {
-        was_there(self.kept.delete(&name(sha256)).await)
+        in_store!(&self.kept, store => store.remove(sha256).await)
     }
 
     /// The SHA-256 of files that have lain there for so long.
     pub fn kept_for(&self, time: Duration) -> impl Stream<Item = io::Result<String>> {
-        let until = jiff::Timestamp::now().as_second() - time.as_secs().cast_signed();
-        let all = self.kept.list(None).map_err(io::Error::from);
-        all.try_filter_map(move |file| {
-            let name = file.location.to_string();
+        let now = SystemTime::now().duration_since(UNIX_EPOCH);
+        let until = now.unwrap_or_default().saturating_sub(time).as_secs();
+        let all = in_store!(&self.kept, store => store.list());
+        all.try_filter_map(move |(name, written)| {
             let ours = name.len() == 64 && name.bytes().all(|byte| byte.is_ascii_hexdigit());
-            let old = file.last_modified.timestamp() <= until;
+            let old = written <= until;
             std::future::ready(Ok((ours && old).then_some(name)))
         })
     }
@@ -138,25 +149,30 @@ impl Files {
 
     /// A file as it lies on this machine, copied there if need be; its bytes are those that it is named by.
     pub async fn on_disk(&self, sha256: &str) -> Result<OnDisk, FileError> {
-        if let Some(folder) = &self.folder {
-            self.verify(sha256).await?;
-            return Ok(OnDisk::Kept(folder.join(sha256)));
+        match &self.kept {
+            Store::Folder(folder) => {
+                self.verify(sha256).await?;
+                Ok(OnDisk::Kept(folder.path(sha256)))
+            }
+            #[cfg(feature = "s3")]
+            Store::Objects(_) => {
+                let mut copy = self.begin().await?;
+                let mut stream = self.open(sha256).await?;
+                while let Some(chunk) = stream.try_next().await? {
+                    copy.write(&chunk).await?;
+                }
+                copy.file.flush().await?;
+                same(sha256, copy.sha256())?;
+                Ok(OnDisk::Copy(Box::new(copy)))
+            }
         }
-        let mut copy = self.begin().await?;
-        let mut stream = self.open(sha256).await?.into_stream();
-        while let Some(chunk) = stream.try_next().await.map_err(io::Error::from)? {
-            copy.write(&chunk).await?;
-        }
-        copy.file.flush().await?;
-        same(sha256, copy.sha256())?;
-        Ok(OnDisk::Copy(Box::new(copy)))
     }
 
     /// Whether the bytes of a file are those that it is named by; how many they are.
     pub async fn verify(&self, sha256: &str) -> Result<u64, FileError> {
-        let mut stream = self.open(sha256).await?.into_stream();
+        let mut stream = self.open(sha256).await?;
         let (mut sum, mut bytes) = (Sha256::new(), 0);
-        while let Some(chunk) = stream.try_next().await.map_err(io::Error::from)? {
+        while let Some(chunk) = stream.try_next().await? {
             bytes += chunk.len() as u64;
             sum.update(&chunk);
         }
@@ -164,12 +180,13 @@ impl Files {
         Ok(bytes)
     }
 
-    async fn open(&self, sha256: &str) -> Result<GetResult, FileError> {
-        match self.kept.get(&name(sha256)).await {
-            Ok(found) => Ok(found),
-            Err(object_store::Error::NotFound { .. }) => Err(FileError::Missing(sha256.to_owned())),
-            Err(error) => Err(FileError::Store(error.into())),
-        }
+    async fn open(&self, sha256: &str) -> Result<Chunks, FileError> {
+        self.stream(sha256)
+            .await
+            .map_err(|error| match error.kind() {
+                io::ErrorKind::NotFound => FileError::Missing(sha256.to_owned()),
+                _ => FileError::Store(error),
+            })
     }
 
     /// Whether there is room for an upload.
@@ -186,23 +203,23 @@ impl Files {
     }
 
     /// The bytes of a file, whatever they are.
-    pub async fn stream(&self, sha256: &str) -> io::Result<BoxStream<'static, io::Result<Bytes>>> {
-        let stream = self.kept.get(&name(sha256)).await?.into_stream();
-        Ok(stream.map_err(io::Error::from).boxed())
+    pub async fn stream(&self, sha256: &str) -> io::Result<Chunks> {
+        in_store!(&self.kept, store => store.get(sha256).await)
     }
 }
 
-/// Whether something was there.
-fn was_there(outcome: object_store::Result<()>) -> io::Result<bool> {
-    match outcome {
-        Ok(()) => Ok(true),
-        Err(object_store::Error::NotFound { .. }) => Ok(false),
-        Err(error) => Err(error.into()),
-    }
+#[cfg(feature = "s3")]
+fn objects(url: &Url) -> io::Result<Store> {
+    Objects::open(url).map(Store::Objects)
 }
 
-fn name(sha256: &str) -> object_store::path::Path {
-    object_store::path::Path::from(sha256)
+#[cfg(not(feature = "s3"))]
+fn objects(url: &Url) -> io::Result<Store> {
+    let what = format!("raw files at {}://", url.scheme());
+    Err(io::Error::new(
+        io::ErrorKind::Unsupported,
+        NotBuilt::of("s3", what),
+    ))
 }
 
 /// Refuses bytes that are not those of their name.
@@ -248,6 +265,7 @@ pub struct Kept {
 pub enum OnDisk {
     Kept(PathBuf),
     /// A copy that goes with this.
+    #[cfg(feature = "s3")]
     Copy(Box<Incoming>),
 }
 
@@ -255,6 +273,7 @@ impl OnDisk {
     pub fn path(&self) -> &Path {
         match self {
             OnDisk::Kept(path) => path,
+            #[cfg(feature = "s3")]
             OnDisk::Copy(copy) => &copy.path,
         }
     }
@@ -306,127 +325,4 @@ pub fn hex(bytes: &[u8]) -> String {
         let _ = write!(text, "{byte:02x}");
         text
     })
-}
-
-#[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used)]
-    use super::*;
-
-    async fn keeps_abc(files: &Files) {
-        let mut incoming = files.begin().await.unwrap();
-        incoming.write(b"ab").await.unwrap();
-        incoming.write(b"c").await.unwrap();
-        let path = incoming.path().await.unwrap();
-        assert_eq!(std::fs::read(path).unwrap(), b"abc");
-        let kept = files.keep(incoming).await.unwrap();
-        assert_eq!(
-            kept.sha256,
-            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
-        );
-        assert_eq!(kept.bytes, 3);
-        let lies = files.on_disk(&kept.sha256).await.unwrap();
-        assert_eq!(std::fs::read(lies.path()).unwrap(), b"abc");
-        drop(lies);
-        let chunks = files.stream(&kept.sha256).await.unwrap();
-        let chunks: Vec<Bytes> = chunks.try_collect().await.unwrap();
-        assert_eq!(chunks.concat(), b"abc");
-        drop(files.begin().await.unwrap());
-        let left = std::fs::read_dir(&files.incoming).unwrap().count();
-        assert_eq!(left, 0, "what is kept or abandoned is no longer on its way");
-        let missing = files.on_disk("0").await.map(drop).unwrap_err();
-        assert!(matches!(missing, FileError::Missing(name) if name == "0"));
-        assert_eq!(files.verify(&kept.sha256).await.unwrap(), 3);
-    }
-
-    #[tokio::test]
-    async fn a_file_is_there_until_it_is_removed_and_an_old_one_is_listed() {
-        let root = std::env::temp_dir().join(format!("veloid-files-{}", Uuid::now_v7()));
-        let files = Files::in_folder(&root).await.unwrap();
-        keeps_abc(&files).await;
-        std::fs::write(root.join("rides/README"), "no raw file").unwrap();
-        let listed =
-            async |time| -> Vec<String> { files.kept_for(time).try_collect().await.unwrap() };
-        let [abc] = &listed(Duration::ZERO).await[..] else {
-            panic!("one raw file");
-        };
-        assert!(listed(Duration::from_secs(3600)).await.is_empty());
-        assert!(files.has(abc).await.unwrap());
-        assert!(files.remove(abc).await.unwrap());
-        assert!(!files.has(abc).await.unwrap() && !files.remove(abc).await.unwrap());
-        std::fs::remove_dir_all(root).unwrap();
-    }
-
-    #[tokio::test]
-    async fn a_kept_file_is_found_by_its_hash_and_an_abandoned_one_is_gone() {
-        let root = std::env::temp_dir().join(format!("veloid-files-{}", Uuid::now_v7()));
-        let shared = Url::from_file_path(root.join("shared")).unwrap();
-        keeps_abc(&Files::in_folder(&root).await.unwrap()).await;
-        keeps_abc(&Files::at(&shared, &root).await.unwrap()).await;
-        assert_eq!(
-            std::fs::read_dir(root.join("shared/rides"))
-                .unwrap()
-                .count(),
-            1
-        );
-        let memory = "memory:///".parse().unwrap();
-        keeps_abc(&Files::at(&memory, &root).await.unwrap()).await;
-        std::fs::remove_dir_all(root).unwrap();
-    }
-
-    #[tokio::test]
-    async fn altered_bytes_are_not_given_out() {
-        let root = std::env::temp_dir().join(format!("veloid-files-{}", Uuid::now_v7()));
-        let files = Files::in_folder(&root).await.unwrap();
-        let mut incoming = files.begin().await.unwrap();
-        incoming.write(b"abc").await.unwrap();
-        let kept = files.keep(incoming).await.unwrap();
-        std::fs::write(root.join("rides").join(&kept.sha256), "abd").unwrap();
-        for fault in [
-            files.on_disk(&kept.sha256).await.map(drop).unwrap_err(),
-            files.verify(&kept.sha256).await.map(drop).unwrap_err(),
-        ] {
-            assert!(matches!(fault, FileError::Altered { .. }), "{fault}");
-        }
-        std::fs::remove_dir_all(root).unwrap();
-    }
-
-    #[tokio::test]
-    async fn what_arrives_is_left_and_what_a_dead_process_left_goes() {
-        let root = std::env::temp_dir().join(format!("veloid-files-{}", Uuid::now_v7()));
-        let files = Files::in_folder(&root).await.unwrap();
-        let arriving = files.begin().await.unwrap();
-        let left = files.incoming.join("left");
-        let long_ago = std::time::SystemTime::now() - 2 * BEGUN;
-        for path in [&left, &arriving.path] {
-            let file = std::fs::File::options()
-                .create(true)
-                .append(true)
-                .open(path);
-            file.unwrap().set_modified(long_ago).unwrap();
-        }
-        assert_eq!(files.clear().await.unwrap(), 1);
-        assert!(arriving.path.exists() && !left.exists());
-        std::fs::remove_dir_all(root).unwrap();
-    }
-
-    #[tokio::test]
-    async fn a_file_larger_than_one_part_comes_back_whole() {
-        let root = std::env::temp_dir().join(format!("veloid-files-{}", Uuid::now_v7()));
-        let memory = "memory:///".parse().unwrap();
-        let files = Files::at(&memory, &root).await.unwrap();
-        let mut incoming = files.begin().await.unwrap();
-        let block: Vec<u8> = (0..1 << 20).map(|i: u32| i.to_le_bytes()[1]).collect();
-        for _ in 0..25 {
-            incoming.write(&block).await.unwrap();
-        }
-        let kept = files.keep(incoming).await.unwrap();
-        let copy = files.on_disk(&kept.sha256).await.unwrap();
-        let bytes = std::fs::read(copy.path()).unwrap();
-        assert_eq!(hex(&Sha256::digest(bytes)), kept.sha256);
-        drop(copy);
-        let left = std::fs::read_dir(&files.incoming).unwrap().count();
-        assert_eq!(left, 0, "a copy goes with its reader");
-        std::fs::remove_dir_all(root).unwrap();
-    }
 }

@@ -4,6 +4,7 @@
 mod allocator;
 mod api;
 mod bicycle;
+mod built;
 mod cli;
 mod columns;
 #[cfg(test)]
@@ -18,6 +19,7 @@ mod http;
 mod installation;
 mod jobs;
 mod lru;
+mod metrics;
 mod options;
 mod pages;
 #[cfg(test)]
@@ -33,7 +35,7 @@ use clap::Parser;
 
 fn main() -> ExitCode {
     allocator::give_back_soon();
-    // TLS towards object storage. It fails only where a provider is installed already.
+    // TLS towards receivers of webhooks and object storage. It fails only where a provider is installed already.
     let _ = rustls::crypto::ring::default_provider().install_default();
     match cli::Cli::parse().run() {
         Ok(()) => ExitCode::SUCCESS,

@@ -103,7 +103,7 @@ fn doomed(args: &[&str], point: &str) -> Option<Server> {
 /// Servers at a time: on PostgreSQL most of a case is waiting for the lease to end, but each takes up to
 /// 13 of its 100 connections.
 fn at_a_time() -> usize {
-    match std::env::var_os("VELOID_TEST_POSTGRES") {
+    match crate::built::postgres() {
         Some(_) => 5,
         None => 3,
     }

@@ -1,6 +1,7 @@
 use std::collections::BTreeSet;
 
 use serde_json::Value;
+#[cfg(feature = "postgres")]
 use sqlx::{AssertSqlSafe, Connection, PgConnection};
 
 use crate::harness::Server;
@@ -38,12 +39,14 @@ async fn the_dashboard_asks_for_metrics_that_are_there() {
     }
 }
 
+#[cfg(feature = "postgres")]
 fn fleet() -> Value {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docker/grafana/fleet.json");
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
 }
 
 /// As Grafana fills in what stands for the chosen group, bicycle and time.
+#[cfg(feature = "postgres")]
 fn filled(sql: &str) -> String {
     sql.replace("${group:sqlstring}", "'default'")
         .replace("${bike:sqlstring}", "'season-001'")
@@ -51,7 +54,14 @@ fn filled(sql: &str) -> String {
         .replace("${__to}", "99999999999999")
 }
 
+#[cfg(not(feature = "postgres"))]
+#[test]
+fn the_fleets_dashboard_asks_what_postgresql_answers() {
+    not_applicable("the tests are built without the feature `postgres`");
+}
+
 /// Every query of the fleet's dashboard runs on PostgreSQL, changes nothing and finds something.
+#[cfg(feature = "postgres")]
 #[tokio::test]
 async fn the_fleets_dashboard_asks_what_postgresql_answers() {
     let server = Server::with(&["--workers", "0"]);

@@ -1,5 +1,6 @@
 use serde_json::Value;
 
+use crate::built::has;
 use crate::harness::Server;
 use crate::season;
 
@@ -153,6 +154,11 @@ async fn parameters_are_found_by_every_filter_and_exported_whole() {
     ] {
         assert_eq!(count(query).await, expected, "{query}");
     }
+    let csv = server.get("/v1/parameters?format=csv&limit=100000").await;
+    assert_eq!(csv.text().await.unwrap().lines().count(), all.len() + 1);
+    if !has("parquet") {
+        return;
+    }
     let file = server
         .get("/v1/parameters?format=parquet&limit=100000")
         .await;
@@ -162,8 +168,6 @@ async fn parameters_are_found_by_every_filter_and_exported_whole() {
     );
     let bytes = file.bytes().await.unwrap();
     assert!(bytes.starts_with(b"PAR1") && bytes.ends_with(b"PAR1"));
-    let csv = server.get("/v1/parameters?format=csv&limit=100000").await;
-    assert_eq!(csv.text().await.unwrap().lines().count(), all.len() + 1);
 }
 
 #[tokio::test]

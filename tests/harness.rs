@@ -1,12 +1,10 @@
 //! Starts `veloid serve` on a free port with a data folder of its own, and talks to it.
 
-use std::env;
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
-use std::sync::LazyLock;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
@@ -14,15 +12,13 @@ use reqwest::header::AUTHORIZATION;
 use reqwest::multipart::{Form, Part};
 use reqwest::{Client, ClientBuilder, Response};
 use serde_json::Value;
-use sqlx::{Connection, PgConnection, SqliteConnection};
+#[cfg(feature = "postgres")]
+use sqlx::PgConnection;
+use sqlx::{Connection, SqliteConnection};
 
+use crate::built::postgres;
+pub use crate::built::{VELOID, has_points, veloid};
 use crate::ride;
-use crate::skips::not_applicable;
-
-/// The program under test: the one that was built with the tests, or what `VELOID_TEST_BINARY` names.
-pub static VELOID: LazyLock<String> = LazyLock::new(|| {
-    env::var("VELOID_TEST_BINARY").unwrap_or_else(|_| env!("CARGO_BIN_EXE_veloid").to_owned())
-});
 
 /// A folder that goes when the test ends.
 pub struct Folder(pub PathBuf);
@@ -50,10 +46,9 @@ impl Drop for Folder {
     }
 }
 
-/// A database of its own on the PostgreSQL that `VELOID_TEST_POSTGRES` names, such as
-/// `postgres://postgres@127.0.0.1:5432`; without it the server keeps to SQLite.
+/// A database of its own on the PostgreSQL of the tests; without one the server keeps to SQLite.
 fn fresh_database(folder: &Folder) -> Option<String> {
-    let server = env::var("VELOID_TEST_POSTGRES").ok()?;
+    let server = postgres()?;
     let name = folder.0.file_name()?.to_str()?.replace('-', "_");
     let created = Command::new("psql")
         .args([&format!("{server}/postgres"), "-qc"])
@@ -265,8 +260,21 @@ impl Server {
         limited
     }
 
+    /// Runs a statement on the server's database; its text is the same on both.
+    pub async fn execute(&self, sql: &'static str) {
+        #[cfg(feature = "postgres")]
+        if let Some(url) = &self.database {
+            let mut connection = PgConnection::connect(url).await.unwrap();
+            sqlx::query(sql).execute(&mut connection).await.unwrap();
+            return;
+        }
+        let mut connection = SqliteConnection::connect(&self.sqlite()).await.unwrap();
+        sqlx::query(sql).execute(&mut connection).await.unwrap();
+    }
+
     /// The number that a query of the server's database gives; its text is the same on both.
     pub async fn count(&self, sql: &'static str) -> i64 {
+        #[cfg(feature = "postgres")]
         if let Some(url) = &self.database {
             let mut connection = PgConnection::connect(url).await.unwrap();
             return sqlx::query_scalar(sql)
@@ -493,23 +501,6 @@ pub fn http() -> ClientBuilder {
     let _ = rustls::crypto::ring::default_provider().install_default();
     // Tests keep their only thread busy for long, and would not hear that a connection was closed.
     Client::builder().pool_idle_timeout(Duration::from_secs(5))
-}
-
-/// Runs `veloid` to its end.
-pub fn veloid(args: &[&str]) -> Output {
-    Command::new(&*VELOID).args(args).output().unwrap()
-}
-
-/// Whether the program under test, whatever build the tests are, can be made to fail at labelled points; says so if not.
-pub fn has_points() -> bool {
-    static SAID: LazyLock<bool> = LazyLock::new(|| {
-        let said = veloid(&["--version"]).stdout;
-        String::from_utf8_lossy(&said).contains("with points to fail at")
-    });
-    if !*SAID {
-        not_applicable("the program under test has no points to fail at");
-    }
-    *SAID
 }
 
 /// Runs `veloid identify` on the files of a ride and a bike; the report it writes, and what it says.

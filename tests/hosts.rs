@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
+use crate::built::has;
 use crate::harness::{Folder, VELOID, identify};
 use crate::ride;
 use crate::skips::{not_applicable, skip};
@@ -51,6 +52,9 @@ struct Host<'a> {
 impl Lab {
     /// None, and a word about it, where namespaces or PostgreSQL cannot be had.
     fn new() -> Option<Self> {
+        if !has("postgres") {
+            return None;
+        }
         if !as_root() || run("ip", &["netns", "list"]).is_none() {
             not_applicable("network namespaces need root and its rights");
         } else if server_programs().is_none() {

@@ -30,7 +30,7 @@ fn from_env(name: &str, otherwise: u32) -> u32 {
 #[ignore = "takes a minute; `.ci/long` runs it"]
 async fn random_kills_lose_nothing_and_do_nothing_twice() {
     // On PostgreSQL a process has to live for a lease before it takes anything over.
-    let few = env::var_os("VELOID_TEST_POSTGRES").map_or(50, |_| 6);
+    let few = crate::built::postgres().map_or(50, |_| 6);
     let (kills, seed) = (from_env("VELOID_KILLS", few), from_env("VELOID_SEED", 1));
     let mut random = ChaCha8Rng::seed_from_u64(seed.into());
     let mut expected = Vec::new();
@@ -101,7 +101,7 @@ async fn quick_kills_fail_no_ride() {
     const DONE: &str = "SELECT COUNT(*) FROM river_job WHERE state = 'completed'";
     const LEFT: &str = "SELECT COUNT(*) FROM job WHERE finished_at IS NULL";
     const LOSSES: &str = "SELECT CAST(SUM(takeovers) AS BIGINT) FROM job";
-    let few = env::var_os("VELOID_TEST_POSTGRES").map_or(16, |_| 3);
+    let few = crate::built::postgres().map_or(16, |_| 3);
     let kills = from_env("VELOID_QUICK_KILLS", few);
     // Swarms large enough that a kill finds most of what was fetched still to be done.
     let upload = |key: u32, seed: u32| {

@@ -3,6 +3,7 @@
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 
+use crate::built::has;
 use crate::harness::{Folder, Server, VELOID, http};
 use crate::ride;
 
@@ -13,7 +14,11 @@ struct S3 {
 }
 
 impl S3 {
+    /// None, and a word about it, where there is none or the program does not know it.
     fn start() -> Option<Self> {
+        if !has("s3") {
+            return None;
+        }
         let mut command = Command::new("moto_server");
         command.args(["-H", "127.0.0.1", "-p", "0"]);
         let Ok(mut child) = command.stderr(Stdio::piped()).spawn() else {

@@ -159,12 +159,18 @@ async fn assets_are_kept_for_ever_and_come_from_the_binary() {
         assert!(keep.contains("immutable"), "{address}: {keep}");
     }
     let plotly = assets[0].rsplit_once('/').unwrap().0.to_owned() + "/plotly.js";
-    let response = server.get(&plotly).await;
-    assert_eq!(
-        response.headers()["content-type"],
-        "text/javascript; charset=utf-8"
-    );
-    assert!(response.bytes().await.unwrap().len() > 1_000_000);
+    for (encoding, is_packed) in [("br, gzip", true), ("identity", false)] {
+        let request = server.client.get(server.address(&plotly));
+        let response = request.header("accept-encoding", encoding).send();
+        let response = response.await.unwrap();
+        let headers = response.headers();
+        assert_eq!(headers["content-type"], "text/javascript; charset=utf-8");
+        assert_eq!(headers["vary"], "accept-encoding");
+        assert_eq!(headers.contains_key("content-encoding"), is_packed);
+        let script = response.bytes().await.unwrap();
+        assert_eq!(script.starts_with(b"\x1f\x8b"), is_packed);
+        assert!(script.len() > 1_000_000);
+    }
     // No page asks any other host for anything.
     for address in form.split(['"', '\'']).filter(|part| part.contains("://")) {
         assert!(address.starts_with(&server.url), "{address}");

@@ -114,7 +114,7 @@ async fn a_worker_beside_the_server_does_the_work() {
 #[tokio::test]
 async fn on_sqlite_only_one_process_works() {
     let server = Server::start();
-    if std::env::var_os("VELOID_TEST_POSTGRES").is_some() {
+    if crate::built::postgres().is_some() {
         return crate::skips::not_applicable("PostgreSQL lets many processes work");
     }
     let output = server.beside(&["worker"]).output().unwrap();

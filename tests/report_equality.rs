@@ -98,7 +98,7 @@ fn as_doubles(value: &mut Value) {
 async fn neither_the_database_nor_the_number_of_workers_changes_a_number() {
     let expected = report(&Server::on_sqlite(&["--workers", "2"])).await;
     assert!(expected.contains("\"verdict\":"), "{expected}");
-    if std::env::var_os("VELOID_TEST_POSTGRES").is_none() {
+    if crate::built::postgres().is_none() {
         return crate::skips::not_applicable("no PostgreSQL to compare SQLite with");
     }
     for count in [1, 4] {

@@ -52,7 +52,7 @@ ANALYZE;";
 
 /// A server without workers on PostgreSQL, or none and a word about it.
 fn server() -> Option<Server> {
-    if std::env::var_os("VELOID_TEST_POSTGRES").is_none() {
+    if crate::built::postgres().is_none() {
         crate::skips::skip("VELOID_TEST_POSTGRES names no PostgreSQL");
         return None;
     }

@@ -10,8 +10,10 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use serde_json::{Value, json};
+#[cfg(feature = "postgres")]
+use sqlx::PgConnection;
 use sqlx::types::Json;
-use sqlx::{Connection, PgConnection, QueryBuilder, SqliteConnection};
+use sqlx::{Connection, QueryBuilder, SqliteConnection};
 use uuid::Uuid;
 use veloid_engine::bicycle::Bike;
 use veloid_engine::ride::RideSummary;
@@ -121,10 +123,11 @@ pub async fn write(server: &Server, bikes: usize, rides: usize) {
             tx.commit().await.unwrap();
         }};
     }
-    match server.database() {
-        Some(url) => write!(PgConnection::connect(url).await.unwrap()),
-        None => write!(SqliteConnection::connect(&server.sqlite()).await.unwrap()),
+    #[cfg(feature = "postgres")]
+    if let Some(url) = server.database() {
+        return write!(PgConnection::connect(url).await.unwrap());
     }
+    write!(SqliteConnection::connect(&server.sqlite()).await.unwrap());
 }
 
 fn name_of(bike: usize) -> String {

@@ -59,7 +59,7 @@ async fn rides_outlive_a_change_of_version() {
         return not_applicable("VELOID_TEST_OLD names no older build");
     };
     // On SQLite one process works, so that the server's own threads have to.
-    let threads = if std::env::var_os("VELOID_TEST_POSTGRES").is_some() {
+    let threads = if crate::built::postgres().is_some() {
         "0"
     } else {
         "2"

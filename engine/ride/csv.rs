@@ -8,7 +8,7 @@ use super::options::{Limits, ReadOptions};
 use super::source::{Source, binary};
 use super::table::{LARGEST, Spec, Table};
 use super::unit::Unit;
-use super::{track, xlsx};
+use super::{spreadsheet, track};
 
 /// Longest cell (bytes) that can be a number.
 const LONGEST_CELL: usize = 64;
@@ -73,7 +73,7 @@ fn describe(dialect: &Dialect, packed: Option<&str>) -> String {
         _ => "point",
     };
     match packed {
-        Some(xlsx::FORMAT) => return "xlsx, first sheet".to_owned(),
+        Some(spreadsheet::FORMAT) => return "xlsx, first sheet".to_owned(),
         Some(track::FORMAT) => return "GPX or TCX track".to_owned(),
         _ => {}
     }

@@ -108,6 +108,13 @@ pub enum Problem {
         "this is {what}, expected text (CSV), gzip, zstd, a MATLAB v5/v7 .mat file, .fit, .gpx, .tcx or .xlsx"
     )]
     BinaryFile { what: String },
+    #[error(
+        "this is {what}, which a build without the feature `{feature}` does not read; this one is without it"
+    )]
+    NotBuilt {
+        what: &'static str,
+        feature: &'static str,
+    },
     #[error("there is a header but no row of numbers below it")]
     HeaderOnly,
     #[error("this is no table of numbers: below \"{first}\" no cell of {rows} line(s) is one")]
@@ -280,6 +287,7 @@ impl Problem {
         match self {
             Self::EmptyFile => "empty-file",
             Self::BinaryFile { .. } => "binary-file",
+            Self::NotBuilt { .. } => "not-built",
             Self::HeaderOnly => "header-only",
             Self::NoTable { .. } => "no-table",
             Self::NoHeader { .. } => "no-header",

@@ -2,9 +2,8 @@
 //! not plain, well-nested UTF-8 is refused, so that no reader can understand it in another way.
 
 use super::error::Problem;
+use super::spreadsheet::FORMAT;
 
-/// What a workbook is called.
-pub(super) const FORMAT: &str = "xlsx";
 /// Most characters of a cell: Excel's own limit ("Excel specifications and limits"). A text elsewhere has no more.
 pub(super) const TEXT: usize = 32_767;
 /// Longest tag, comment or the like (bytes): as a line of text. The longest that Excel writes are lists of ranges, of some kilobytes.

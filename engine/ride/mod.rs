@@ -20,6 +20,7 @@ mod file;
 mod fit;
 mod format;
 mod header;
+#[cfg(feature = "spreadsheets")]
 mod markup;
 mod mat;
 mod moment;
@@ -37,6 +38,7 @@ mod sensor_clock;
 mod several;
 mod source;
 mod spectrum;
+mod spreadsheet;
 mod table;
 #[cfg(test)]
 mod tests;
@@ -44,8 +46,11 @@ mod track;
 mod unit;
 mod values;
 mod wild;
+#[cfg(feature = "spreadsheets")]
 mod workbook;
+#[cfg(feature = "spreadsheets")]
 mod xlsx;
+mod zstd;
 
 use std::borrow::Cow;
 

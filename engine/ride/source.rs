@@ -7,7 +7,10 @@ use std::io::{self, Cursor, Read};
 
 use super::error::Problem;
 use super::options::Limits;
-use super::{track, xlsx};
+#[cfg(feature = "spreadsheets")]
+use super::xlsx;
+use super::zstd::Zstd;
+use super::{spreadsheet, track};
 
 const BLOCK: usize = 1 << 20;
 
@@ -42,10 +45,11 @@ impl<'a> Source<'a> {
                 "gzip",
                 Box::new(flate2::bufread::MultiGzDecoder::new(bytes)),
             )),
-            [0x28, 0xb5, 0x2f, 0xfd, ..] => Some(("zstd", Box::new(zstd_reader(bytes)?))),
-            _ if xlsx::is_xlsx(bytes) => {
-                let text = xlsx::text(bytes, limits)?;
-                Some((xlsx::FORMAT, Box::new(Cursor::new(text.into_bytes()))))
+            [0x28, 0xb5, 0x2f, 0xfd, ..] => Some(("zstd", Box::new(Zstd::new(bytes)))),
+            _ if spreadsheet::is_xlsx(bytes) => {
+                let text = of_workbook(bytes, limits)?;
+                let text = Cursor::new(text.into_bytes());
+                Some((spreadsheet::FORMAT, Box::new(text)))
             }
             _ if track::is_track(bytes) => {
                 let text = track::text(bytes)?;
@@ -170,15 +174,17 @@ impl Stream<'_> {
     }
 }
 
-fn zstd_reader(bytes: &[u8]) -> Result<zstd::Decoder<'_, &[u8]>, Problem> {
-    let corrupt = |e: io::Error| Problem::Corrupt {
-        format: "zstd",
-        cause: e.to_string(),
-    };
-    let mut decoder = zstd::Decoder::with_buffer(bytes).map_err(corrupt)?;
-    // 32 MB: what `zstd -22 --ultra` needs on files of that size; more is a claim on our memory.
-    decoder.window_log_max(25).map_err(corrupt)?;
-    Ok(decoder)
+#[cfg(feature = "spreadsheets")]
+fn of_workbook(bytes: &[u8], limits: &Limits) -> Result<String, Problem> {
+    xlsx::text(bytes, limits)
+}
+
+#[cfg(not(feature = "spreadsheets"))]
+fn of_workbook(_: &[u8], _: &Limits) -> Result<String, Problem> {
+    Err(Problem::NotBuilt {
+        what: "an Excel workbook",
+        feature: "spreadsheets",
+    })
 }
 
 /// Recodes UTF-16 to UTF-8; a broken surrogate becomes U+FFFD.
@@ -284,6 +290,7 @@ pub(super) fn binary(head: &[u8]) -> Option<String> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use crate::ride::zstd::tests::packed as zstd;
     use std::io::Write;
 
     fn all(bytes: &[u8]) -> Result<Vec<u8>, Problem> {
@@ -327,7 +334,7 @@ mod tests {
             all(&[gzip(bytes), gzip(b"x\n")].concat()).unwrap(),
             [bytes, b"x\n"].concat()
         );
-        assert_eq!(all(&zstd::encode_all(bytes, 3).unwrap()).unwrap(), bytes);
+        assert_eq!(all(&zstd(bytes)).unwrap(), bytes);
         assert_eq!(all(&utf16(&text, false)).unwrap(), bytes);
         assert_eq!(all(&gzip(&utf16(&text, true))).unwrap(), bytes);
     }
@@ -346,7 +353,7 @@ mod tests {
         let zeros = vec![b'\n'; 100 << 20];
         let kind = |packed: &[u8]| all(packed).map(|text| text.len()).unwrap_err().kind();
         assert_eq!(kind(&gzip(&zeros)), "gzip-bomb");
-        assert_eq!(kind(&zstd::encode_all(&zeros[..], 1).unwrap()), "gzip-bomb");
+        assert_eq!(kind(&zstd(&zeros)), "gzip-bomb");
         assert_eq!(kind(&gzip(&vec![b'x'; 2 << 20])), "line-too-long");
         let limits = Limits {
             bytes: 10,
@@ -365,12 +372,20 @@ mod tests {
             all(&packed[..packed.len() - 6]).unwrap_err().kind(),
             "corrupt-file"
         );
-        let packed = zstd::encode_all(&b"t,z_f\n0,1\n"[..], 3).unwrap();
+        let packed = zstd(b"t,z_f\n0,1\n");
         assert_eq!(
             all(&packed[..packed.len() - 3]).unwrap_err().kind(),
             "corrupt-file"
         );
         assert_eq!(all(b"\x1f\x8bhello").unwrap_err().kind(), "corrupt-file");
+    }
+
+    #[cfg(not(feature = "spreadsheets"))]
+    #[test]
+    fn a_workbook_is_refused_with_what_this_build_lacks() {
+        let fault = all(b"PK\x03\x04 xl/workbook.xml").unwrap_err();
+        assert_eq!(fault.kind(), "not-built");
+        assert!(fault.to_string().contains("`spreadsheets`"), "{fault}");
     }
 
     #[test]

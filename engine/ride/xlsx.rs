@@ -6,10 +6,8 @@ use std::fmt::Write;
 use std::io::Cursor;
 
 use calamine::{DataRef, ExcelDateTime, Reader, Xlsx, XlsxError};
-use memchr::memmem;
 
 use super::error::Problem;
-pub(super) use super::markup::FORMAT;
 use super::markup::corrupt;
 use super::options::Limits;
 use super::workbook::sifted;
@@ -19,10 +17,6 @@ const ROWS: u32 = 1 << 20;
 /// Excel's number of 1970-01-01 in its two calendars.
 const SINCE_1900: f64 = 25_569.0;
 const SINCE_1904: f64 = 24_107.0;
-
-pub(super) fn is_xlsx(bytes: &[u8]) -> bool {
-    bytes.starts_with(b"PK\x03\x04") && memmem::find(bytes, b"xl/workbook.xml").is_some()
-}
 
 /// The first sheet, cells apart by tabs, one row on each line. `calamine` counts rows and columns without a check, which ends a
 /// debug build where a reference overflows.
@@ -161,6 +155,7 @@ pub(super) mod tests {
     use zip::write::SimpleFileOptions;
 
     use super::*;
+    use crate::ride::spreadsheet::is_xlsx;
 
     const RELATIONS: &str = "http://schemas.openxmlformats.org/officeDocument/2006/relationships";
     const MAIN: &str = "http://schemas.openxmlformats.org/spreadsheetml/2006/main";

@@ -9,6 +9,7 @@ use axum::response::IntoResponse;
 use super::problem::{Kind, Problem};
 use super::signs::NotReady;
 use super::{App, Server};
+use crate::metrics::METRICS;
 use crate::store::{job, worker};
 
 /// A disk that takes nothing for so long is full or gone.
@@ -61,10 +62,11 @@ pub async fn metrics(State(server): App) -> Result<impl IntoResponse, Problem> {
             .iter()
             .find(|(s, _)| s == state)
             .map_or(0, |(_, n)| *n);
-        metrics::gauge!("veloid_jobs", "state" => state).set(count as f64);
+        METRICS.jobs.set(count, [("state", state)]);
     }
-    metrics::gauge!("veloid_workers").set(worker::count(&server.db).await? as f64);
-    metrics::gauge!("veloid_build_info", "version" => env!("CARGO_PKG_VERSION")).set(1.0);
+    METRICS.workers.set(worker::count(&server.db).await?, []);
+    let version = [("version", env!("CARGO_PKG_VERSION"))];
+    METRICS.build.set(1, version);
     let kind = "text/plain; version=0.0.4; charset=utf-8";
-    Ok(([(header::CONTENT_TYPE, kind)], server.metrics.render()))
+    Ok(([(header::CONTENT_TYPE, kind)], METRICS.render()))
 }

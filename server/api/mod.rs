@@ -24,7 +24,6 @@ mod telemetry;
 pub mod time;
 mod webhooks;
 
-use metrics_exporter_prometheus::PrometheusHandle;
 use std::sync::Arc;
 use tokio_util::sync::CancellationToken;
 
@@ -52,7 +51,6 @@ pub struct Server {
     pub signs: signs::Signs,
     /// Largest upload (bytes).
     pub max_upload: u64,
-    pub metrics: PrometheusHandle,
     pub access: Access,
     /// For how long what is kept.
     pub policy: Policy,

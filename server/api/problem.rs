@@ -9,6 +9,7 @@ use serde::Serialize;
 use utoipa::ToSchema;
 use veloid_engine::EngineError;
 
+use crate::built::NotBuilt;
 use crate::facts::FactsError;
 use crate::files::FileError;
 use crate::jobs::{Fault, OverBudget, Unreadable};
@@ -73,6 +74,8 @@ pub enum Kind {
     TooMany,
     #[serde(rename = "urn:veloid:problem:unavailable")]
     Unavailable,
+    #[serde(rename = "urn:veloid:problem:not-built")]
+    NotBuilt,
     #[serde(rename = "urn:veloid:problem:internal")]
     Internal,
 }
@@ -116,6 +119,10 @@ impl Kind {
             Kind::Forbidden => (StatusCode::FORBIDDEN, "The key does not allow this"),
             Kind::TooMany => (StatusCode::TOO_MANY_REQUESTS, "The key's limit is reached"),
             Kind::Unavailable => (StatusCode::SERVICE_UNAVAILABLE, "Not ready"),
+            Kind::NotBuilt => (
+                StatusCode::NOT_IMPLEMENTED,
+                "This server is built without what this needs",
+            ),
             Kind::Internal => (
                 StatusCode::INTERNAL_SERVER_ERROR,
                 "Something went wrong on the server",
@@ -318,7 +325,11 @@ impl From<EngineError> for Problem {
 
 impl From<Unreadable> for Problem {
     fn from(error: Unreadable) -> Self {
-        let mut problem = Self::new(Kind::UnreadableRide, error.to_string());
+        let kind = match error.kind.as_str() {
+            "not-built" => Kind::NotBuilt,
+            _ => Kind::UnreadableRide,
+        };
+        let mut problem = Self::new(kind, error.to_string());
         let (column, header) = error.column.unzip();
         problem.place = Some(Box::new(Place {
             fault: error.kind,
@@ -328,6 +339,12 @@ impl From<Unreadable> for Problem {
             header,
         }));
         problem
+    }
+}
+
+impl From<NotBuilt> for Problem {
+    fn from(error: NotBuilt) -> Self {
+        Self::new(Kind::NotBuilt, error.to_string())
     }
 }
 

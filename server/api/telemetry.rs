@@ -6,6 +6,8 @@ use axum::extract::{MatchedPath, Request};
 use axum::middleware::Next;
 use axum::response::Response;
 
+use crate::metrics::METRICS;
+
 pub async fn measure(matched: Option<MatchedPath>, request: Request, next: Next) -> Response {
     let method = request.method().to_string();
     let path = request.uri().path().to_owned();
@@ -22,10 +24,8 @@ pub async fn measure(matched: Option<MatchedPath>, request: Request, next: Next)
         duration_ms = duration.as_millis(),
         "request"
     );
-    metrics::histogram!(
-        "veloid_http_request_duration_seconds",
-        "route" => route, "method" => method, "status" => status.to_string()
-    )
-    .record(duration.as_secs_f64());
+    let status = status.to_string();
+    let labels = [("route", &*route), ("method", &method), ("status", &status)];
+    METRICS.requests.record(duration.as_secs_f64(), labels);
     response
 }

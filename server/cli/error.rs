@@ -5,6 +5,7 @@ use uuid::Uuid;
 use veloid_engine::EngineError;
 use veloid_engine::ride::ReadError;
 
+use crate::built::NotBuilt;
 use crate::erasure::EraseError;
 use crate::installation::InstallationError;
 use crate::jobs::{ChildError, Fault};
@@ -86,8 +87,8 @@ pub enum CliError {
     Child(#[from] ChildError),
     #[error("compute threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
-    #[error("metrics: {0}")]
-    Metrics(#[from] metrics_exporter_prometheus::BuildError),
+    #[error(transparent)]
+    NotBuilt(#[from] NotBuilt),
     #[error("queue: {0}")]
     Queue(#[from] riverqueue::Error),
     #[error("request: {0}")]

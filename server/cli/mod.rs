@@ -13,7 +13,6 @@ mod health;
 mod identify;
 mod keeping;
 mod key;
-mod metrics;
 mod migrate;
 mod openapi;
 mod progress;
@@ -37,11 +36,11 @@ pub use error::CliError;
 use runtime::runtime;
 use tracing_subscriber::EnvFilter;
 
-use crate::crash;
+use crate::built;
 
 /// Turns a bicycle's ride log into its stiffness and damping, and names the physics left out.
 #[derive(Parser)]
-#[command(version, long_version = crash::VERSION, propagate_version = true)]
+#[command(version, long_version = built::VERSION, propagate_version = true)]
 pub struct Cli {
     #[command(subcommand)]
     command: Command,

@@ -10,7 +10,6 @@ use tokio_util::sync::CancellationToken;
 use super::CliError;
 use super::demo;
 use super::keeping::{Keeping, keep_tidy};
-use super::metrics;
 use super::storage::Storage;
 use super::telling::Telling;
 use super::worker::{WorkLimits, asked_to_stop, cores};
@@ -19,7 +18,6 @@ use crate::api::signs::Signs;
 use crate::api::{self, Server};
 use crate::http::{self, HttpLimits};
 use crate::jobs::{self, Hub, Queue, RideCache};
-use crate::pages;
 use crate::store::Db;
 use crate::store::key::{self, KeyRow};
 
@@ -100,7 +98,6 @@ impl Entry {
 
 impl Serve {
     pub async fn run(self) -> Result<(), CliError> {
-        let metrics = metrics::recorder()?;
         let (db, files) = self.storage.begin().await?;
         let access = self.entry.access(&db, self.listen).await?;
         let (readers, hub) = (self.limits.readers()?, Hub::new());
@@ -128,7 +125,6 @@ impl Serve {
             None => Queue(db.river().build()?),
         };
 
-        tokio::task::spawn_blocking(pages::assets::prepare);
         let stop = CancellationToken::new();
         let server = Arc::new(Server {
             db,
@@ -140,7 +136,6 @@ impl Serve {
             long_readers: Arc::default(),
             signs: Signs::default(),
             max_upload: self.max_upload,
-            metrics,
             access,
             policy: self.keeping.policy(),
             targets: self.telling.targets(),

@@ -12,6 +12,7 @@ use uuid::Uuid;
 
 use super::CliError;
 use super::vault::{DATABASE, Vault, is_empty};
+use crate::built::NotBuilt;
 use crate::files::Files;
 use crate::installation::{InstallationError, adopt, pair};
 use crate::store::{Db, is_postgres};
@@ -33,9 +34,10 @@ pub struct Storage {
 impl Storage {
     /// Opens the file store and the database, with its schema up to date; both are made where they are absent.
     pub async fn begin(&self) -> Result<(Db, Files), CliError> {
+        let exists = self.exists().await?;
         let files = self.open_files().await?;
         // No new database beside files of one that is not there: its journal would be in the way of a copy put in its place.
-        if !self.exists().await? && files.has_any().await? {
+        if !exists && files.has_any().await? {
             return Err(InstallationError::NoRides.into());
         }
         let db = self.connect(async |db| pair(db, &files).await).await?;
@@ -53,8 +55,9 @@ impl Storage {
     /// Makes the database and the store of raw files one installation, as `installation::adopt` has it; a database where
     /// there are files of one that is lost.
     pub async fn adopt(&self, new: bool) -> Result<Uuid, CliError> {
+        let exists = self.exists().await?;
         let files = self.open_files().await?;
-        if !self.exists().await? && !files.has_any().await? {
+        if !exists && !files.has_any().await? {
             return Err(self.absent());
         }
         let db = self.connect(async |_| Ok(())).await?;
@@ -70,7 +73,7 @@ impl Storage {
         // SQLite's migrator takes no lock of its own.
         let lock = File::create(self.data.join("migrate.lock"))?;
         lock.lock()?;
-        let db = Db::connect(&self.url()).await?;
+        let db = Db::connect(&self.url()?).await?;
         db.migrate().await?;
         work(&db).await?;
         lock.unlock()?;
@@ -79,7 +82,7 @@ impl Storage {
 
     /// Whether there is a database of ours.
     async fn exists(&self) -> Result<bool, CliError> {
-        let url = self.url();
+        let url = self.url()?;
         Ok(match is_postgres(&url) {
             true => !Db::connect(&url).await?.is_new().await?,
             false => self.sqlite_file()?.is_file(),
@@ -122,13 +125,22 @@ impl Storage {
         })
     }
 
-    fn url(&self) -> String {
+    fn address(&self) -> String {
         let default = || format!("sqlite:{}", self.data.join(DATABASE).display());
         self.database_url.clone().unwrap_or_else(default)
     }
 
+    /// The address of the database, which is one that this program can open.
+    fn url(&self) -> Result<String, NotBuilt> {
+        let url = self.address();
+        match is_postgres(&url) && !cfg!(feature = "postgres") {
+            true => Err(NotBuilt::of("postgres", "a PostgreSQL database")),
+            false => Ok(url),
+        }
+    }
+
     fn sqlite_file(&self) -> Result<PathBuf, CliError> {
-        let url = self.url();
+        let url = self.address();
         if is_postgres(&url) {
             return Err(CliError::OnPostgres);
         }

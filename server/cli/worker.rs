@@ -7,13 +7,11 @@ use axum::http::{HeaderMap, StatusCode};
 use axum::middleware::from_fn;
 use axum::routing::get;
 use clap::{Args, ValueEnum};
-use metrics_exporter_prometheus::PrometheusHandle;
 use tokio::net::TcpListener;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio_util::sync::CancellationToken;
 
 use super::CliError;
-use super::metrics;
 use super::storage::Storage;
 use super::telling::Telling;
 use crate::api::access;
@@ -21,6 +19,7 @@ use crate::api::problem::Problem;
 use crate::files::Files;
 use crate::http::{self, HttpLimits};
 use crate::jobs::{self, Budget, Compute, Gate, Hub, Readers, RideCache, Work};
+use crate::metrics::METRICS;
 use crate::store::Db;
 use crate::webhooks::Targets;
 
@@ -109,7 +108,6 @@ impl WorkLimits {
 
 impl Worker {
     pub async fn run(self) -> Result<(), CliError> {
-        let metrics = metrics::recorder()?;
         let (db, files): (Db, Files) = self.storage.begin().await?;
         let _lock = self.storage.lock_for_work(&db)?;
         let threads = self.workers.unwrap_or_else(cores).max(1);
@@ -126,12 +124,7 @@ impl Worker {
             let never = CancellationToken::new();
             let limits = self.http.granted();
             let asks = !self.open && !address.ip().is_loopback();
-            tokio::spawn(http::serve(
-                listener,
-                signs(db, metrics, asks),
-                limits,
-                never,
-            ));
+            tokio::spawn(http::serve(listener, signs(db, asks), limits, never));
         }
         eprintln!("veloid works with {threads} threads");
         asked_to_stop().await?;
@@ -140,13 +133,13 @@ impl Worker {
 }
 
 /// The signs of life of a worker, and its figures, for which it may ask for a key.
-fn signs(db: Db, metrics: PrometheusHandle, asks: bool) -> Router {
+fn signs(db: Db, asks: bool) -> Router {
     let of_keys = db.clone();
     let figures = async move |headers: HeaderMap| {
         if asks {
             access::admin(&of_keys, &headers).await?;
         }
-        Ok::<_, Problem>(metrics.render())
+        Ok::<_, Problem>(METRICS.render())
     };
     let ready = async move || match db.ping().await {
         Ok(()) => (StatusCode::OK, "ready\n"),

@@ -2,25 +2,26 @@
 //! that of a raw file.
 
 use std::io;
-use std::path::Path;
 
-use object_store::{Error, ObjectStoreExt, PutMode, PutPayload};
-use tokio::fs::{self, File};
-use tokio::io::AsyncWriteExt;
+use futures_util::TryStreamExt;
 use uuid::Uuid;
 
-use super::{Files, name};
+use super::{Files, in_store};
 
 const MARKER: &str = "installation";
 
 impl Files {
     /// The id that the store has.
     pub async fn installation(&self) -> io::Result<Option<Uuid>> {
-        let bytes = match self.kept.get(&name(MARKER)).await {
-            Ok(found) => found.bytes().await.map_err(io::Error::from)?,
-            Err(Error::NotFound { .. }) => return Ok(None),
-            Err(error) => return Err(error.into()),
+        let mut stream = match in_store!(&self.kept, store => store.get(MARKER).await) {
+            Ok(found) => found,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(error),
         };
+        let mut bytes = Vec::new();
+        while let Some(chunk) = stream.try_next().await? {
+            bytes.extend_from_slice(&chunk);
+        }
         let text = String::from_utf8_lossy(&bytes);
         let id = Uuid::try_parse(text.trim());
         let bad = |error| {
@@ -33,18 +34,8 @@ impl Files {
 
     /// Gives the store an id unless it has one; the id that it then has.
     pub async fn keep_installation(&self, id: Uuid) -> io::Result<Uuid> {
-        let put = match &self.folder {
-            Some(folder) => put_new(folder, id).await,
-            None => {
-                let options = PutMode::Create.into();
-                let put = self.kept.put_opts(&name(MARKER), text(id), options).await;
-                put.map(drop).map_err(|error| match error {
-                    Error::AlreadyExists { .. } => io::ErrorKind::AlreadyExists.into(),
-                    error => error.into(),
-                })
-            }
-        };
-        match put {
+        let text = format!("{id}\n").into_bytes();
+        match in_store!(&self.kept, store => store.put_new(MARKER, text).await) {
             Ok(()) => Ok(id),
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
                 let found = self.installation().await?;
@@ -61,26 +52,6 @@ impl Files {
     }
 }
 
-fn text(id: Uuid) -> PutPayload {
-    PutPayload::from(format!("{id}\n").into_bytes())
-}
-
-/// Writes the marker of a folder, which has all of it after a power cut or nothing.
-async fn put_new(folder: &Path, id: Uuid) -> io::Result<()> {
-    let part = folder.join(format!("{MARKER}.{}", Uuid::now_v7().simple()));
-    let linked = async {
-        let mut file = File::create_new(&part).await?;
-        file.write_all(format!("{id}\n").as_bytes()).await?;
-        file.sync_all().await?;
-        // Fails where the name is taken, as a rename would not.
-        fs::hard_link(&part, folder.join(MARKER)).await
-    };
-    let linked = linked.await;
-    fs::remove_file(&part).await?;
-    linked?;
-    File::open(folder).await?.sync_all().await
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
@@ -90,9 +61,12 @@ mod tests {
     async fn a_store_keeps_its_first_id_until_it_is_replaced() {
         let root = std::env::temp_dir().join(format!("veloid-marker-{}", Uuid::now_v7()));
         let folder = Files::in_folder(&root).await.unwrap();
-        let memory = "memory:///".parse().unwrap();
-        let memory = Files::at(&memory, &root).await.unwrap();
-        for files in [&folder, &memory] {
+        let mut stores = vec![folder.clone()];
+        if cfg!(feature = "s3") {
+            let memory = "memory:///".parse().unwrap();
+            stores.push(Files::at(&memory, &root).await.unwrap());
+        }
+        for files in stores {
             let [a, b] = [1, 2].map(Uuid::from_u128);
             assert_eq!(files.installation().await.unwrap(), None);
             assert_eq!(files.keep_installation(a).await.unwrap(), a);

@@ -31,6 +31,8 @@ use self::connections::{Connections, Held, Seat};
 use self::pace::Paced;
 use self::taken::Taken;
 
+use crate::metrics::METRICS;
+
 /// What is read of a request before it is understood (bytes): a line of 64 KiB, which is the longest that
 /// hyper takes, and as much of headers.
 const HEAD: usize = 128 << 10;
@@ -82,7 +84,7 @@ pub async fn serve(
                 ));
             }
             None => {
-                metrics::counter!("veloid_connections_refused_total").increment(1);
+                METRICS.connections_refused.add(1, []);
             }
         }
     }

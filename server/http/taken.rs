@@ -10,6 +10,8 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
 use super::account::{Pace, Watch};
 
+use crate::metrics::METRICS;
+
 /// A socket, or what stands for one.
 pub struct Taken<S> {
     socket: S,
@@ -38,7 +40,7 @@ impl<S> Taken<S> {
             Poll::Ready(Err(error)) => return Poll::Ready(Err(error)),
             Poll::Pending => ready!(self.watch.waits(context)),
         };
-        metrics::counter!("veloid_answers_cut_total").increment(1);
+        METRICS.answers_cut.add(1, []);
         let why = slow.told("an answer", "was taken");
         tracing::info!(%why, "a connection was closed");
         Poll::Ready(Err(io::Error::new(ErrorKind::TimedOut, why)))

@@ -13,6 +13,7 @@ use super::queue::Queue;
 use super::task::Subject;
 use super::work::Work;
 use crate::crash;
+use crate::metrics::METRICS;
 use crate::store::job::{self, Failure, JobRow};
 use crate::store::{Tx, loss, on, trial, webhook};
 
@@ -96,7 +97,7 @@ impl Work {
             Err(fault) if fault.is_outage() => return Ok(WorkOutcome::Snooze(PAUSE)),
             Err(Fault::Queue(riverqueue::Error::JobNotRunning { state })) => {
                 tracing::warn!(%job, kind = row.kind, %state, "result came too late and is refused");
-                metrics::counter!("veloid_stale_completions_total").increment(1);
+                METRICS.stale_completions.add(1, []);
                 return Ok(WorkOutcome::Complete);
             }
             Err(fault) => fault,

@@ -12,6 +12,7 @@ use super::hub::Hub;
 use super::queue::{DIAGNOSIS, QUICK, Queue, SWARM, Trial};
 use super::stage::give_up;
 use crate::crash;
+use crate::metrics::METRICS;
 use crate::store::job::{self, Failure};
 use crate::store::loss::{self, Verdict};
 use crate::store::river::{self, Orphan};
@@ -38,7 +39,7 @@ pub async fn sweep(db: &Db, queue: &Queue, hub: &Hub) -> Result<(), Fault> {
         tx.commit().await?;
         if taken > 0 {
             tracing::warn!(job = %id, rows = taken, "took over the work of a process that is gone");
-            metrics::counter!("veloid_job_rescues_total").increment(taken as u64);
+            METRICS.rescues.add(taken as u64, []);
             for name in [QUICK, SWARM, DIAGNOSIS] {
                 queue.wake(name);
             }

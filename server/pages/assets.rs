@@ -1,15 +1,14 @@
 //! Style sheet, scripts and the plotting library, out of the binary. Their address holds a hash of
 //! them all, so that browsers may keep them for ever and modules find each other beside themselves.
 
-use std::io::{Read, Write};
+use std::io::Read;
 use std::sync::LazyLock;
 
-use axum::http::{HeaderMap, header};
+use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
-use flate2::Compression;
 use flate2::read::GzDecoder;
-use flate2::write::GzEncoder;
 use sha2::{Digest, Sha256};
+use tokio::task::spawn_blocking;
 
 use super::layout::{Fault, Path};
 use crate::api::problem::Problem;
@@ -53,27 +52,12 @@ static VERSION: LazyLock<String> = LazyLock::new(|| {
     hex(&hash.finalize()[..6])
 });
 
-/// Plotly's script, compressed. The crate hands it out between script tags, before MathJax.
-static PLOTLY_GZ: LazyLock<Vec<u8>> = LazyLock::new(|| {
-    let sources = plotly::Plot::offline_js_sources();
-    let script = sources
-        .split_once('>')
-        .and_then(|(_, rest)| rest.split_once("</script>"))
-        .map_or("", |(script, _)| script);
-    let mut gz = GzEncoder::new(Vec::new(), Compression::default());
-    // Writing to memory cannot fail.
-    let _ = gz.write_all(script.as_bytes());
-    gz.finish().unwrap_or_default()
-});
+/// Plotly's script, compressed by `build.rs`.
+static PLOTLY_GZ: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/plotly.js.gz"));
 
 /// Address of an asset.
 pub fn asset(name: &str) -> String {
     format!("/assets/{}/{name}", *VERSION)
-}
-
-/// Compresses the plotting library, so that the first page need not wait for it.
-pub fn prepare() {
-    LazyLock::force(&PLOTLY_GZ);
 }
 
 /// The icon, where browsers look for it that were not told.
@@ -106,29 +90,35 @@ pub async fn serve(
 }
 
 async fn plotly_script(headers: &HeaderMap) -> Result<Response, Problem> {
-    let gzip = headers
-        .get(header::ACCEPT_ENCODING)
-        .and_then(|value| value.to_str().ok())
-        .is_some_and(|value| value.contains("gzip"));
-    let bytes = tokio::task::spawn_blocking(move || {
-        let packed: &'static [u8] = &PLOTLY_GZ;
-        if gzip {
-            return Ok(packed.to_vec());
-        }
-        let mut plain = Vec::new();
-        GzDecoder::new(packed)
-            .read_to_end(&mut plain)
-            .map(|_| plain)
-    });
-    let bytes = bytes.await??;
-    let mut response = ([(header::CONTENT_TYPE, SCRIPT)], bytes).into_response();
-    if gzip {
-        let encoding = header::HeaderValue::from_static("gzip");
-        response
-            .headers_mut()
-            .insert(header::CONTENT_ENCODING, encoding);
-    }
+    let accepted = headers.get_all(header::ACCEPT_ENCODING);
+    let gzip = accepted
+        .iter()
+        .filter_map(|value| value.to_str().ok())
+        .any(accepts_gzip);
+    let mut response = match gzip {
+        true => ([(header::CONTENT_ENCODING, "gzip")], PLOTLY_GZ).into_response(),
+        false => spawn_blocking(plain).await??.into_response(),
+    };
+    let kind = HeaderValue::from_static(SCRIPT);
+    response.headers_mut().insert(header::CONTENT_TYPE, kind);
+    let vary = HeaderValue::from_static("accept-encoding");
+    response.headers_mut().insert(header::VARY, vary);
     Ok(response)
+}
+
+/// Whether a list of encodings holds gzip, and not as one that is refused.
+fn accepts_gzip(list: &str) -> bool {
+    list.split(',').any(|encoding| {
+        let (name, weight) = encoding.split_once(';').unwrap_or((encoding, ""));
+        let weight = weight.trim().strip_prefix("q=").unwrap_or("1");
+        ["gzip", "x-gzip", "*"].contains(&name.trim()) && weight.trim().parse() != Ok(0.0)
+    })
+}
+
+fn plain() -> std::io::Result<Vec<u8>> {
+    let mut plain = Vec::new();
+    GzDecoder::new(PLOTLY_GZ).read_to_end(&mut plain)?;
+    Ok(plain)
 }
 
 #[cfg(test)]
@@ -137,9 +127,25 @@ mod tests {
     use super::*;
 
     #[test]
+    fn gzip_is_for_those_who_accept_it() {
+        for (list, accepts) in [
+            ("gzip", true),
+            ("br, gzip;q=0.8", true),
+            ("deflate,*", true),
+            ("", false),
+            ("br", false),
+            ("gzip;q=0", false),
+            ("gzip; q=0.0, br", false),
+            ("gzipped", false),
+        ] {
+            assert_eq!(accepts_gzip(list), accepts, "{list}");
+        }
+    }
+
+    #[test]
     fn plotly_comes_whole_out_of_its_crate() {
         let mut script = String::new();
-        GzDecoder::new(&PLOTLY_GZ[..])
+        GzDecoder::new(PLOTLY_GZ)
             .read_to_string(&mut script)
             .unwrap();
         assert!(

@@ -51,6 +51,10 @@ struct CourseRow {
 }
 
 impl BikePage {
+    fn has_parquet(&self) -> bool {
+        cfg!(feature = "parquet")
+    }
+
     fn here(&self) -> &'static str {
         ""
     }

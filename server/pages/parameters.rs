@@ -18,6 +18,15 @@ use crate::api::time;
 use crate::store::parameter::{self, AXLES, Filter, METHODS, ParameterRow};
 
 const PAGE: i64 = 50;
+
+/// Names of the formats that this server writes, and what an address calls them.
+const FORMATS: &[(&str, &str)] = &[
+    ("CSV", "csv"),
+    ("JSON", "json"),
+    #[cfg(feature = "parquet")]
+    ("Parquet", "parquet"),
+];
+
 #[derive(Template)]
 #[template(path = "parameters.html")]
 struct Parameters {
@@ -210,10 +219,9 @@ pub async fn list(
         }),
         rows: page.items,
         cut: more.then(|| fixed(MOST as f64, 0)),
-        exports: vec![
-            ("CSV", export("csv")),
-            ("JSON", export("json")),
-            ("Parquet", export("parquet")),
-        ],
+        exports: FORMATS
+            .iter()
+            .map(|(name, format)| (*name, export(format)))
+            .collect(),
     })
 }

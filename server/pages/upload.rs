@@ -56,6 +56,10 @@ impl Form {
         }
     }
 
+    fn has_spreadsheets(&self) -> bool {
+        cfg!(feature = "spreadsheets")
+    }
+
     fn here(&self) -> &'static str {
         "/"
     }
@@ -64,7 +68,7 @@ impl Form {
     fn fault(&self, part: &str) -> bool {
         self.problem.as_ref().is_some_and(|problem| {
             part == match problem.kind {
-                Kind::UnreadableRide | Kind::TooLarge => "file",
+                Kind::UnreadableRide | Kind::NotBuilt | Kind::TooLarge => "file",
                 Kind::BadBike => "bike",
                 Kind::BadOption => "option",
                 Kind::BadFact => "fact",

@@ -13,7 +13,7 @@ pub async fn find(db: &Db) -> sqlx::Result<Option<Uuid>> {
 pub async fn lock(tx: &mut Tx) -> sqlx::Result<Option<Uuid>> {
     const SQL: &str = "SELECT id FROM installation";
     // SQLite has one writer at a time.
-    if let Tx::Postgres(t) = &mut *tx {
+    if let Some(t) = tx.postgres() {
         let lock = sqlx::query("LOCK TABLE installation IN EXCLUSIVE MODE");
         lock.execute(&mut **t).await?;
     }

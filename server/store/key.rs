@@ -156,7 +156,7 @@ pub async fn unfinished_jobs(tx: &mut Tx, id: Uuid) -> sqlx::Result<i64> {
     const LOCK: &str = "SELECT id FROM api_key WHERE id = $1 FOR NO KEY UPDATE";
     const COUNT: &str =
         "SELECT COUNT(*) FROM job WHERE key_id = $1 AND state IN ('queued', 'running')";
-    if let Tx::Postgres(t) = tx {
+    if let Some(t) = tx.postgres() {
         sqlx::query(LOCK).bind(id).execute(&mut **t).await?;
     }
     on!(tx, t => sqlx::query_scalar(COUNT).bind(id).fetch_one(&mut **t).await)

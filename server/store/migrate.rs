@@ -1,13 +1,18 @@
-use riverqueue::migrate::{PostgresMigrator, SqliteMigrator};
+#[cfg(feature = "postgres")]
+use riverqueue::migrate::PostgresMigrator;
+use riverqueue::migrate::SqliteMigrator;
+#[cfg(feature = "postgres")]
 use sqlx::Connection;
 use sqlx::migrate::Migrator;
 
 use super::Db;
 
 static SQLITE: Migrator = sqlx::migrate!("../migrations/sqlite");
+#[cfg(any(test, feature = "postgres"))]
 static POSTGRES: Migrator = sqlx::migrate!("../migrations/postgres");
 
 /// Advisory lock of whoever migrates a PostgreSQL database: "veloid" in ASCII.
+#[cfg(feature = "postgres")]
 const MIGRATION_LOCK: i64 = 0x7665_6c6f_6964;
 
 #[derive(Debug, thiserror::Error)]
@@ -62,6 +67,7 @@ impl Db {
                 drop(connection);
                 SqliteMigrator::new(write.clone()).migrate_up().await?;
             }
+            #[cfg(feature = "postgres")]
             Db::Postgres { write: pool, .. } => {
                 let mut lock = pool.acquire().await?.detach();
                 // Others may take their time.

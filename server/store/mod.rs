@@ -8,12 +8,14 @@ macro_rules! on {
     (read $db:expr, $p:ident => $body:expr) => {
         match $db {
             $crate::store::Db::Sqlite { read: $p, .. } => $body,
+            #[cfg(feature = "postgres")]
             $crate::store::Db::Postgres { read: $p, .. } => $body,
         }
     };
     ($tx:expr, $t:ident => $body:expr) => {
         match $tx {
             $crate::store::Tx::Sqlite($t) => $body,
+            #[cfg(feature = "postgres")]
             $crate::store::Tx::Postgres($t) => $body,
         }
     };
@@ -33,13 +35,16 @@ pub mod job;
 pub mod key;
 pub mod loss;
 mod migrate;
-#[cfg(target_os = "linux")]
+#[cfg(all(feature = "postgres", target_os = "linux"))]
 mod nodelay;
-#[cfg(not(target_os = "linux"))]
+#[cfg(all(feature = "postgres", not(target_os = "linux")))]
 mod nodelay {
     pub fn send_at_once(_port: u16) {}
 }
 pub mod parameter;
+mod pool;
+#[cfg(feature = "postgres")]
+mod postgres;
 pub mod repair;
 pub mod result;
 pub mod ride;
@@ -59,7 +64,9 @@ pub use connect::is_postgres;
 pub use migrate::MigrateError;
 use sqlx::error::DatabaseError;
 use sqlx::sqlite::SqliteError;
-use sqlx::{PgPool, Postgres, Sqlite, SqlitePool, Transaction};
+#[cfg(feature = "postgres")]
+use sqlx::{PgPool, Postgres};
+use sqlx::{Sqlite, SqlitePool, Transaction};
 
 /// Longest wait for a sign of life.
 const PING: Duration = Duration::from_secs(3);
@@ -75,6 +82,7 @@ pub enum Db {
         signs: SqlitePool,
     },
     /// Apart, so that however many pages are looked at, the queue has its connections.
+    #[cfg(feature = "postgres")]
     Postgres {
         write: PgPool,
         read: PgPool,
@@ -82,9 +90,16 @@ pub enum Db {
     },
 }
 
+/// The driver of transactions that are not SQLite's. Without the feature there are none, and nothing that is typed with it runs.
+#[cfg(feature = "postgres")]
+type Other = Postgres;
+#[cfg(not(feature = "postgres"))]
+type Other = Sqlite;
+
 /// A transaction that may write.
 pub enum Tx {
     Sqlite(Transaction<'static, Sqlite>),
+    #[cfg(feature = "postgres")]
     Postgres(Transaction<'static, Postgres>),
 }
 
@@ -106,6 +121,7 @@ impl Db {
             Db::Sqlite { write, .. } => {
                 Tx::Sqlite(transaction::begin_sqlite(write, on_sqlite).await?)
             }
+            #[cfg(feature = "postgres")]
             Db::Postgres { write, .. } => {
                 Tx::Postgres(riverqueue::database::begin_postgres(write).await?)
             }
@@ -116,12 +132,22 @@ impl Db {
     pub fn river(&self) -> riverqueue::ClientBuilder {
         match self {
             Db::Sqlite { write, .. } => riverqueue::Client::builder(write.clone()),
+            #[cfg(feature = "postgres")]
             Db::Postgres { write, .. } => riverqueue::Client::builder(write.clone()),
         }
     }
 
     pub fn is_sqlite(&self) -> bool {
-        matches!(self, Db::Sqlite { .. })
+        self.sqlite().is_some()
+    }
+
+    /// The pool that reads, where this is SQLite.
+    pub fn sqlite(&self) -> Option<&SqlitePool> {
+        match self {
+            Db::Sqlite { read, .. } => Some(read),
+            #[cfg(feature = "postgres")]
+            Db::Postgres { .. } => None,
+        }
     }
 
     /// The statement as this database spells it.
@@ -146,6 +172,7 @@ impl Db {
         let answer = async {
             match self {
                 Db::Sqlite { signs, .. } => sqlx::query(SQL).execute(signs).await.map(drop),
+                #[cfg(feature = "postgres")]
                 Db::Postgres { signs, .. } => sqlx::query(SQL).execute(signs).await.map(drop),
             }
         };
@@ -184,9 +211,20 @@ fn postgres_cannot(code: &str) -> bool {
 impl Tx {
     /// The statement as this database spells it.
     pub fn spelt(&self, sqlite: &'static str, postgres: &'static str) -> &'static str {
+        let is_sqlite = match self {
+            Tx::Sqlite(_) => true,
+            #[cfg(feature = "postgres")]
+            Tx::Postgres(_) => false,
+        };
+        if is_sqlite { sqlite } else { postgres }
+    }
+
+    /// The transaction where it is PostgreSQL's, which has many writers and needs to be told more.
+    pub fn postgres(&mut self) -> Option<&mut Transaction<'static, Other>> {
         match self {
-            Tx::Sqlite(_) => sqlite,
-            Tx::Postgres(_) => postgres,
+            Tx::Sqlite(_) => None,
+            #[cfg(feature = "postgres")]
+            Tx::Postgres(t) => Some(t),
         }
     }
 

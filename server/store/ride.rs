@@ -99,7 +99,7 @@ pub async fn find(db: &Db, group: &str, id: Uuid) -> sqlx::Result<Option<RideRow
 pub async fn lock_file(tx: &mut Tx, sha256: &str) -> sqlx::Result<()> {
     // SQLite has one writer at a time; PostgreSQL has to be told.
     const LOCK: &str = "SELECT pg_advisory_xact_lock(hashtextextended($1, 0))";
-    if let Tx::Postgres(t) = tx {
+    if let Some(t) = tx.postgres() {
         sqlx::query(LOCK).bind(sha256).execute(&mut **t).await?;
     }
     Ok(())
@@ -142,7 +142,7 @@ pub async fn erase_if_done(tx: &mut Tx, id: Uuid) -> sqlx::Result<Option<Vec<Str
         RETURNING sha256";
     // Of several files; the ride's own name stands for all of them.
     const SEVERAL: &str = "SELECT sha256 FROM ride_file WHERE ride_id = $1";
-    if let Tx::Postgres(t) = &mut *tx {
+    if let Some(t) = tx.postgres() {
         sqlx::query(LOCK).bind(id).execute(&mut **t).await?;
     }
     let several: Vec<String> =

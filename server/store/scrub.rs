@@ -14,7 +14,7 @@ pub struct Told {
 
 /// What is wrong with the database itself. PostgreSQL sees to that by itself.
 pub async fn integrity(db: &Db) -> sqlx::Result<Vec<String>> {
-    let Db::Sqlite { read, .. } = db else {
+    let Some(read) = db.sqlite() else {
         return Ok(Vec::new());
     };
     // Nothing more can be asked of damaged pages.
@@ -39,7 +39,7 @@ pub async fn integrity(db: &Db) -> sqlx::Result<Vec<String>> {
 
 /// The first fault of SQLite's pages, found faster and without looking into indices.
 pub async fn first_fault(db: &Db) -> sqlx::Result<Option<String>> {
-    let Db::Sqlite { read, .. } = db else {
+    let Some(read) = db.sqlite() else {
         return Ok(None);
     };
     let found: sqlx::Result<String> = sqlx::query_scalar("PRAGMA quick_check(1)")

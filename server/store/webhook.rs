@@ -95,7 +95,7 @@ pub async fn concerns(tx: &mut Tx, job: Uuid) -> sqlx::Result<bool> {
 pub async fn lock_bike(tx: &mut Tx, group: &str, bike: &str) -> sqlx::Result<()> {
     // SQLite has one writer at a time; PostgreSQL has to be told.
     const LOCK: &str = "SELECT 1 FROM bike WHERE group_name = $1 AND name = $2 FOR UPDATE";
-    if let Tx::Postgres(t) = tx {
+    if let Some(t) = tx.postgres() {
         sqlx::query(LOCK)
             .bind(group)
             .bind(bike)

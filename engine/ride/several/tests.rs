@@ -8,7 +8,9 @@ use super::*;
 use crate::bicycle::Bike;
 use crate::ride::options::FileOptions;
 use crate::ride::read::{preview, read, read_on_clocks};
-use crate::ride::{Ride, fit, track, xlsx};
+use crate::ride::{Ride, track};
+#[cfg(feature = "spreadsheets")]
+use crate::ride::{fit, xlsx};
 
 /// A column of waves at 100 Hz, time stamps written as told.
 fn csv(header: &str, rows: usize, stamp: impl Fn(usize) -> String) -> String {
@@ -148,6 +150,7 @@ fn stamps_that_are_dates_place_a_file() {
     );
 }
 
+#[cfg(feature = "spreadsheets")]
 #[test]
 fn a_workbook_and_a_head_unit_are_files_too() {
     let start = 1_000_000_000_u32;

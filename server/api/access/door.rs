@@ -11,6 +11,7 @@ use super::credentials::cookie;
 use super::{Caller, Mode};
 use crate::api::problem::{Kind, Problem};
 use crate::api::{App, Server};
+use crate::metrics::METRICS;
 use crate::pages::layout::Fault;
 use crate::store::key::Scope;
 
@@ -30,7 +31,7 @@ pub async fn enter(State(server): App, mut request: Request, next: Next) -> Resp
         }
         Err(problem) => {
             let status = problem.status.to_string();
-            metrics::counter!("veloid_refused_total", "status" => status).increment(1);
+            METRICS.refused.add(1, [("status", &status)]);
             refuse(&request, problem)
         }
     }

@@ -18,7 +18,8 @@ use crate::store::bike;
         (status = 200, description = "A page of parameters", content(
             (Page<ParameterView> = "application/json"), (String = "text/csv"), (Vec<u8> = "application/vnd.apache.parquet"))),
         (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such bike", body = Problem, content_type = "application/problem+json")))]
+        (status = 404, description = "No such bike", body = Problem, content_type = "application/problem+json"),
+        (status = 501, description = "The server is built without Parquet", body = Problem, content_type = "application/problem+json")))]
 pub async fn history(
     State(server): App,
     caller: Caller,

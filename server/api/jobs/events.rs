@@ -17,6 +17,7 @@ use crate::api::extract::Path;
 use crate::api::problem::Problem;
 use crate::api::{App, Server};
 use crate::jobs::{HubEvent, Searched};
+use crate::metrics::METRICS;
 use crate::store::{job, trial};
 
 /// How often the database is asked for what other processes did, and whether the key has ended.
@@ -179,13 +180,13 @@ struct Open;
 
 impl Open {
     fn new() -> Self {
-        metrics::gauge!("veloid_sse_clients").increment(1.0);
+        METRICS.listeners.change(1);
         Self
     }
 }
 
 impl Drop for Open {
     fn drop(&mut self) {
-        metrics::gauge!("veloid_sse_clients").decrement(1.0);
+        METRICS.listeners.change(-1);
     }
 }

@@ -45,6 +45,7 @@ pub struct Params {
         (status = 409, description = "The job has no report (yet)", body = Problem, content_type = "application/problem+json"),
         (status = 413, description = "It takes more memory than a job may have", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "Drawing it takes too long, or ends the process that does it", body = Problem, content_type = "application/problem+json"),
+        (status = 501, description = "The server is built without spreadsheets", body = Problem, content_type = "application/problem+json"),
         (status = 503, description = "That process was ended from outside; try again", body = Problem, content_type = "application/problem+json")))]
 pub async fn series(
     State(server): App,

@@ -3,8 +3,13 @@
 use axum::http::HeaderValue;
 
 use super::asked::Format;
-use super::{csv, parquet};
+use super::csv;
+#[cfg(feature = "parquet")]
+use super::parquet;
 use crate::api::parameter_view::ParameterView;
+use crate::api::problem::Problem;
+#[cfg(not(feature = "parquet"))]
+use crate::built::NotBuilt;
 use crate::store::parameter::ParameterRow;
 
 #[derive(Debug, thiserror::Error)]
@@ -13,8 +18,22 @@ pub enum DocumentError {
     Json(#[from] serde_json::Error),
     #[error(transparent)]
     Csv(#[from] ::csv::Error),
+    #[cfg(feature = "parquet")]
     #[error(transparent)]
     Parquet(#[from] ::parquet::errors::ParquetError),
+    #[cfg(not(feature = "parquet"))]
+    #[error(transparent)]
+    NotBuilt(#[from] NotBuilt),
+}
+
+impl From<DocumentError> for Problem {
+    fn from(error: DocumentError) -> Self {
+        match error {
+            #[cfg(not(feature = "parquet"))]
+            DocumentError::NotBuilt(error) => error.into(),
+            error => Self::internal(error),
+        }
+    }
 }
 
 /// A document that is being written.
@@ -22,6 +41,7 @@ pub enum Document {
     /// Whether an item is in it yet.
     Json(bool),
     Csv,
+    #[cfg(feature = "parquet")]
     Parquet(Box<parquet::Writer>),
 }
 
@@ -31,6 +51,9 @@ impl Document {
         Ok(match format {
             Format::Json => (Self::Json(false), b"{\"items\":[".to_vec()),
             Format::Csv => (Self::Csv, csv::head()?),
+            #[cfg(not(feature = "parquet"))]
+            Format::Parquet => return Err(NotBuilt::of("parquet", "Parquet files").into()),
+            #[cfg(feature = "parquet")]
             Format::Parquet => (Self::Parquet(Box::new(parquet::Writer::new()?)), Vec::new()),
         })
     }
@@ -55,6 +78,7 @@ impl Document {
                 let items: Vec<_> = rows.into_iter().map(ParameterView::from).collect();
                 csv::lines(&items)?
             }
+            #[cfg(feature = "parquet")]
             Self::Parquet(writer) => writer.rows(rows)?,
         })
     }
@@ -64,6 +88,7 @@ impl Document {
         Ok(match self {
             Self::Json(_) => format!("],\"next\":{}}}", serde_json::to_string(&next)?).into_bytes(),
             Self::Csv => Vec::new(),
+            #[cfg(feature = "parquet")]
             Self::Parquet(writer) => writer.end()?,
         })
     }

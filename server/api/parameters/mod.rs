@@ -3,6 +3,7 @@
 mod asked;
 mod csv;
 mod document;
+#[cfg(feature = "parquet")]
 mod parquet;
 mod stream;
 
@@ -32,7 +33,8 @@ use crate::store::parameter::{self, ParameterRow};
     responses(
         (status = 200, description = "A page of parameters; `Link` names the next one", content(
             (Page<ParameterView> = "application/json"), (String = "text/csv"), (Vec<u8> = "application/vnd.apache.parquet"))),
-        (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json")))]
+        (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json"),
+        (status = 501, description = "The server is built without Parquet", body = Problem, content_type = "application/problem+json")))]
 pub async fn list(
     State(server): App,
     caller: Caller,
@@ -56,7 +58,7 @@ pub async fn respond(
     let (next, body) = match limit > PIECE && first.len() as i64 > PIECE {
         true => {
             let list = long(server, (caller, reader), params, limit).await?;
-            let (document, begin) = Document::begin(format).map_err(Problem::internal)?;
+            let (document, begin) = Document::begin(format)?;
             (list.next.clone(), list.body(document, begin, first))
         }
         false => short(format, Page::cut(first, limit, cursor, |row| row)).await?,
@@ -109,6 +111,6 @@ async fn short(
         whole.extend(document.end(page.next.as_deref())?);
         Ok::<_, document::DocumentError>(whole)
     };
-    let whole = spawn_blocking(whole).await?.map_err(Problem::internal)?;
+    let whole = spawn_blocking(whole).await??;
     Ok((next, Body::from(whole)))
 }

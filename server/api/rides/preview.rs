@@ -40,6 +40,7 @@ pub struct RidePreview {
         (status = 408, description = "The body came too slowly", body = Problem, content_type = "application/problem+json"),
         (status = 413, description = "Too large", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "The file is no table, or an option is not allowed", body = Problem, content_type = "application/problem+json"),
+        (status = 501, description = "The server is built without spreadsheets", body = Problem, content_type = "application/problem+json"),
         (status = 503, description = "The process that read the ride was ended from outside; try again", body = Problem, content_type = "application/problem+json")))]
 pub async fn preview(
     State(server): App,

@@ -13,6 +13,7 @@ use crate::api::jobs::view::{JobView, find};
 use crate::api::problem::{Kind, Problem};
 use crate::api::{App, Server};
 use crate::bicycle::{Told, Way};
+use crate::metrics::METRICS;
 
 const KNOWN: HeaderName = HeaderName::from_static("veloid-known");
 
@@ -72,6 +73,7 @@ pub struct Upload {
         (status = 408, description = "The body came too slowly", body = Problem, content_type = "application/problem+json"),
         (status = 413, description = "Too large", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "Ride, bike or options cannot be used", body = Problem, content_type = "application/problem+json"),
+        (status = 501, description = "The server is built without spreadsheets", body = Problem, content_type = "application/problem+json"),
         (status = 503, description = "The queue is full, or the process that read the ride was ended from outside", body = Problem, content_type = "application/problem+json", headers(("Retry-After" = u32)))))]
 pub async fn upload(
     State(server): App,
@@ -108,7 +110,7 @@ pub async fn submit_upload(
         // Now the client listens.
         let key = key?;
         bicycle.clone_from(&received.bicycle);
-        metrics::histogram!("veloid_upload_size_bytes").record(received.bytes() as f64);
+        METRICS.upload_sizes.record(received.bytes() as f64, []);
         submit(server, caller, received, key.as_deref()).await
     }
     .await;
@@ -117,7 +119,7 @@ pub async fn submit_upload(
     } else {
         "refused"
     };
-    metrics::counter!("veloid_uploads_total", "outcome" => label).increment(1);
+    METRICS.uploads.add(1, [("outcome", label)]);
     outcome.map_err(|problem| Refused { problem, bicycle })
 }
 
