@@ -37,7 +37,7 @@ struct Expert {
 }
 
 /// As ../shared/real/README.md has them. Those of which veloid is not as sure as the expert stand in docs/real.md.
-const EXPERTS: [Expert; 8] = [
+const EXPERTS: [Expert; 9] = [
     Expert {
         file: "pendulums/bicycle_fork_compound.csv",
         columns: &["z_f=gyro_V"],
@@ -86,6 +86,13 @@ const EXPERTS: [Expert; 8] = [
         mass: "1",
         verdict: "named_in_part",
         effects: &["cubic_stiffness", "quadratic_damping"],
+    },
+    Expert {
+        file: "double_beam/decay.csv",
+        columns: &["z_f=tip_velocity_m_s"],
+        mass: "1",
+        verdict: "named_in_part",
+        effects: &["sprung_mass", "unsprung_mass"],
     },
     Expert {
         file: "sled/chirp.csv",

@@ -12,6 +12,7 @@ use crate::diagnosis::prepare::Prepared;
 use crate::diagnosis::search::criteria::ADEQUATE;
 use crate::diagnosis::search::{Round, Search};
 use crate::diagnosis::verdict::affirm::{Claim, NEARLY_ALL, OUTGROWN};
+use crate::diagnosis::verdict::by_windows;
 use crate::diagnosis::verdict::carries::has_size;
 use crate::diagnosis::verdict::choose::{Chosen, choose};
 use crate::diagnosis::verdict::general_laws::{dominates, is_curve, is_outgrown};
@@ -55,12 +56,16 @@ pub fn decide(
     let swallowed = is_swallowed(search, &first, prepared.record());
     let mut decision = match first.verdict == Verdict::Unnamed || swallowed {
         true => second_look(first, swallowed, prepared, search, settings)?,
-        false => agreed(first, prepared, search, settings),
+        false => simplest(agreed(first, prepared, search, settings), prepared, search)?,
     };
     decision.cost.steps = prepared.scene.work.done();
     decision.cost.budget = search.budget.steps;
     Ok(decision)
 }
+
+/// Times the search's budget that windows may take: what a search by windows costs at all does not shrink with the record, and
+/// half of it is the second length.
+const WINDOWS: u64 = 3;
 
 /// What holds although no model explains the ride, or the nearest shape.
 fn second_look(
@@ -70,9 +75,6 @@ fn second_look(
     search: &Search,
     settings: &Settings,
 ) -> Result<Decision, EngineError> {
-    // What the first search has left, and at least what was set aside.
-    let (work, budget) = (&prepared.scene.work, search.budget);
-    let until = budget.steps.max(work.done() + budget.steps - budget.first);
     // Where the likelihood is not to be trusted, or a wider law explains the ride, something may be left on all tracks.
     let explained = first.judged.iter().all(|j| !j.remains) && !swallowed;
     let rest = Rest {
@@ -88,18 +90,35 @@ fn second_look(
         verdict: Verdict::Unnamed,
         ..first
     };
-    let found = partly(search, prepared.record(), &rest, &first.model, until)?;
+    let record = prepared.record();
+    // What a wider law explains to within the noise is the likelihood's affair.
+    let work = &prepared.scene.work;
+    let allowed = work.done() + WINDOWS * search.budget.steps;
+    let sighted = match explained {
+        true => Vec::new(),
+        false => by_windows::sighted(search, record, &rest, allowed)?,
+    };
+    let cut_short = work.done() > allowed;
+    // What the first search has left, and at least what was set aside, whatever windows have taken.
+    let budget = search.budget;
+    let until = budget.steps.max(work.done() + budget.steps - budget.first);
+    let found = match by_windows::by_windows(search, record, &rest, &sighted) {
+        Some(found) => Some(found),
+        None => partly(search, record, &rest, &first.model, until)?,
+    };
     let mut decision = match found {
         Some(partly) => first.in_part(partly, prepared, settings),
         None => first,
     };
-    decision.cost.is_spent |= work.done() > until;
+    decision.cost.is_spent |= work.done() > until || cut_short;
     let errs_more = decision.verdict == Verdict::Unnamed
         && !decision.model.terms.is_empty()
         && decision.judged.iter().any(|j| errs_more(j, 1.0));
-    Ok(match errs_more {
-        true => decision.without_shape(prepared, settings),
-        false => decision,
+    let nothing = decision.verdict == Verdict::Unnamed && by_windows::misses_little(&sighted);
+    Ok(match (nothing, errs_more) {
+        (true, _) => (decision.without_shape(prepared, settings)).nothing_missing(),
+        (false, true) => decision.without_shape(prepared, settings),
+        (false, false) => decision,
     })
 }
 
@@ -114,6 +133,26 @@ fn agreed(first: Decision, prepared: &Prepared, search: &Search, settings: &Sett
         Some(core) => first.in_part(core, prepared, settings),
         None => first,
     }
+}
+
+/// A set of effects that the likelihood names ties with a simpler one that windows of the record support in its place.
+fn simplest(
+    named: Decision,
+    prepared: &Prepared,
+    search: &Search,
+) -> Result<Decision, EngineError> {
+    if named.verdict != Verdict::Named {
+        return Ok(named);
+    }
+    let simpler = by_windows::simpler(search, prepared.record(), &named.model)?;
+    Ok(match simpler {
+        Some(simpler) => Decision {
+            verdict: Verdict::Ambiguous,
+            tied: vec![simpler],
+            ..named
+        },
+        None => named,
+    })
 }
 
 /// What the search by likelihood leads to.
@@ -168,7 +207,12 @@ impl Decision {
     /// The effects that hold although something else is left, or the nearest shape.
     fn in_part(self, partly: Partly, prepared: &Prepared, settings: &Settings) -> Self {
         let motions = motions(&prepared.scene, &partly.model);
-        let judged = judged(prepared, &partly.model, &motions, &partly.model, settings);
+        let mut judged = judged(prepared, &partly.model, &motions, &partly.model, settings);
+        for (track, judged) in prepared.scene.tracks.iter().zip(&mut judged) {
+            if let Some(windows) = partly.in_windows.get(track.axle) {
+                judged.predicts(windows);
+            }
+        }
         Self {
             verdict: match partly.claims.iter().any(|claim| claim.holds) {
                 true => Verdict::NamedInPart,
@@ -183,6 +227,15 @@ impl Decision {
             claims: (partly.claims.into_iter().zip(partly.effect_errors)).collect(),
             base_errors: partly.base_errors,
             rounds: Vec::new(),
+            ..self
+        }
+    }
+
+    /// That the plain model misses next to nothing of the force, whatever the noise is.
+    fn nothing_missing(mut self) -> Self {
+        self.judged.iter_mut().for_each(|j| j.remains = false);
+        Self {
+            verdict: Verdict::NothingMissing,
             ..self
         }
     }

@@ -70,7 +70,7 @@ pub fn ride(outing: &Outing, bike: &Bike, effects: &[Imposed]) -> Result<Ride, E
         let turn = unit.fastest(&scene, &point) * scene.step;
         let substeps = ((turn / ANGLE).ceil() as usize).clamp(4, 40);
         let points: [Point; LANES] = std::array::from_fn(|_| point.clone());
-        let moved = unit.simulate(&scene, &points, None, scene.samples, substeps);
+        let moved = unit.simulate(&scene, &points, None, 0..scene.samples, substeps);
         for (t, z) in unit.tracks.iter().zip(moved) {
             let axle = scene.tracks[*t].axle;
             let z: Vec<f64> = z.iter().map(|lanes| lanes.0[0]).collect();

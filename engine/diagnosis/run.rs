@@ -30,14 +30,12 @@ pub fn diagnose(
         conclusion,
         progress,
     };
-    let sprung = asked.told(&asked.prepared(Base::SpringAndDamper)?, 1.0)?;
-    if sprung.verdict == Verdict::NothingMissing || !only_pushed(ride) {
+    let mut sprung = asked.prepared(Base::SpringAndDamper)?;
+    let bare = asked.without_springs()?;
+    sprung.scene.is_held = bare.is_none();
+    let sprung = asked.told(&sprung, 1.0)?;
+    let Some(bare) = bare.filter(|_| sprung.verdict != Verdict::NothingMissing) else {
         return Ok(sprung);
-    }
-    let bare = match asked.prepared(Base::Damper) {
-        Ok(prepared) if explains_most(&prepared) => prepared,
-        Ok(_) | Err(EngineError::Diverged { .. }) => return Ok(sprung),
-        Err(error) => return Err(error),
     };
     let bare = asked.told(&bare, share_left(&sprung))?;
     Ok(better(sprung, bare))
@@ -55,6 +53,21 @@ struct Asked<'a> {
 impl Asked<'_> {
     fn prepared(&self, base: Base) -> Result<Prepared, EngineError> {
         Prepared::new(self.ride, self.bike, self.settings, self.conclusion, base)
+    }
+
+    /// The masses without springs, where that explains most of what forces alone bring about.
+    fn without_springs(&self) -> Result<Option<Prepared>, EngineError> {
+        if !only_pushed(self.ride) {
+            return Ok(None);
+        }
+        match self.prepared(Base::Damper) {
+            Ok(mut prepared) if explains_most(&prepared) => {
+                prepared.scene.is_held = false;
+                Ok(Some(prepared))
+            }
+            Ok(_) | Err(EngineError::Diverged { .. }) => Ok(None),
+            Err(error) => Err(error),
+        }
     }
 
     /// The diagnosis from one base, with a share of the budget.

@@ -9,6 +9,7 @@ mod pendulum;
 mod rig;
 mod scaled;
 mod shaken;
+mod windows;
 
 use std::f64::consts::TAU;
 
@@ -155,7 +156,7 @@ fn val_the_plain_model_moves_as_the_exact_one() {
     let points: [Point; LANES] = std::array::from_fn(|_| point.clone());
     let lanes = unit.lanes(&scene, &points, 0);
     let track = &scene.tracks[0];
-    let moved = run(&scene, &[(track, &lanes)], None, 3000, 4, false);
+    let moved = run(&scene, &[(track, &lanes)], None, 0..3000, 4, false);
     let (exact, _) = simulate(
         &track.input,
         start[0],
@@ -232,7 +233,7 @@ fn friction_with_little_give_moves_an_axle_by_finite_amounts() {
         initial: vec![[0.0; 2]],
     };
     let points: [Point; LANES] = std::array::from_fn(|_| point.clone());
-    let moved = unit.simulate(&scene, &points, None, scene.samples, 3);
+    let moved = unit.simulate(&scene, &points, None, 0..scene.samples, 3);
     assert!(moved[0].iter().all(|z| z.0[0].abs() < 0.1));
 }
 

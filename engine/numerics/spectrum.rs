@@ -62,12 +62,17 @@ impl Spectrum {
         band[band.len() / 2]
     }
 
+    /// Power of each bin that stands out of the white noise, weighed by the frequency's `order`th power.
+    fn powers(&self, order: i32) -> Vec<f64> {
+        let floor = LOUD * self.white_floor();
+        let power = |(hz, density): (&f64, &f64)| (density - floor).max(0.0) * hz.powi(order);
+        self.hz.iter().zip(&self.density).map(power).collect()
+    }
+
     /// The frequency (Hz) above which what stands out of the white noise has a [`BEYOND`]th of its power, each frequency
     /// weighed by its `order`th power.
     fn fastest(&self, order: i32) -> f64 {
-        let floor = LOUD * self.white_floor();
-        let power = |(hz, density): (&f64, &f64)| (density - floor).max(0.0) * hz.powi(order);
-        let powers: Vec<f64> = self.hz.iter().zip(&self.density).map(power).collect();
+        let powers = self.powers(order);
         let total: f64 = powers.iter().sum();
         let mut beyond = 0.0;
         let last = powers.iter().rposition(|power| {
@@ -75,6 +80,20 @@ impl Spectrum {
             beyond > BEYOND * total
         });
         self.hz[(last.unwrap_or(0) + 1).min(self.hz.len() - 1)]
+    }
+
+    /// The frequency (Hz) below and above which half of that power lies, between bins; none where nothing stands out.
+    fn median_frequency(&self, order: i32) -> Option<f64> {
+        let powers = self.powers(order);
+        let half = 0.5 * powers.iter().sum::<f64>();
+        let mut below = 0.0;
+        for (i, power) in powers.iter().enumerate() {
+            if below + power >= half && half > 0.0 {
+                return Some((i as f64 - 0.5 + (half - below) / power).max(0.5) * self.hz[1]);
+            }
+            below += power;
+        }
+        None
     }
 
     /// Density of the white noise in a record: the least median of four bands in its upper half.
@@ -120,6 +139,13 @@ const BEYOND: f64 = 1e-3;
 pub fn fastest(record: &[f64], driven: bool, step: f64) -> f64 {
     let order = if driven { 2 } else { 0 };
     Spectrum::new(record, step).map_or(0.5 / step, |s| s.fastest(order))
+}
+
+/// The frequency (Hz) below and above which half of a record's power lies, with the same weights; none where the record is too
+/// short to tell or holds nothing but noise.
+pub fn median_frequency(record: &[f64], driven: bool, step: f64) -> Option<f64> {
+    let order = if driven { 2 } else { 0 };
+    Spectrum::new(record, step)?.median_frequency(order)
 }
 
 /// Density (m^2/Hz, one-sided) of the white noise in a record, at most; zero where it is too short to tell.
@@ -220,5 +246,7 @@ pub(crate) mod tests {
         let top = s.density.iter().copied().fold(0.0, f64::max);
         let peak = s.density.iter().position(|d| *d == top).expect("a peak");
         assert!((s.hz[peak] - hz).abs() <= s.hz[1]);
+        let middle = median_frequency(&sine, false, step).expect("something moves");
+        assert!((middle - hz).abs() <= s.hz[1], "{middle} Hz");
     }
 }

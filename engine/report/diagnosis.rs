@@ -225,6 +225,10 @@ pub struct Support {
     /// Largest difference between the sizes that the loud and the quiet blocks tell, beside the size.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub disagreement: Option<f64>,
+    /// Length (s) of the windows in whose second halves errors were taken, each window from a start of its own; absent where one
+    /// simulation of the whole ride was judged.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub window_s: Option<f64>,
 }
 
 /// What is left on one axle beside the affirmed effects.
@@ -290,6 +294,10 @@ pub struct HeldOut {
     pub explained_share: Option<f64>,
     /// The held-out window (s).
     pub window_s: [f64; 2],
+    /// Where set, the errors are of predictions over this long (s), each from a start of its own, in windows of the whole ride that
+    /// the models were not fitted to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub horizon_s: Option<f64>,
 }
 
 impl HeldOut {

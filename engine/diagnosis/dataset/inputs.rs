@@ -71,6 +71,14 @@ impl Track {
             .or_else(|| measured_noise(&self.measured, self.input.step))
     }
 
+    /// Standard deviation of what is measured.
+    pub fn spread(&self) -> f64 {
+        let count = self.measured.len().max(1) as f64;
+        let mean = self.measured.iter().sum::<f64>() / count;
+        let squares: f64 = self.measured.iter().map(|z| (z - mean).powi(2)).sum();
+        (squares / count).sqrt()
+    }
+
     /// Puts another record of the road under the axle.
     pub fn set_road(&mut self, road: &[f64]) {
         let force = self.input.force.as_ref().map(|(f, _)| f.clone());
@@ -170,6 +178,8 @@ pub struct Scene {
     has_speed: bool,
     varying_speed: bool,
     has_cadence: bool,
+    /// Whether anything holds the masses in their places: what wanders may then be a sensor.
+    pub is_held: bool,
     /// l_F, l_R (m), m_F, m_R (kg).
     pub geometry: Option<[f64; 4]>,
     /// Order of the autoregressive noise under which models are compared.
@@ -219,6 +229,7 @@ impl Scene {
             distance,
             double_crank: double(&crank),
             crank,
+            is_held: true,
             geometry,
             noise_order: ORDER,
             work: Work::default(),
@@ -394,6 +405,10 @@ impl Scene {
             Need::Mass => (
                 !track.input.prescribed,
                 "the motion is prescribed, so that no mass moves",
+            ),
+            Need::Hold => (
+                self.is_held,
+                "no spring holds the mass, so that its drift and a sensor's are one",
             ),
         };
         (!there).then_some(why)

@@ -4,7 +4,9 @@ pub mod dither;
 pub mod inputs;
 pub mod planned;
 mod speed;
+pub mod windows;
 mod work;
 
 pub use inputs::{Scene, Track};
+pub use windows::Windows;
 pub use work::Budget;

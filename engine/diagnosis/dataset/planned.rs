@@ -189,7 +189,7 @@ mod tests {
                 initial: vec![[0.0; 2]; unit.terms.len()],
             };
             let points: [Point; LANES] = std::array::from_fn(|_| point.clone());
-            for z in unit.simulate(scene, &points, None, scene.samples, 2) {
+            for z in unit.simulate(scene, &points, None, 0..scene.samples, 2) {
                 out.extend(z.iter().map(|z| z.0[0]));
             }
         }

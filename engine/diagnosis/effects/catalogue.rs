@@ -94,6 +94,7 @@ fn words(need: Need) -> &'static str {
         Need::StaticLoad => "the static load",
         Need::PrescribedMotion => "a rig that prescribes the motion",
         Need::Mass => "a mass that moves",
+        Need::Hold => "a spring that holds the mass in its place",
     }
 }
 

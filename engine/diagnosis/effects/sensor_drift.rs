@@ -14,7 +14,7 @@ impl Effect for SensorDrift {
     const SPEC: Spec = Spec {
         id: "sensor_drift",
         acts: Acts::OneAxle,
-        needs: &[Need::Mass],
+        needs: &[Need::Mass, Need::Hold],
         parameters: &[RATE],
         amplitudes: &[0],
         starts: |s| vec![[(RATE.size)(s), 0.0, 0.0, 0.0]],

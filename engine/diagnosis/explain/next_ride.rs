@@ -165,7 +165,7 @@ fn separation(on: &Fitter, model: &Model, rival: &Model, change: &Change) -> f64
         let points: [Point; LANES] = std::array::from_fn(|_| point.clone());
         let read = fit
             .unit
-            .simulate(&scene, &points, None, scene.samples, substeps)
+            .simulate(&scene, &points, None, 0..scene.samples, substeps)
             .swap_remove(a);
         scene.tracks[t].measured = read.iter().map(|z| z.0[0]).collect();
     }

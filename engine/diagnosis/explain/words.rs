@@ -117,9 +117,12 @@ fn in_part(d: &Diagnosis) -> String {
     let parts: Vec<String> = affirmed
         .map(|e| match &e.support {
             Some(s) => format!(
-                "{} (it takes {:.0} % off the square of the held-out error, and leads in {} of {} blocks of the ride)",
+                "{} (it takes {:.0} % off the square of the held-out error{}, and leads in {} of {} blocks of the ride)",
                 e.sentence,
                 100.0 * s.removed_share,
+                s.window_s.map_or(String::new(), |window| {
+                    format!(" in windows of {}", Quantity::rough(window, 2, "s"))
+                }),
                 s.blocks_led,
                 s.blocks
             ),
@@ -165,8 +168,13 @@ fn gains(d: &Diagnosis) -> String {
                 format!(" (the sensor's noise is {})", size(floor, unit))
             });
             (extended < 0.999 * plain).then(|| {
+                let part = h
+                    .horizon_s
+                    .map_or("On the held-out part".to_owned(), |horizon| {
+                        format!("Predicted {} ahead", Quantity::rough(horizon, 2, "s"))
+                    });
                 format!(
-                    "On the held-out part the {a} error falls from {} to {}{noise}.",
+                    "{part} the {a} error falls from {} to {}{noise}.",
                     size(plain, unit),
                     size(extended, unit)
                 )

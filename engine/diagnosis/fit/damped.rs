@@ -57,7 +57,7 @@ pub fn minimise(
 }
 
 /// The values that a damped Gauss-Newton step leads to, kept within the limits.
-fn stepped(values: &[f64], ranges: &[Range], normal: &Normal, damping: f64) -> Vec<f64> {
+pub fn stepped(values: &[f64], ranges: &[Range], normal: &Normal, damping: f64) -> Vec<f64> {
     let n = values.len();
     // A value at its limit and pushed outwards stays where it is.
     let stuck: Vec<bool> = (0..n)

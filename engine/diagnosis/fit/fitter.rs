@@ -91,6 +91,26 @@ impl Fitter<'_> {
         self.finish(unit, point, residuals, inverse(&normal.matrix)?)
     }
 
+    /// The model at a point whose starting states alone are fitted.
+    pub fn started(
+        &self,
+        unit: &Unit,
+        point: &Point,
+        colours: &[Colour],
+        effort: Effort,
+    ) -> Option<Fitted> {
+        let slots = unit.slots(self.scene);
+        let starts = |slot: &Slot| matches!(slot, Slot::Base(_, 4 | 5) | Slot::Initial(..));
+        let own: Vec<Slot> = slots.iter().filter(|slot| starts(slot)).copied().collect();
+        let point = match own.is_empty() {
+            true => point.clone(),
+            false => (self.fit_over(&own, unit, point.clone(), colours, effort))?.point,
+        };
+        let normal = self.normal(unit, &slots, &point, colours, effort.substeps)?;
+        let residuals = self.residuals(unit, &point, effort.substeps);
+        self.finish(unit, point, residuals, inverse(&normal.matrix)?)
+    }
+
     /// The best fit with every expected parameter held where it is expected, reached in small steps from `start`: along
     /// a flat and curved ridge a fit of all creeps. Nothing if no parameter is.
     pub fn fit_as_expected(
@@ -160,7 +180,7 @@ impl Fitter<'_> {
         end: usize,
     ) -> Vec<Vec<f64>> {
         let points: [Point; LANES] = std::array::from_fn(|_| point.clone());
-        let z = unit.simulate(self.scene, &points, None, end, substeps);
+        let z = unit.simulate(self.scene, &points, None, 0..end, substeps);
         z.iter()
             .zip(&unit.tracks)
             .map(|(z, t)| {
@@ -186,7 +206,7 @@ impl Fitter<'_> {
         colours: &[Colour],
         substeps: usize,
     ) -> [f64; LANES] {
-        let z = unit.simulate(self.scene, points, None, self.samples, substeps);
+        let z = unit.simulate(self.scene, points, None, 0..self.samples, substeps);
         let mut total = Lanes::ZERO;
         for ((z, t), colour) in z.iter().zip(&unit.tracks).zip(colours) {
             let track = &self.scene.tracks[*t];
@@ -326,7 +346,7 @@ impl Fitter<'_> {
                 points[lane + 1].set(slots[*s], moved);
                 per_step[lane + 1] = 1.0 / (moved - value);
             }
-            let z = unit.simulate(self.scene, &points, wanted, self.samples, substeps);
+            let z = unit.simulate(self.scene, &points, wanted, 0..self.samples, substeps);
             for ((z, a), columns) in z.iter().zip(&axles).zip(&mut columns) {
                 let track = &self.scene.tracks[unit.tracks[*a]];
                 let raw: Vec<Lanes> = (0..self.samples)
@@ -375,7 +395,7 @@ impl Fitter<'_> {
 }
 
 /// Sum over samples of the outer product of two sets of columns.
-fn products(first: &[Lanes], second: &[Lanes]) -> [Lanes; LANES] {
+pub fn products(first: &[Lanes], second: &[Lanes]) -> [Lanes; LANES] {
     widest(
         #[inline(always)]
         || {

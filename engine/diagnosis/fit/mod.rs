@@ -9,6 +9,7 @@ pub mod motion;
 pub mod physical;
 pub mod polish;
 pub mod refine;
+pub mod shooting;
 pub mod tangent;
 pub mod unit;
 

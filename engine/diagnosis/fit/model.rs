@@ -45,20 +45,13 @@ impl Model {
     /// Steps of the integrator for each sample, so that the stiffest axle turns by no more than `angle`
     /// (rad) in one, or by less where a force has corners.
     pub fn substeps(&self, scene: &Scene, angle: f64) -> usize {
-        let each = self.fits.iter();
-        let fastest = each
-            .map(|f| f.unit.fastest(scene, &f.point))
-            .fold(0.0, f64::max);
         let angle = if self.terms.iter().any(|t| t.kind.spec().corners) {
             CORNERS * angle
         } else {
             angle
         };
-        let turns = (fastest * scene.step / angle).ceil() as usize;
-        (self.fits.iter())
-            .map(|f| stable_substeps(scene, f.unit.decay(scene, &f.point)))
-            .fold(turns, usize::max)
-            .clamp(1, 20)
+        let of_fit = |f: &Fitted| f.unit.substeps(scene, &f.point, angle);
+        self.fits.iter().map(of_fit).max().unwrap_or(1)
     }
 
     /// Noise of one track's residual.
@@ -114,6 +107,16 @@ impl Model {
                 .push(known.map_or([0.0; 2], |(f, i)| f.point.initial[i]));
         }
         (point, colours)
+    }
+}
+
+impl Unit {
+    /// Steps of the integrator for each sample, so that the stiffest axle turns by no more than `angle` (rad) in one.
+    pub fn substeps(&self, scene: &Scene, point: &Point, angle: f64) -> usize {
+        let turns = (self.fastest(scene, point) * scene.step / angle).ceil() as usize;
+        turns
+            .max(stable_substeps(scene, self.decay(scene, point)))
+            .clamp(1, 20)
     }
 }
 

@@ -79,7 +79,7 @@ pub fn motions(scene: &Scene, model: &Model) -> Vec<Motion> {
                 scene,
                 &axles,
                 coupling.as_ref(),
-                scene.samples,
+                0..scene.samples,
                 substeps,
                 true,
             );

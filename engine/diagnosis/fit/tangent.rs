@@ -25,7 +25,7 @@ impl Tangent {
         let slots = unit.slots(fitter.scene);
         let own: [Point; LANES] = std::array::from_fn(|_| point.clone());
         let own = unit
-            .simulate(fitter.scene, &own, None, fitter.samples, substeps)
+            .simulate(fitter.scene, &own, None, 0..fitter.samples, substeps)
             .iter()
             .map(|z| z.iter().map(|z| z.0[0]).collect())
             .collect();
@@ -62,7 +62,7 @@ fn differences(
     substeps: usize,
     count: usize,
 ) -> (Vec<f64>, Vec<Vec<f64>>) {
-    let moved = unit.simulate(fitter.scene, points, None, fitter.samples, substeps);
+    let moved = unit.simulate(fitter.scene, points, None, 0..fitter.samples, substeps);
     let mut columns = vec![Vec::new(); count];
     let mut residual = Vec::new();
     for ((z, t), colour) in moved.iter().zip(&unit.tracks).zip(colours) {

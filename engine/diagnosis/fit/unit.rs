@@ -1,5 +1,7 @@
 //! Extended models: which effects act where, and the numbers that a fit may move.
 
+use std::ops::Range;
+
 use super::integrate::{AxleLanes, EffectLanes, run, sensed};
 use crate::bicycle::Axle;
 use crate::diagnosis::dataset::{Scene, Track};
@@ -136,7 +138,13 @@ impl Unit {
             }
             Slot::Initial(i, q) => {
                 let s = self.scale(scene, i);
-                (0.1 * if q == 0 { s.z_rms } else { s.v_rms }, free)
+                // Of a second mass; else of an effect's own state, a deflection.
+                let size = match (self.terms[i].kind.spec().second_mass, q) {
+                    (true, 0) => s.z_rms,
+                    (true, _) => s.v_rms,
+                    (false, _) => s.d_rms,
+                };
+                (0.1 * size, free)
             }
         }
     }
@@ -193,14 +201,14 @@ impl Unit {
             .sum()
     }
 
-    /// Readings of the displacement sensors, or of the force where the motion is prescribed, for eight points, by axle of the
-    /// unit; only those of `wanted` when one axle is enough.
+    /// Readings of the displacement sensors, or of the force where the motion is prescribed, for eight points over a span of
+    /// samples that begins in the points' starting states, by axle of the unit; only those of `wanted` when one axle is enough.
     pub fn simulate(
         &self,
         scene: &Scene,
         points: &[Point; LANES],
         wanted: Option<usize>,
-        samples: usize,
+        span: Range<usize>,
         substeps: usize,
     ) -> Vec<Vec<Lanes>> {
         let chosen: Vec<usize> = match wanted {
@@ -219,11 +227,18 @@ impl Unit {
         let coupling = self.coupling(points);
         let answers = axles.iter().any(|(track, _)| track.input.prescribed);
         let full = answers || self.terms.iter().any(|t| t.kind.spec().on_sensor);
-        let motions = run(scene, &axles, coupling.as_ref(), samples, substeps, full);
+        let motions = run(
+            scene,
+            &axles,
+            coupling.as_ref(),
+            span.clone(),
+            substeps,
+            full,
+        );
         motions
             .into_iter()
             .zip(&axles)
-            .map(|(m, (track, lanes))| sensed(scene, track.input.prescribed, lanes, m))
+            .map(|(m, (track, lanes))| sensed(scene, span.start, track.input.prescribed, lanes, m))
             .collect()
     }
 

@@ -16,4 +16,6 @@ pub enum Need {
     PrescribedMotion,
     /// A mass that moves, whose displacement is measured.
     Mass,
+    /// A spring, or anything else that holds the mass in its place.
+    Hold,
 }

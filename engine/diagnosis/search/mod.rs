@@ -3,6 +3,7 @@
 pub mod criteria;
 pub mod extend;
 mod flatness;
+pub mod in_windows;
 pub mod null;
 pub mod refit;
 pub mod rounds;

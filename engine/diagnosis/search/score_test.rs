@@ -94,7 +94,7 @@ impl Tangent {
         substeps: usize,
         count: usize,
     ) -> Vec<Vec<f64>> {
-        let moved = unit.simulate(fitter.scene, points, None, fitter.samples, substeps);
+        let moved = unit.simulate(fitter.scene, points, None, 0..fitter.samples, substeps);
         let mut columns = vec![Vec::new(); count];
         for ((z, z0), (t, colour)) in moved
             .iter()

@@ -16,17 +16,24 @@ use crate::simulate::linear::Input;
 const WIDTHS: [f64; 2] = [0.12, 0.4];
 /// Fewest samples in half a window.
 const LEAST: usize = 6;
+/// Parts of the record at least that half a window is shorter than where the force is judged.
+const MOST_PARTS: usize = 40;
+/// Samples that starts are taken from at most: they need be no better than a fit's first step.
+const MOST_SAMPLES: usize = 20_000;
+/// Parts of a sample's time in which an effect's own state follows the measured motion.
+const PARTS: usize = 4;
 /// Windows that start within half a width of each other.
 const OVERLAP: usize = 2;
 
-/// Points at which an effect alone beside the plain model solves the regression, one for each start and width.
-/// Nothing for effects with states of their own, on the road or on the sensor, whose force the measured motion does not give.
+/// Points at which an effect alone beside the plain model solves the regression, one for each start and width, those that leave
+/// least first. Nothing for second masses and for effects on the road or on the sensor, whose force the measured motion does not
+/// give.
 pub fn starts(fitter: &Fitter, unit: &Unit, at: usize, base: &Point) -> Vec<Point> {
     let spec = unit.terms[at].kind.spec();
     let ([track], [slot]) = (&unit.tracks[..], spec.amplitudes) else {
         return Vec::new();
     };
-    if unit.terms.len() > 1 || spec.states > 0 || spec.on_road || spec.on_sensor || spec.local {
+    if unit.terms.len() > 1 || spec.second_mass || spec.on_road || spec.on_sensor || spec.local {
         return Vec::new();
     }
     let scene = fitter.scene;
@@ -35,15 +42,14 @@ pub fn starts(fitter: &Fitter, unit: &Unit, at: usize, base: &Point) -> Vec<Poin
     for width in WIDTHS {
         let half = (width * track.scale.period() / scene.step) as usize;
         let half = half.clamp(LEAST, (fitter.samples / 20).max(LEAST));
-        let rows = Rows::new(track, fitter.samples, half);
+        let rows = Rows::new(track, fitter.samples.min(MOST_SAMPLES), half);
         for start in (spec.starts)(&track.scale) {
             let force = rows.forces(scene, track, unit.terms[at].kind, &start);
-            if let Some(point) = rows.solved(track, base, &force, (start, *slot, at)) {
-                found.push(point);
-            }
+            found.extend(rows.solved(track, base, &force, (start, *slot, at)));
         }
     }
-    found
+    found.sort_by(|a: &(f64, Point), b| a.0.total_cmp(&b.0));
+    found.into_iter().map(|(_, point)| point).collect()
 }
 
 /// The measured motion as the windows see it.
@@ -103,38 +109,61 @@ impl<'a> Rows<'a> {
     /// The force over the mass of an effect with unit mass along the measured motion (m/s^2).
     fn forces(&self, scene: &Scene, track: &Track, kind: Kind, values: &Values) -> Vec<f64> {
         let p = values.map(Lanes::all);
-        let states = [Lanes::ZERO; MAX_STATES];
-        (0..self.z.len())
-            .map(|i| {
-                let (d, w) = (
-                    self.input.road[i] - self.z[i],
-                    self.input.road_slope[i] - self.v[i],
-                );
-                let motion = Motion {
-                    d: Lanes::all(d),
-                    w: Lanes::all(w),
-                    z: Lanes::all(self.z[i]),
-                    v: Lanes::all(self.v[i]),
-                    kappa: Lanes::ZERO,
-                    beta: Lanes::ZERO,
-                    per_mass: Lanes::all(1.0),
-                    t: i as f64 * scene.step,
-                    speed: scene.speed[i],
-                    speed_rate: scene.speed_rate[i],
-                    crank: Crank {
-                        angle: scene.crank[i],
-                        before: scene.double_crank[i],
-                        turned: 0.0,
-                    },
-                    distance: scene.distance[i],
-                    step: scene.step,
-                    felt_after: self.input.felt_after(scene.step),
-                    scale: &track.scale,
+        let mut states = [Lanes::ZERO; MAX_STATES];
+        let step = scene.step / PARTS as f64;
+        let mut forces = Vec::with_capacity(self.z.len());
+        for i in 0..self.z.len() {
+            let motion = self.motion(scene, track, i, scene.step);
+            let [tyre, body] = kind.forces(&p, &motion, &states, [Lanes::ZERO; 2]);
+            forces.push((tyre + body).0[0]);
+            if kind.spec().states == 0 || i + 1 == self.z.len() {
+                continue;
+            }
+            let next = self.motion(scene, track, i + 1, step);
+            for part in 0..PARTS {
+                let s = (part as f64 + 0.5) / PARTS as f64;
+                let between = Motion {
+                    d: motion.d + (next.d - motion.d) * s,
+                    w: motion.w + (next.w - motion.w) * s,
+                    ..self.motion(scene, track, i, step)
                 };
-                let [tyre, body] = kind.forces(&p, &motion, &states, [Lanes::ZERO; 2]);
-                (tyre + body).0[0]
-            })
-            .collect()
+                let mut rates = [Lanes::ZERO; MAX_STATES];
+                kind.moved(&p, &between, &states, Lanes::ZERO, &mut rates);
+                for (state, rate) in states.iter_mut().zip(rates) {
+                    *state += rate * step;
+                }
+            }
+        }
+        forces
+    }
+
+    /// The measured motion of a unit mass at a sample.
+    fn motion<'t>(&self, scene: &Scene, track: &'t Track, i: usize, step: f64) -> Motion<'t> {
+        let (d, w) = (
+            self.input.road[i] - self.z[i],
+            self.input.road_slope[i] - self.v[i],
+        );
+        Motion {
+            d: Lanes::all(d),
+            w: Lanes::all(w),
+            z: Lanes::all(self.z[i]),
+            v: Lanes::all(self.v[i]),
+            kappa: Lanes::ZERO,
+            beta: Lanes::ZERO,
+            per_mass: Lanes::all(1.0),
+            t: i as f64 * scene.step,
+            speed: scene.speed[i],
+            speed_rate: scene.speed_rate[i],
+            crank: Crank {
+                angle: scene.crank[i],
+                before: scene.double_crank[i],
+                turned: 0.0,
+            },
+            distance: scene.distance[i],
+            step,
+            felt_after: self.input.felt_after(step),
+            scale: &track.scale,
+        }
     }
 
     /// Solves for k/m, B/m, [1/m], [a constant] and the size of the effect.
@@ -144,8 +173,7 @@ impl<'a> Rows<'a> {
         base: &Point,
         force: &[f64],
         (mut values, slot, at): (Values, usize, usize),
-    ) -> Option<Point> {
-        let known = track.scale.mass.recip();
+    ) -> Option<(f64, Point)> {
         let mut point = base.clone();
         let row = |(first, sums): (&usize, &[f64; 5])| {
             let mut felt = 0.0;
@@ -156,51 +184,95 @@ impl<'a> Rows<'a> {
             [a, d, w, push, one, felt]
         };
         let rows: Vec<[f64; 6]> = self.windows.iter().zip(&self.sums).map(row).collect();
-        // Which of the columns are unknown; a known mass's force moves to the other side.
-        let unknown: Vec<usize> = (1..6)
-            .filter(|q| match q {
-                1 => track.has_spring,
-                3 => track.free_mass && self.input.force.is_some(),
-                4 => track.rest_point,
-                _ => true,
-            })
-            .collect();
-        if rows.len() < 3 * unknown.len() {
-            return None;
-        }
-        let scale = |q: usize| rows.iter().map(|r| r[q] * r[q]).sum::<f64>().sqrt();
-        let scales: Vec<f64> = unknown.iter().map(|q| scale(*q)).collect();
-        if scales.iter().any(|s| !(*s > 0.0)) {
-            return None;
-        }
-        let matrix = DMatrix::from_fn(rows.len(), unknown.len(), |r, c| {
-            rows[r][unknown[c]] / scales[c]
-        });
-        let given = if track.free_mass { 0.0 } else { known };
-        let target = DVector::from_fn(rows.len(), |r, _| rows[r][0] - given * rows[r][3]);
-        let normal = matrix.tr_mul(&matrix);
-        let solution = normal.cholesky()?.solve(&matrix.tr_mul(&target));
-        let of = |q: usize| {
-            let c = unknown.iter().position(|u| *u == q)?;
-            Some(solution[c] / scales[c])
+        let mut unknown = self.unknown(track);
+        unknown.push(5);
+        let solution = solve(&rows, &unknown, track)?;
+        let found = solution.values;
+        let per_mass = match unknown.contains(&3) {
+            true => found[3],
+            false => track.scale.mass.recip(),
         };
-        let per_mass = of(3).unwrap_or(known);
         if !(per_mass > 0.0) {
             return None;
         }
         let own = &mut point.base[0];
-        (own[0], own[1], own[2]) = (of(1).unwrap_or(0.0), of(2)?, per_mass);
-        own[3] = of(4).unwrap_or(own[3]);
+        (own[0], own[1], own[2]) = (found[1], found[2], per_mass);
+        if unknown.contains(&4) {
+            own[3] = found[4];
+        }
         // The factor belongs to a mass of one.
-        values[slot] *= of(5)? / per_mass;
+        values[slot] *= found[5] / per_mass;
         point.values[at] = values;
         point
             .base
             .iter()
             .flatten()
             .all(|x| x.is_finite())
-            .then_some(point)
+            .then_some((solution.left, point))
     }
+
+    /// Which columns the plain model has to find: k/m, B/m, 1/m, a constant.
+    fn unknown(&self, track: &Track) -> Vec<usize> {
+        let free = |q: &usize| match q {
+            1 => track.has_spring,
+            3 => track.free_mass && self.input.force.is_some(),
+            4 => track.rest_point,
+            _ => true,
+        };
+        (1..5).filter(free).collect()
+    }
+}
+
+struct Solution {
+    /// By column; zero where nothing was to be found.
+    values: [f64; 6],
+    /// Share of what is to be explained that is left, as a part of its deviation.
+    left: f64,
+}
+
+/// Solves rows of acceleration, deflection, its rate, force, a constant and one more for some of these; the force of a known mass
+/// is moved to the other side.
+fn solve(rows: &[[f64; 6]], unknown: &[usize], track: &Track) -> Option<Solution> {
+    if rows.len() < 3 * unknown.len() {
+        return None;
+    }
+    let scale = |q: usize| rows.iter().map(|r| r[q] * r[q]).sum::<f64>().sqrt();
+    let scales: Vec<f64> = unknown.iter().map(|q| scale(*q)).collect();
+    if scales.iter().any(|s| !(*s > 0.0)) {
+        return None;
+    }
+    let matrix = DMatrix::from_fn(rows.len(), unknown.len(), |r, c| {
+        rows[r][unknown[c]] / scales[c]
+    });
+    let given = match track.free_mass {
+        true => 0.0,
+        false => track.scale.mass.recip(),
+    };
+    let target = DVector::from_fn(rows.len(), |r, _| rows[r][0] - given * rows[r][3]);
+    let normal = matrix.tr_mul(&matrix);
+    let solution = normal.cholesky()?.solve(&matrix.tr_mul(&target));
+    let mut values = [0.0; 6];
+    for (c, q) in unknown.iter().enumerate() {
+        values[*q] = solution[c] / scales[c];
+    }
+    let rest = &target - &matrix * &solution;
+    let left = (rest.norm_squared() / target.add_scalar(-target.mean()).norm_squared()).sqrt();
+    Some(Solution { values, left })
+}
+
+/// Share of the force on the mass (RMS) that the plain model misses along the measured motion, without a simulation: what is left
+/// of the regression in windows of a `period` (s). Nothing where there are too few of them.
+pub fn missed(scene: &Scene, track: &Track, samples: usize, period: f64) -> Option<f64> {
+    let half = (0.5 * period / scene.step) as usize;
+    let half = half.clamp(LEAST, (samples / MOST_PARTS).max(LEAST));
+    let rows = Rows::new(track, samples, half);
+    let rest = rows
+        .sums
+        .iter()
+        .map(|[a, d, w, push, one]| [*a, *d, *w, *push, *one, 0.0]);
+    let all: Vec<[f64; 6]> = rest.collect();
+    let left = solve(&all, &rows.unknown(track), track)?.left;
+    left.is_finite().then_some(left)
 }
 
 /// Slope of the line through `reach` samples to both sides.

@@ -117,7 +117,7 @@ fn val_a_law_of_the_library_moves_the_same_when_it_is_written() {
                 initial: vec![[0.0; 2]],
             };
             let points: [Point; LANES] = std::array::from_fn(|_| point.clone());
-            let z = unit.simulate(&scene, &points, None, 3000, 4);
+            let z = unit.simulate(&scene, &points, None, 0..3000, 4);
             z[0].iter().map(|lanes| lanes.0[0]).collect()
         };
         let library = moved(Kind::by_id(id).unwrap(), values);

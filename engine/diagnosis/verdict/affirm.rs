@@ -28,9 +28,9 @@ const SILENT: f64 = 0.1;
 // off 0.76, and a hysteresis leaves 0.67 of that; a stop with impact, by a stop, takes off 0.83 and leads by 1.7; on a bench whose sensor sits on another mass than the
 // force, a sensor's gain takes off 0.84, whatever its lead.
 /// Share of the held-out squares that an effect must take off a model without it.
-const MATERIAL: f64 = 0.85;
+pub const MATERIAL: f64 = 0.85;
 /// Times the held-out squares of the model that the best model with another effect in the place must leave.
-const AHEAD: f64 = 2.0;
+pub const AHEAD: f64 = 2.0;
 /// What a general law, or one of which the effect is a limit, may leave of the model's held-out squares before it is that
 /// law which acts.
 pub const OUTGROWN: f64 = 0.75;
@@ -114,6 +114,7 @@ fn claim(
             rival: rival.map(|(term, _)| term.id(search.fitter.scene).to_owned()),
             rival_ratio: ratio.and_then(finite),
             disagreement: disagreement.and_then(finite),
+            window_s: None,
         },
     })
 }
@@ -233,7 +234,7 @@ fn disagreement(search: &Search, model: &Model, term: Term, axle: Axle) -> Optio
 }
 
 /// What is reported of an effect.
-fn reported(scene: &Scene, fit: &Fitted, term: Term) -> Option<Vec<f64>> {
+pub fn reported(scene: &Scene, fit: &Fitted, term: Term) -> Option<Vec<f64>> {
     let at = fit.unit.terms.iter().position(|t| *t == term)?;
     let scale = fit.unit.scale(scene, at);
     let reported = (term.kind.spec().report)(&fit.point.values[at], scale);

@@ -18,20 +18,20 @@ const SPRINGS: [Kind; 5] = [
     Kind::FreePlay,
     Kind::WheelLift,
 ];
-const DAMPERS: [Kind; 4] = [
+pub const DAMPERS: [Kind; 4] = [
     Kind::CoulombFriction,
     Kind::Hysteresis,
     Kind::QuadraticDamping,
     Kind::AsymmetricDamping,
 ];
 /// General dampers, each held against all dampers that are named.
-const CURVES: [Kind; 3] = [
+pub const CURVES: [Kind; 3] = [
     Kind::PowerDamping,
     Kind::PositionDamping,
     Kind::FrictionCurve,
 ];
 /// Named laws with states of their own, and the laws of which they are the case with the last parameter zero.
-const WIDER: [(Kind, Kind); 2] = [
+pub const WIDER: [(Kind, Kind); 2] = [
     (Kind::Hysteresis, Kind::RateHysteresis),
     (Kind::SprungMass, Kind::HardeningMass),
 ];

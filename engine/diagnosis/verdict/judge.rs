@@ -1,5 +1,6 @@
 //! Judging what a model leaves on one axle: is it noise, or is a force still missing?
 
+use super::partly::Predictions;
 use crate::bicycle::PerAxle;
 use crate::diagnosis::dataset::Scene;
 use crate::diagnosis::fit::{COARSE, FINE, Fitter, Model, Motion};
@@ -36,6 +37,18 @@ pub struct Judged {
     pub floor: f64,
     pub share: f64,
     pub held_out: HeldOut,
+}
+
+impl Judged {
+    /// Held-out errors are those in windows.
+    pub fn predicts(&mut self, windows: &Predictions) {
+        let held = &mut self.held_out;
+        held.plain_rms_m = finite(windows.plain);
+        held.extended_rms_m = finite(windows.extended);
+        held.explained_share = (held.noise_floor_m)
+            .and_then(|noise| explained(windows.plain, windows.extended, noise));
+        held.horizon_s = Some(windows.horizon);
+    }
 }
 
 /// `shown` is the model as it is measured on the record itself, where that is another than was searched.
@@ -141,6 +154,7 @@ pub fn judge(
             predicted: record.predicted(),
             explained_share: noise.and_then(|noise| explained(plain, extended, noise)),
             window_s: [at(split.held.start), at(split.held.end)],
+            horizon_s: None,
         },
         leftover: found,
     }

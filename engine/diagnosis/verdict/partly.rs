@@ -35,6 +35,18 @@ pub struct Partly {
     /// B (N s/m).
     pub effect_errors: Vec<Vec<f64>>,
     pub base_errors: PerAxle<[f64; 2]>,
+    /// Errors in windows that were not fitted, where these affirm something.
+    pub in_windows: PerAxle<Predictions>,
+}
+
+/// Errors of predictions over a part of a second window, each from a start of its own.
+#[derive(Clone, Copy, Debug)]
+pub struct Predictions {
+    /// Over how long (s).
+    pub horizon: f64,
+    /// RMS (m, or N where a force is predicted) of the plain and the extended model.
+    pub plain: f64,
+    pub extended: f64,
 }
 
 /// A set of effects and what it leaves: the product over the axles of the shares of the plain model's held-out squares.
@@ -100,14 +112,14 @@ pub fn of_core(search: &Search, record: &Scene, model: &Model, core: &[Term]) ->
 }
 
 /// The record for fits by plain squares.
-fn of_squares(record: &Scene) -> Scene {
+pub fn of_squares(record: &Scene) -> Scene {
     let mut scene = record.clone();
     scene.noise_order = 0;
     scene
 }
 
 /// The search of a record `of_squares` for what acts on the tracks where something `remains`; nothing if the plain model has no fit.
-fn search_by_squares<'s>(
+pub fn search_by_squares<'s>(
     search: &Search<'s>,
     scene: &'s Scene,
     remains: &[bool],
@@ -217,6 +229,7 @@ impl Examined {
             model: self.model,
             plain: search.plain.clone(),
             claims: self.claims,
+            in_windows: PerAxle::default(),
         }
     }
 }

@@ -10,6 +10,8 @@ mod sensed;
 pub use axle::{AxleLanes, EffectLanes, Motions};
 pub use sensed::sensed;
 
+use std::ops::Range;
+
 use axle::STATES;
 use laws::{Laws, Listed, Nothing, One};
 use runner::{Piece, Runner};
@@ -19,23 +21,24 @@ use crate::diagnosis::effects::{ForEffect, Kind};
 use crate::diagnosis::law::{Acts, Effect};
 use crate::numerics::lanes::{Lanes, vectors};
 
-/// Simulates `samples` samples of the axles; with two axles in `coupled` = (c_own, c_other) form
+/// Simulates a span of samples of the axles, from states at its first one; with two axles in `coupled` = (c_own, c_other) form
 /// they push each other. `substeps` per sample; velocities and accelerations are kept when `full`.
 pub fn run(
     scene: &Scene,
     axles: &[(&Track, &AxleLanes)],
     coupling: Option<&Lanes>,
-    samples: usize,
+    span: Range<usize>,
     substeps: usize,
     full: bool,
 ) -> Vec<Motions> {
     let cost: usize = axles.iter().map(|(track, lanes)| cost(track, lanes)).sum();
-    scene.work.add((samples * substeps * cost) as u64);
+    let span = span.start..span.end.min(scene.samples);
+    scene.work.add((span.len() * substeps * cost) as u64);
     let runners: Vec<Runner> = axles
         .iter()
-        .map(|(t, l)| Runner::new(scene, t, l, samples))
+        .map(|(t, l)| Runner::new(scene, t, l, span.clone()))
         .collect();
-    let room = |wanted: bool| Vec::with_capacity(if wanted { samples } else { 0 });
+    let room = |wanted: bool| Vec::with_capacity(if wanted { span.len() } else { 0 });
     let mut out: Vec<Motions> = axles
         .iter()
         .map(|_| Motions {
@@ -48,7 +51,7 @@ pub fn run(
         scene,
         runners: &runners,
         coupling,
-        samples,
+        span: span.clone(),
         substeps,
         full,
         out: &mut out,
@@ -94,7 +97,7 @@ struct Job<'a> {
     scene: &'a Scene,
     runners: &'a [Runner<'a>],
     coupling: Option<&'a Lanes>,
-    samples: usize,
+    span: Range<usize>,
     substeps: usize,
     full: bool,
     out: &'a mut [Motions],
@@ -175,10 +178,14 @@ impl<'a> Job<'a> {
         for (x, r) in x.iter_mut().zip(self.runners) {
             r.start(x);
         }
-        let end = self.samples.min(scene.samples);
-        for i in 0..end {
+        let Range { start, end } = self.span;
+        for i in start..end {
             let last = i + 1 == end;
-            let from = if last { i.saturating_sub(1) } else { i };
+            let from = if last {
+                i.saturating_sub(1).max(start)
+            } else {
+                i
+            };
             let pieces: [Piece; A] = std::array::from_fn(|a| self.runners[a].piece(scene, from));
             for a in 0..A {
                 self.out[a].z.push(x[a][0]);

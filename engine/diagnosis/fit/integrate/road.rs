@@ -1,33 +1,37 @@
 //! The road under each lane, where effects change it.
 
+use std::ops::Range;
+
 use super::axle::{AxleLanes, EffectLanes};
 use crate::diagnosis::dataset::{Scene, Track};
 use crate::diagnosis::law::{Spot, Tap};
 use crate::numerics::lanes::{LANES, Lanes, widest};
 use crate::numerics::spline::cubic;
 
-/// Heights (m) and slopes (m/s) at the samples.
+/// Heights (m) and slopes (m/s) at the samples from the first on.
 pub(super) struct LaneRoad {
+    first: usize,
     value: Vec<Lanes>,
     slope: Vec<Lanes>,
 }
 
 impl LaneRoad {
     /// Nothing where no effect changes what the sensor of the road has recorded.
-    pub fn of(scene: &Scene, track: &Track, lanes: &AxleLanes, samples: usize) -> Option<Self> {
+    pub fn of(scene: &Scene, track: &Track, lanes: &AxleLanes, span: Range<usize>) -> Option<Self> {
         let on_road = |e: &&EffectLanes| e.kind.spec().on_road;
         let effects: Vec<&EffectLanes> = lanes.effects.iter().filter(on_road).collect();
         if effects.is_empty() {
             return None;
         }
         let mut road = Self {
-            value: Vec::with_capacity(samples),
-            slope: Vec::with_capacity(samples),
+            first: span.start,
+            value: Vec::with_capacity(span.len()),
+            slope: Vec::with_capacity(span.len()),
         };
         widest(
             #[inline(always)]
             || {
-                for i in 0..samples {
+                for i in span {
                     road.read(scene, track, &effects, i);
                 }
             },
@@ -68,6 +72,7 @@ impl LaneRoad {
     /// The cubic on the interval of `h` (s) after a sample.
     #[inline(always)]
     pub fn piece(&self, i: usize, h: f64) -> [Lanes; 4] {
+        let i = i - self.first;
         let (d, a, b) = (
             self.value[i + 1] - self.value[i],
             self.slope[i] * h,

@@ -1,5 +1,7 @@
 //! One axle's equation of motion.
 
+use std::ops::Range;
+
 use super::axle::{AxleLanes, MAX_EFFECTS};
 use super::laws::Laws;
 use super::road::{LaneRoad, recorded};
@@ -32,12 +34,12 @@ pub(super) struct Piece {
 }
 
 impl<'a> Runner<'a> {
-    pub fn new(scene: &Scene, track: &'a Track, lanes: &'a AxleLanes, samples: usize) -> Self {
+    pub fn new(scene: &Scene, track: &'a Track, lanes: &'a AxleLanes, span: Range<usize>) -> Self {
         let carries = lanes.effects.iter().any(|e| e.kind.spec().carries);
         Self {
             track,
             lanes,
-            road: LaneRoad::of(scene, track, lanes, samples),
+            road: LaneRoad::of(scene, track, lanes, span),
             rest: match carries {
                 false => rest(track, lanes),
                 true => Lanes::ZERO,

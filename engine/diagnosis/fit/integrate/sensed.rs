@@ -5,9 +5,15 @@ use crate::diagnosis::dataset::Scene;
 use crate::diagnosis::law::{Pickup, Values};
 use crate::numerics::lanes::{LANES, Lanes, widest};
 
-/// What the displacement sensor reads of simulated motion (m), at every sample; where the motion is prescribed the force's (N),
+/// What the displacement sensor reads of simulated motion (m), at every sample from the first on; where the motion is prescribed the force's (N),
 /// that on a mass of 1 kg.
-pub fn sensed(scene: &Scene, prescribed: bool, lanes: &AxleLanes, motions: Motions) -> Vec<Lanes> {
+pub fn sensed(
+    scene: &Scene,
+    first: usize,
+    prescribed: bool,
+    lanes: &AxleLanes,
+    motions: Motions,
+) -> Vec<Lanes> {
     let effects: Vec<&EffectLanes> = lanes
         .effects
         .iter()
@@ -22,7 +28,7 @@ pub fn sensed(scene: &Scene, prescribed: bool, lanes: &AxleLanes, motions: Motio
         #[inline(always)]
         || {
             for lane in 0..LANES {
-                read_lane(scene, &effects, &motions, sharp, lane, &mut out);
+                read_lane(scene, first, &effects, &motions, sharp, lane, &mut out);
             }
         },
     );
@@ -32,6 +38,7 @@ pub fn sensed(scene: &Scene, prescribed: bool, lanes: &AxleLanes, motions: Motio
 #[inline(always)]
 fn read_lane(
     scene: &Scene,
+    first: usize,
     effects: &[&EffectLanes],
     motions: &Motions,
     sharp: &[Lanes],
@@ -49,7 +56,8 @@ fn read_lane(
             lag: 0.0,
         };
         for (e, v) in effects.iter().zip(&values) {
-            e.kind.sensor(v, i as f64 * scene.step, &mut pickup);
+            e.kind
+                .sensor(v, (first + i) as f64 * scene.step, &mut pickup);
         }
         let z = if pickup.delay == 0.0 {
             sharp[i].0[lane]

@@ -1,0 +1,130 @@
+//! Short windows of a record, from which models are judged where one simulation of all of it would only show its drift: where a
+//! mass is damped lightly or no spring holds it, the error of a long simulation is one of phase.
+
+use std::ops::Range;
+
+use super::inputs::Track;
+use crate::numerics::spectrum::median_frequency;
+
+/// Dominant and natural periods that a window of ordinary length holds, whichever is longer.
+const DOMINANT: f64 = 4.0;
+const NATURAL: f64 = 2.0;
+/// Windows that a record is divided into at least, and dominant periods that each of them then holds at least.
+const FEWEST: usize = 6;
+const SHORTEST: f64 = 1.0;
+/// Samples that a window has at least.
+const LEAST: usize = 16;
+/// Samples in windows at most, so that a long record costs no more than its physics need; windows are then left out evenly.
+const MOST: usize = 6000;
+/// Share of a window's samples that are valid at least.
+const VALID: f64 = 0.9;
+/// Part of the loudest window's deviation below which a free decay has died away.
+const SWINGS: f64 = 0.05;
+
+/// Windows of one axle's record, one after the other.
+#[derive(Clone, Debug)]
+pub struct Windows {
+    /// Period (s) below and above which half of the motion's power lies: of the swing in a free decay, of the rate of the
+    /// deflection where something drives the axle.
+    pub period: f64,
+    pub spans: Vec<Range<usize>>,
+}
+
+impl Windows {
+    /// Windows `times` as long as ordinary ones; none where the record has too few of a sensible length.
+    pub fn of(track: &Track, samples: usize, times: f64) -> Option<Self> {
+        let step = track.input.step;
+        let driven = track.has_road || track.input.force.is_some();
+        let period = dominant_period(track)?;
+        let swings = track.has_spring && track.scale.k > track.scale.as_good_as_none()[0];
+        let natural = match swings && !track.input.prescribed {
+            true => track.scale.period(),
+            false => 0.0,
+        };
+        let wanted = times * (DOMINANT * period).max(NATURAL * natural) / step;
+        // What no fit looks at at a ride's start is no loss here, where every window has a start of its own.
+        let first = track.valid.iter().position(|valid| *valid)?;
+        let samples = samples - first;
+        let length = (wanted as usize).clamp(LEAST, (samples / FEWEST).max(LEAST));
+        if (length as f64) * step < SHORTEST * period {
+            return None;
+        }
+        let all = (0..samples / length).map(|w| first + w * length..first + (w + 1) * length);
+        let valid = |span: &Range<usize>| {
+            let valid = track.valid[span.clone()].iter().filter(|v| **v).count();
+            valid as f64 >= VALID * length as f64
+        };
+        let mut spans: Vec<Range<usize>> = all.filter(valid).collect();
+        if !driven {
+            spans = swinging(track, spans);
+        }
+        let spans = thinned(spans, MOST / length);
+        (spans.len() >= FEWEST).then_some(Self { period, spans })
+    }
+
+    /// Windows of the same length that begin in the middle of these.
+    pub fn between(&self, samples: usize) -> Option<Self> {
+        let half = self.length() / 2;
+        let shifted = self.spans.iter().map(|s| s.start + half..s.end + half);
+        let spans: Vec<Range<usize>> = shifted.filter(|s| s.end <= samples).collect();
+        (spans.len() + 1 >= FEWEST).then_some(Self { spans, ..*self })
+    }
+
+    /// Samples in each window.
+    pub fn length(&self) -> usize {
+        self.spans.first().map_or(0, Range::len)
+    }
+}
+
+/// The period (s) below and above which half of the motion's power lies; nothing where a record is too short to tell.
+pub fn dominant_period(track: &Track) -> Option<f64> {
+    let driven = track.has_road || track.input.force.is_some();
+    let moved: Vec<f64> = match (track.input.prescribed, driven) {
+        (true, _) => track.input.road.clone(),
+        (false, true) => (track.input.road.iter().zip(&track.measured))
+            .map(|(u, z)| u - z)
+            .collect(),
+        (false, false) => track.measured.clone(),
+    };
+    Some(median_frequency(&moved, driven, track.input.step)?.recip())
+}
+
+/// The windows of a free decay in which something swings.
+fn swinging(track: &Track, spans: Vec<Range<usize>>) -> Vec<Range<usize>> {
+    let deviation = |span: &Range<usize>| {
+        let part = &track.measured[span.clone()];
+        let mean = part.iter().sum::<f64>() / part.len() as f64;
+        let squares: f64 = part.iter().map(|z| (z - mean).powi(2)).sum();
+        (squares / part.len() as f64).sqrt()
+    };
+    let loudest = spans.iter().map(deviation).fold(0.0, f64::max);
+    let swings = |span: &Range<usize>| deviation(span) >= SWINGS * loudest;
+    let some: Vec<Range<usize>> = spans.iter().filter(|s| swings(s)).cloned().collect();
+    match some.len() >= FEWEST {
+        true => some,
+        false => spans.into_iter().take(FEWEST).collect(),
+    }
+}
+
+/// At most so many windows (and [`FEWEST`] at least), spread evenly.
+fn thinned(spans: Vec<Range<usize>>, most: usize) -> Vec<Range<usize>> {
+    let (all, most) = (spans.len(), most.max(FEWEST));
+    if all <= most {
+        return spans;
+    }
+    (0..most).map(|w| spans[w * all / most].clone()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn windows_are_left_out_evenly_and_never_below_the_fewest() {
+        let spans: Vec<Range<usize>> = (0..100).map(|w| 10 * w..10 * w + 10).collect();
+        let some = thinned(spans.clone(), 20);
+        assert_eq!(some.len(), 20);
+        assert!(some.windows(2).all(|w| w[1].start - w[0].start == 50));
+        assert_eq!(thinned(spans, 3).len(), FEWEST);
+    }
+}

@@ -1,0 +1,79 @@
+//! Windows of a record, each with a starting state of its own.
+
+use super::*;
+use crate::diagnosis::dataset::Windows;
+use crate::diagnosis::dataset::windows::dominant_period;
+use crate::diagnosis::fit::shooting::Shooting;
+
+/// N/m^3
+const K3: f64 = 3e9;
+
+/// A ride on a spring that stiffens, as the extended model sees it.
+fn stiffening(k3: f64) -> Scene {
+    let ride = ride(|_, d, _| k3 * d.powi(3));
+    let settings = Settings::default();
+    let observed = identify::observe(&ride, &bike(), &settings).unwrap();
+    let start = starts_from(&observed.instrumental);
+    let fits = output_error::fit(&ride, &bike(), &settings, &[start]).unwrap();
+    let end = Split::of(&ride, &settings).train.end;
+    Scene::new(&ride, &bike(), &fits, end)
+}
+
+#[test]
+fn windows_tell_a_law_and_predict_what_they_were_not_fitted_to() {
+    let scene = stiffening(K3);
+    let windows = Windows::of(&scene.tracks[0], scene.samples, 1.0).unwrap();
+    let shooting = Shooting {
+        scene: &scene,
+        track: 0,
+        spans: &windows.spans,
+        period: windows.period / scene.step,
+    };
+    let (even, odd): (Vec<usize>, Vec<usize>) =
+        (0..windows.spans.len()).partition(|window| window % 2 == 0);
+    let mean = |errors: Vec<f64>| errors.iter().sum::<f64>() / errors.len() as f64;
+    let held_out = |terms: Vec<Term>| {
+        let start = Point {
+            base: vec![[1.2 * K / MASS, B / MASS, 1.0 / MASS, 0.0, 0.0, 0.0]],
+            values: terms.iter().map(|_| [0.3 * K3, 0.0, 0.0, 0.0]).collect(),
+            initial: terms.iter().map(|_| [0.0; 2]).collect(),
+        };
+        let tracks = vec![0];
+        let unit = Unit { tracks, terms };
+        let shot = shooting.fit(&unit, &start, &even, 20).unwrap();
+        (
+            mean(shooting.held_out(&unit, &shot.point, &odd)),
+            shot.point,
+        )
+    };
+    let cubic = Term {
+        kind: Kind::CubicStiffness,
+        place: Place::Front,
+    };
+    let (plain, _) = held_out(Vec::new());
+    let (with, point) = held_out(vec![cubic]);
+    assert!(with < 0.1 * plain, "{with} of {plain}");
+    let [kappa, beta, ..] = point.base[0];
+    for (found, truth) in [
+        (point.values[0][0], K3),
+        (kappa, K / MASS),
+        (beta, B / MASS),
+    ] {
+        assert!((found / truth - 1.0).abs() < 0.02, "{found} for {truth}");
+    }
+}
+
+#[test]
+fn the_force_that_is_missed_grows_with_what_is_missing() {
+    let missed = |k3: f64| {
+        let scene = stiffening(k3);
+        let track = &scene.tracks[0];
+        let period = dominant_period(track).unwrap();
+        weak_form::missed(&scene, track, scene.samples, period).unwrap()
+    };
+    let [none, some, much] = [0.0, K3, 4.0 * K3].map(missed);
+    assert!(
+        none < 0.5 * some && some < 0.7 * much,
+        "{none} {some} {much}"
+    );
+}

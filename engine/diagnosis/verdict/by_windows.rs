@@ -1,0 +1,244 @@
+//! What windows of the record affirm although no model explains the ride.
+
+use super::affirm::{Claim, reported};
+use super::partly::{Partly, Predictions, Rest, of_squares, search_by_squares};
+use super::windows::{FLOOR, MARGIN, Sights, Supported, look_twice, parameters};
+use crate::EngineError;
+use crate::bicycle::PerAxle;
+use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::dataset::windows::dominant_period;
+use crate::diagnosis::fit::model::{CORNERS, FINE};
+use crate::diagnosis::fit::{Effort, Fitted, Model, Point, Term};
+use crate::diagnosis::search::Search;
+use crate::diagnosis::search::in_windows::Seen;
+use crate::diagnosis::search::weak_form;
+use crate::finite::finite;
+use crate::report::diagnosis::Support;
+
+/// What is seen of one track without a long simulation.
+pub struct Sighted {
+    /// Share of the force (RMS) that the plain model misses along the measured motion.
+    pub missed: Option<f64>,
+    /// What windows say; nothing where the record has too few.
+    pub sights: Option<Sights>,
+}
+
+/// What is seen of every track where something is left and no road drives the axle: what a tyre does to a road is damped, so that one
+/// simulation of all of it does not drift.
+pub fn sighted(
+    search: &Search,
+    record: &Scene,
+    rest: &Rest,
+    until: u64,
+) -> Result<Vec<Option<Sighted>>, EngineError> {
+    let scene = of_squares(record);
+    let Some(again) = search_by_squares(search, &scene, &rest.remains, until) else {
+        return Ok(rest.remains.iter().map(|_| None).collect());
+    };
+    let of_track = |(t, remains): (usize, &bool)| {
+        if !remains || scene.tracks[t].has_road {
+            return Ok(None);
+        }
+        let missed = missed(&scene, t);
+        let sights = look_twice(&again, t, missed, None)?;
+        Ok(Some(Sighted { missed, sights }))
+    };
+    rest.remains.iter().enumerate().map(of_track).collect()
+}
+
+fn missed(scene: &Scene, t: usize) -> Option<f64> {
+    let track = &scene.tracks[t];
+    weak_form::missed(scene, track, scene.samples, dominant_period(track)?)
+}
+
+/// Whether the plain model misses hardly anything of the force on every track that was looked at.
+pub fn misses_little(sighted: &[Option<Sighted>]) -> bool {
+    let mut seen = sighted.iter().flatten().peekable();
+    seen.peek().is_some() && seen.all(|s| s.missed.is_some_and(|missed| missed < FLOOR))
+}
+
+/// A model with fewer numbers that windows of both lengths support on an axle in the place of several effects of `model`, and that
+/// leaves as little there; nothing where there is none.
+pub fn simpler(
+    search: &Search,
+    record: &Scene,
+    model: &Model,
+) -> Result<Option<Model>, EngineError> {
+    let scene = of_squares(record);
+    for fit in &model.fits {
+        let ([t], [_, _, ..]) = (&fit.unit.tracks[..], &fit.unit.terms[..]) else {
+            continue;
+        };
+        if scene.tracks[*t].has_road {
+            continue;
+        }
+        let remains: Vec<bool> = (0..scene.tracks.len()).map(|other| other == *t).collect();
+        let until = scene.work.done() + search.budget.steps;
+        let Some(again) = search_by_squares(search, &scene, &remains, until) else {
+            continue;
+        };
+        let Some(sights) = look_twice(&again, *t, missed(&scene, *t), Some(fit))? else {
+            continue;
+        };
+        let own = |e: &Supported| fit.unit.terms.contains(&e.term);
+        let terms = sights.models.first().map_or(&[][..], Seen::terms);
+        let others = !sights.agreed.iter().all(own);
+        let fewer = parameters(terms) < parameters(&fit.unit.terms);
+        let pairs = sights.models.iter().zip(&sights.known);
+        let as_well = pairs.clone().count() > 0
+            && pairs
+                .clone()
+                .all(|(simple, known)| simple.left() <= MARGIN * known.left());
+        if others && fewer && as_well {
+            return Ok(beside(search, model, fit, &sights.models[0]));
+        }
+    }
+    Ok(None)
+}
+
+/// The model with what windows see on one axle in the place of a fit.
+fn beside(search: &Search, model: &Model, fit: &Fitted, seen: &Seen) -> Option<Model> {
+    let mut point = seen.point.clone();
+    [point.base[0][4], point.base[0][5]] = [fit.point.base[0][4], fit.point.base[0][5]];
+    let effort = Effort {
+        substeps: substeps(search.fitter.scene, seen),
+        ..search.thorough(model)
+    };
+    let fitted = search.fitter.fit(&seen.unit, point, &fit.colours, effort)?;
+    Some(model.with(fitted))
+}
+
+fn substeps(scene: &Scene, seen: &Seen) -> usize {
+    let corners = seen.terms().iter().any(|t| t.kind.spec().corners);
+    let angle = if corners { CORNERS * FINE } else { FINE };
+    seen.unit.substeps(scene, &seen.point, angle)
+}
+
+/// The effects that windows of both lengths support, and the model with these alone, whose common numbers are those of the longer
+/// windows; nothing where there are none.
+pub fn by_windows(
+    search: &Search,
+    record: &Scene,
+    rest: &Rest,
+    sighted: &[Option<Sighted>],
+) -> Option<Partly> {
+    let agreed = |sighted: &Option<Sighted>| -> bool {
+        let sights = sighted.as_ref().and_then(|s| s.sights.as_ref());
+        sights.is_some_and(|s| !s.agreed.is_empty())
+    };
+    if !sighted.iter().any(agreed) {
+        return None;
+    }
+    let scene = of_squares(record);
+    let again = search_by_squares(search, &scene, &rest.remains, search.until)?;
+    let (mut fits, mut claims, mut effect_errors) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut base_errors, mut in_windows) = (PerAxle::default(), PerAxle::default());
+    for (t, sighted) in sighted.iter().enumerate() {
+        let (plain, _) = again.plain.of_track(t);
+        let sights = sighted.as_ref().and_then(|s| s.sights.as_ref());
+        let agreed = sights.filter(|s| !s.agreed.is_empty());
+        let Some(sights) = agreed else {
+            fits.push(plain.clone());
+            continue;
+        };
+        let fit = whole(&again, plain, &sights.models[0])?;
+        for effect in &sights.agreed {
+            effect_errors.push(effect_error(&scene, &fit, effect.term, &sights.models));
+            claims.push(claim(&scene, effect, sights.of_length[0].length));
+        }
+        let axle = scene.tracks[t].axle;
+        base_errors.set(axle, base_error(&sights.models));
+        in_windows.set(axle, predictions(sights, scene.tracks[t].spread()));
+        fits.push(fit);
+    }
+    let terms: Vec<Term> = fits
+        .iter()
+        .flat_map(|f| f.unit.terms.iter().copied())
+        .collect();
+    Some(Partly {
+        model: Model::new(terms, fits),
+        plain: again.plain,
+        claims,
+        effect_errors,
+        base_errors,
+        in_windows,
+    })
+}
+
+/// The model along the whole record, with a start of its own.
+fn whole(again: &Search, plain: &Fitted, seen: &Seen) -> Option<Fitted> {
+    let scene = again.fitter.scene;
+    let mut point = seen.point.clone();
+    [point.base[0][4], point.base[0][5]] = [plain.point.base[0][4], plain.point.base[0][5]];
+    let effort = Effort {
+        iterations: 8,
+        gain: 1e-2,
+        substeps: substeps(scene, seen),
+    };
+    again
+        .fitter
+        .started(&seen.unit, &point, &plain.colours, effort)
+}
+
+fn claim(scene: &Scene, effect: &Supported, window: f64) -> Claim {
+    let [blocks, blocks_led] = effect.blocks;
+    Claim {
+        term: effect.term,
+        holds: true,
+        holds_as_limit: true,
+        support: Support {
+            removed_share: effect.share,
+            blocks,
+            blocks_led,
+            rival: effect.rival.map(|(term, _)| term.id(scene).to_owned()),
+            rival_ratio: effect.rival.and_then(|(_, ratio)| finite(ratio)),
+            disagreement: None,
+            window_s: Some(window),
+        },
+    }
+}
+
+/// What the longer windows leave, where the record's standard deviation is `spread`.
+fn predictions(sights: &Sights, spread: f64) -> Predictions {
+    let sight = &sights.of_length[0];
+    let rms = |seen: &Seen| spread * seen.left().sqrt();
+    Predictions {
+        horizon: 0.5 * sight.length,
+        plain: rms(&sight.plain),
+        extended: rms(&sights.models[0]),
+    }
+}
+
+/// All points at which windows have a model: by length those of all windows and of each fold.
+fn points(models: &[Seen]) -> impl Iterator<Item = &Point> {
+    models.iter().flat_map(|seen| seen.folds.iter())
+}
+
+/// Standard error of a number that every fold of every length tells: half of what they spread.
+fn spread(values: impl Iterator<Item = f64>) -> f64 {
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+        (low.min(x), high.max(x))
+    });
+    0.5 * (high - low)
+}
+
+/// Standard errors of what is reported of an effect.
+fn effect_error(scene: &Scene, fit: &Fitted, term: Term, models: &[Seen]) -> Vec<f64> {
+    let told = |point: &Point| {
+        let at = Fitted {
+            point: point.clone(),
+            ..fit.clone()
+        };
+        reported(scene, &at, term).unwrap_or_default()
+    };
+    let all: Vec<Vec<f64>> = points(models).map(told).collect();
+    let count = all.first().map_or(0, Vec::len);
+    (0..count)
+        .map(|r| spread(all.iter().map(|told| told[r])))
+        .collect()
+}
+
+/// The same of k (N/m) and B (N s/m).
+fn base_error(models: &[Seen]) -> [f64; 2] {
+    [0, 1].map(|q| spread(points(models).map(|p| p.base[0][q] / p.base[0][2])))
+}

@@ -1,0 +1,367 @@
+//! What windows of an axle's record say of each effect: which set of effects leaves least of windows that it was not fitted to.
+
+use rayon::prelude::*;
+
+use super::affirm::{AHEAD, MATERIAL, OUTGROWN};
+use super::general_laws::{CURVES, DAMPERS, WIDER};
+use crate::EngineError;
+use crate::diagnosis::dataset::{Track, Windows};
+use crate::diagnosis::effects::Kind;
+use crate::diagnosis::fit::{Fitted, Term};
+use crate::diagnosis::law::{MAX_PARAMETERS, Scale};
+use crate::diagnosis::search::Search;
+use crate::diagnosis::search::in_windows::{InWindows, Seen};
+
+/// Share of what a model leaves of held-out windows, above the noise, that one more effect must take.
+const TAKE: f64 = 0.25;
+/// The same of what the plain model leaves: less is no physics of this record.
+const MATTERS: f64 = 0.01;
+/// Blocks of neighbouring windows, part of their mean error below which a block says nothing, and share of the others in which an
+/// effect must lead.
+const BLOCKS: usize = 10;
+const LOUD: f64 = 0.1;
+const LEAD: f64 = 0.8;
+/// Times the error of the best that another set may leave and be as good.
+pub const MARGIN: f64 = 1.25;
+/// Effects on an axle at most.
+const MOST: usize = 3;
+
+/// Share of the force that the plain model must miss for windows to affirm anything: less is no physics of this record, and a
+/// sensor's own law does as much.
+pub const FLOOR: f64 = 0.02;
+/// Length, beside the ordinary one, of the windows that must support an effect again.
+const SHORTER: f64 = 0.5;
+/// Single effects that are tried again in other windows, and beside others.
+const AGAIN: usize = 6;
+const BESIDE: usize = 12;
+
+/// What windows of one length say of an axle.
+pub struct Sight {
+    /// Length of a window (s).
+    pub length: f64,
+    pub plain: Seen,
+    /// The model that was found.
+    pub found: Seen,
+    pub effects: Vec<Supported>,
+    /// Single effects, the best first, with what they leave.
+    pub single: Vec<(Term, f64)>,
+}
+
+/// An effect of the model that windows found.
+#[derive(Clone)]
+pub struct Supported {
+    pub term: Term,
+    /// Share that it takes off the model without it, and loud blocks: all, and those in which it leads.
+    pub share: f64,
+    pub blocks: [usize; 2],
+    /// The effect that comes nearest in its place with as few parameters, and what it leaves beside this one's.
+    pub rival: Option<(Term, f64)>,
+}
+
+impl Supported {
+    /// Whether that is enough to affirm it.
+    pub fn holds(&self) -> bool {
+        let [all, led] = self.blocks;
+        self.share >= TAKE
+            && led as f64 >= LEAD * all as f64
+            && self.rival.is_none_or(|(_, ratio)| ratio >= MARGIN)
+    }
+}
+
+impl Supported {
+    /// Whether that holds in ordinary windows, where no other effect may come near.
+    fn leads(&self) -> bool {
+        self.holds() && self.rival.is_none_or(|(_, ratio)| ratio >= AHEAD)
+    }
+}
+
+/// What windows of two lengths say of an axle.
+pub struct Sights {
+    pub of_length: Vec<Sight>,
+    /// Effects that both lengths support, as the longer windows see them.
+    pub agreed: Vec<Supported>,
+    /// The model with these effects alone, by length.
+    pub models: Vec<Seen>,
+    /// A model that is known, by length.
+    pub known: Vec<Seen>,
+}
+
+/// Looks for effects on one axle in windows of two lengths, or where the record has room for one in others of the same, and what
+/// a `known` model leaves there; nothing where it has too few. `missed`: share of the force that the plain model misses.
+pub fn look_twice(
+    search: &Search,
+    track: usize,
+    missed: Option<f64>,
+    known: Option<&Fitted>,
+) -> Result<Option<Sights>, EngineError> {
+    let scene = search.fitter.scene;
+    let of_length = |times| Windows::of(&scene.tracks[track], scene.samples, times);
+    if missed.is_some_and(|missed| missed < FLOOR) {
+        return Ok(None);
+    }
+    let Some(ordinary) = of_length(1.0) else {
+        return Ok(None);
+    };
+    let shorter = of_length(SHORTER).filter(|w| w.length() < ordinary.length());
+    let Some(others) = shorter.or_else(|| ordinary.between(scene.samples)) else {
+        return Ok(None);
+    };
+    let divided = [ordinary, others];
+    let mut axles = divided
+        .each_ref()
+        .map(|windows| InWindows::new(search, track, windows));
+    let mut sights = Vec::new();
+    for (axle, windows) in axles.iter_mut().zip(&divided) {
+        if let Some(first) = sights.first() {
+            axle.candidates.retain(|term| is_near(first, *term));
+        }
+        sights.extend(look(search, axle, windows)?);
+    }
+    let [first, second] = &sights[..] else {
+        return Ok(None);
+    };
+    let in_both = |e: &&Supported| {
+        let mut again = second.effects.iter().filter(|o| o.term == e.term);
+        let alone = first.effects.len() == 1;
+        e.leads() && again.any(Supported::holds) && (alone || !is_of_sensor(e.term))
+    };
+    let agreed: Vec<Supported> = first.effects.iter().filter(in_both).cloned().collect();
+    let agreed = upheld(&axles[0], first, agreed, noise(&scene.tracks[track]));
+    let terms: Vec<Term> = agreed.iter().map(|e| e.term).collect();
+    let model = |(axle, sight): (&InWindows, &Sight)| match sight.found.terms() == terms {
+        true => Some(sight.found.clone()),
+        false => axle.of_set(&sight.plain, &terms),
+    };
+    let models: Option<Vec<Seen>> = axles.iter().zip(&sights).map(model).collect();
+    let of_known = |fit: &Fitted| axles.iter().map(|axle| axle.known(fit)).collect();
+    let known: Option<Vec<Seen>> = known.and_then(of_known);
+    Ok(models.map(|models| Sights {
+        known: known.unwrap_or_default(),
+        of_length: sights,
+        agreed,
+        models,
+    }))
+}
+
+/// Laws of the deflection and of its rate that are alike in both directions. Two of one kind on an axle draw a curve that has no
+/// name; one of them beside a law that differs between the directions does not, since a curve has one odd and one even part.
+const ODD_SPRINGS: [Kind; 4] = [
+    Kind::CubicStiffness,
+    Kind::BumpStop,
+    Kind::FreePlay,
+    Kind::WheelLift,
+];
+const ODD_DAMPERS: [Kind; 3] = [
+    Kind::CoulombFriction,
+    Kind::Hysteresis,
+    Kind::QuadraticDamping,
+];
+
+/// The effects that explain most together and are no parts of a curve without a name, which a general law in their place may be too.
+fn upheld(
+    axle: &InWindows,
+    sight: &Sight,
+    mut agreed: Vec<Supported>,
+    noise: f64,
+) -> Vec<Supported> {
+    for laws in [&ODD_SPRINGS[..], &ODD_DAMPERS[..]] {
+        let is_one = |e: &Supported| laws.contains(&e.term.kind);
+        if agreed.iter().filter(|e| is_one(e)).count() > 1 {
+            agreed.retain(|e| !is_one(e));
+        }
+    }
+    let set = |terms: &[Term]| axle.of_set(&sight.plain, terms).map(|seen| seen.left());
+    let all: Vec<Term> = agreed.iter().map(|e| e.term).collect();
+    let Some(left) = set(&all).filter(|left| *left <= (1.0 - MATERIAL) * sight.plain.left()) else {
+        return Vec::new();
+    };
+    let outgrown = |replaced: &dyn Fn(&Term) -> bool, law: Kind| {
+        let mut terms: Vec<Term> = all.iter().filter(|t| !replaced(t)).copied().collect();
+        terms.extend(all.first().map(|t| Term { kind: law, ..*t }));
+        let room = (left - noise).max(0.0);
+        set(&terms).is_some_and(|general| general < left - (1.0 - OUTGROWN) * room)
+    };
+    let damps = |term: &Term| DAMPERS.contains(&term.kind);
+    let is_curve = all.iter().any(damps) && CURVES.iter().any(|law| outgrown(&damps, *law));
+    agreed.retain(|e| {
+        let mut wider = WIDER.iter().filter(|(named, _)| *named == e.term.kind);
+        !(is_curve && damps(&e.term)) && !wider.any(|(_, law)| outgrown(&|t| *t == e.term, *law))
+    });
+    agreed
+}
+
+/// What the displacement sensor's noise leaves of any model at least, beside the record's variance; none where it is not known.
+fn noise(track: &Track) -> f64 {
+    let noise = track.sensor_noise().unwrap_or_default();
+    (noise / track.spread().max(f64::MIN_POSITIVE)).powi(2)
+}
+
+/// Whether an effect belongs to a sensor. Beside another effect windows do not affirm it: what a sensor does to the phase of one law is
+/// another law, and the first half of a window, which gives the starting state, takes its share.
+fn is_of_sensor(term: Term) -> bool {
+    term.kind.spec().on_sensor
+}
+
+/// Whether an effect was found, comes nearest to one that was, or is among the best single ones.
+fn is_near(first: &Sight, term: Term) -> bool {
+    let single = first.single.iter().take(AGAIN).map(|(term, _)| *term);
+    let rivals = first.effects.iter().filter_map(|e| Some(e.rival?.0));
+    let mut near = single
+        .chain(rivals)
+        .chain(first.found.terms().iter().copied());
+    near.any(|other| other == term)
+}
+
+fn look(
+    search: &Search,
+    axle: &InWindows,
+    windows: &Windows,
+) -> Result<Option<Sight>, EngineError> {
+    let Some(plain) = axle.plain() else {
+        return Ok(None);
+    };
+    let mut look = Look {
+        axle,
+        plain: plain.clone(),
+        single: Vec::new(),
+    };
+    let mut found = plain.clone();
+    let mut tables: Vec<Vec<Seen>> = Vec::new();
+    while found.terms().len() < MOST {
+        search.check()?;
+        if search.is_spent() {
+            return Ok(None);
+        }
+        let table = look.table(&found);
+        if tables.is_empty() {
+            look.single = table.iter().map(|s| (s.terms()[0], s.left())).collect();
+        }
+        let next = look.next(&found, &table).cloned();
+        tables.push(table);
+        match next {
+            Some(next) => found = next,
+            None => break,
+        }
+    }
+    let effects = look.supported(&found, &tables);
+    Ok(Some(Sight {
+        length: windows.length() as f64 * search.fitter.scene.step,
+        plain,
+        effects,
+        found,
+        single: look.single,
+    }))
+}
+
+struct Look<'a> {
+    axle: &'a InWindows<'a>,
+    plain: Seen,
+    single: Vec<(Term, f64)>,
+}
+
+impl Look<'_> {
+    /// All models with one effect more, those that leave least first.
+    fn table(&self, found: &Seen) -> Vec<Seen> {
+        let candidates: Vec<Term> = match found.terms().is_empty() {
+            true => self.axle.candidates.clone(),
+            false => (self.single.iter().take(BESIDE).map(|(term, _)| *term))
+                .filter(|term| !found.terms().contains(term))
+                .collect(),
+        };
+        let with = |term: &Term| self.axle.with(found, *term);
+        let mut table: Vec<Seen> = candidates.par_iter().filter_map(with).collect();
+        table.sort_by(|a, b| a.left().total_cmp(&b.left()));
+        table
+    }
+
+    /// The simplest of the best of those that take enough and lead.
+    fn next<'t>(&self, found: &Seen, table: &'t [Seen]) -> Option<&'t Seen> {
+        let enough = |s: &&Seen| {
+            let taken = found.left() - s.left();
+            taken >= TAKE * found.left() && taken >= MATTERS * self.plain.left() && leads(s, found)
+        };
+        let best = table.iter().find(enough)?.left();
+        let near = table
+            .iter()
+            .filter(enough)
+            .filter(|s| s.left() < MARGIN * best);
+        near.min_by_key(|s| parameters(s.terms()))
+    }
+
+    /// Each effect of a model with what speaks for it.
+    fn supported(&self, found: &Seen, tables: &[Vec<Seen>]) -> Vec<Supported> {
+        let of_term = |term: &Term| {
+            let rest: Vec<Term> = found
+                .terms()
+                .iter()
+                .filter(|t| *t != term)
+                .copied()
+                .collect();
+            let known = (tables.iter().flatten()).find(|s| s.terms() == rest);
+            let less = match (rest.is_empty(), known) {
+                (true, _) => self.plain.clone(),
+                (false, Some(known)) => known.clone(),
+                (false, None) => self.axle.with(&self.plain, rest[0])?,
+            };
+            let others: Vec<Seen> = match tables
+                .iter()
+                .find(|t| t.iter().any(|s| s.terms() == found.terms()))
+            {
+                Some(table)
+                    if table
+                        .iter()
+                        .all(|s| rest.iter().all(|r| s.terms().contains(r))) =>
+                {
+                    table.clone()
+                }
+                _ => self.table(&less),
+            };
+            let own = parameters(std::slice::from_ref(term));
+            let rival = (others.iter())
+                .filter(|s| !s.terms().contains(term))
+                .filter_map(|s| Some((*s.terms().iter().find(|t| !rest.contains(t))?, s.left())))
+                .filter(|(other, _)| parameters(&[*other]) <= own)
+                .min_by(|a, b| a.1.total_cmp(&b.1));
+            Some(Supported {
+                term: *term,
+                share: 1.0 - found.left() / less.left(),
+                blocks: led(found, &less),
+                rival: rival.map(|(other, left)| (other, left / found.left())),
+            })
+        };
+        found.terms().iter().filter_map(of_term).collect()
+    }
+}
+
+/// Numbers that are reported of effects: what only shapes a corner does not count.
+pub fn parameters(terms: &[Term]) -> usize {
+    let reported = |t: &Term| (t.kind.spec().report)(&[0.0; MAX_PARAMETERS], &Scale::TYPICAL).len();
+    terms.iter().map(reported).sum()
+}
+
+/// Loud blocks, and in how many of them one model leaves less than another.
+fn led(with: &Seen, without: &Seen) -> [usize; 2] {
+    let [with, without] = [with, without].map(|seen| blocks(&seen.errors));
+    let mean = without.iter().sum::<f64>() / without.len().max(1) as f64;
+    let pairs = with.iter().zip(&without);
+    let loud = pairs.filter(|(_, without)| **without >= LOUD * mean);
+    let led = loud.clone().filter(|(with, without)| with < without);
+    [loud.count(), led.count()]
+}
+
+fn leads(with: &Seen, without: &Seen) -> bool {
+    let [all, led] = led(with, without);
+    led as f64 >= LEAD * all as f64
+}
+
+/// Sums over blocks of neighbouring windows.
+fn blocks(errors: &[f64]) -> Vec<f64> {
+    let count = BLOCKS.min(errors.len());
+    (0..count)
+        .map(|b| {
+            errors[b * errors.len() / count..(b + 1) * errors.len() / count]
+                .iter()
+                .sum()
+        })
+        .collect()
+}
