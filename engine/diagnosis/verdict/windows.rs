@@ -185,7 +185,8 @@ fn upheld(
     let is_curve = all.iter().any(damps) && CURVES.iter().any(|law| outgrown(&damps, *law));
     agreed.retain(|e| {
         let mut wider = WIDER.iter().filter(|(named, _)| *named == e.term.kind);
-        !(is_curve && damps(&e.term)) && !wider.any(|(_, law)| outgrown(&|t| *t == e.term, *law))
+        let is_part = is_curve && damps(&e.term);
+        !(is_part || wider.any(|(_, law)| outgrown(&|t| *t == e.term, *law)))
     });
     agreed
 }
