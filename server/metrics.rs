@@ -1,4 +1,4 @@
-//! What this process counts and measures, for Prometheus. A figure is told from its first value on.
+//! What this process counts and measures, for Prometheus. A figure is listed from its first value on.
 
 use std::sync::LazyLock;
 
@@ -115,7 +115,7 @@ fn known<M: Metric + Clone + Default>(registry: &mut Registry, name: &str) -> M 
     metric
 }
 
-/// A line of OpenMetrics as version 0.0.4 of the text format has it: the type of a counter is told by the name of its value,
+/// A line of OpenMetrics as version 0.0.4 of the text format has it: a counter's type is given under the name of its value,
 /// and the limit of a bucket is written like any number. The names are all the help there is.
 fn classic(line: &str) -> Option<String> {
     if line.starts_with("# HELP") {
@@ -137,7 +137,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn figures_are_told_as_the_text_format_has_it_from_their_first_value_on() {
+    fn figures_are_written_as_the_text_format_has_it_from_their_first_value_on() {
         let metrics = Metrics::new();
         assert_eq!(metrics.render(), "");
         metrics.rescues.add(3, []);

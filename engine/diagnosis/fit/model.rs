@@ -111,6 +111,12 @@ impl Model {
 }
 
 impl Unit {
+    /// The same of a last fit of this unit alone.
+    pub fn fine_substeps(&self, scene: &Scene, point: &Point) -> usize {
+        let corners = self.terms.iter().any(|t| t.kind.spec().corners);
+        self.substeps(scene, point, if corners { CORNERS * FINE } else { FINE })
+    }
+
     /// Steps of the integrator for each sample, so that the stiffest axle turns by no more than `angle` (rad) in one.
     pub fn substeps(&self, scene: &Scene, point: &Point, angle: f64) -> usize {
         let turns = (self.fastest(scene, point) * scene.step / angle).ceil() as usize;

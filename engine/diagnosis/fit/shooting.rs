@@ -9,7 +9,6 @@ use rayon::prelude::*;
 
 use super::damped::{Normal, stepped};
 use super::fitter::products;
-use super::model::{CORNERS, FINE};
 use super::unit::{Point, Slot, Unit};
 use crate::diagnosis::dataset::{Scene, Track};
 use crate::numerics::lanes::{LANES, Lanes};
@@ -37,6 +36,8 @@ pub struct Shooting<'a> {
     pub spans: &'a [Range<usize>],
     /// The dominant period (samples).
     pub period: f64,
+    /// What errors are measured by: the record's variance (m^2 or N^2).
+    pub variance: f64,
 }
 
 /// A model fitted to windows.
@@ -130,17 +131,12 @@ impl<'a> Shooting<'a> {
         let squares: Vec<f64> = (judged.iter().flatten())
             .map(|e| (e - zero).powi(2))
             .collect();
-        let left = squares.iter().sum::<f64>() / squares.len().max(1) as f64 / self.variance();
+        let left = squares.iter().sum::<f64>() / squares.len().max(1) as f64 / self.variance;
         if left.is_finite() {
             left
         } else {
             f64::INFINITY
         }
-    }
-
-    /// What errors are measured by: the record's variance (m^2 or N^2).
-    fn variance(&self) -> f64 {
-        self.data().spread().powi(2).max(f64::MIN_POSITIVE)
     }
 
     fn setting<'u>(&self, unit: &'u Unit, point: &Point, with_common: bool) -> Setting<'u> {
@@ -157,10 +153,8 @@ impl<'a> Shooting<'a> {
         if !with_common {
             common.clear();
         }
-        let corners = unit.terms.iter().any(|t| t.kind.spec().corners);
-        let angle = if corners { CORNERS * FINE } else { FINE };
         Setting {
-            substeps: unit.substeps(self.scene, point, angle),
+            substeps: unit.fine_substeps(self.scene, point),
             unit,
             common,
             own,
@@ -234,7 +228,7 @@ impl<'a> Shooting<'a> {
 
     fn normal(&self, setting: &Setting, span: &Range<usize>, point: &Point) -> Normal {
         let slots: Vec<Slot> = setting.common.iter().chain(&setting.own).copied().collect();
-        let variance = self.variance();
+        let variance = self.variance;
         let mut normal = Normal {
             cost: 0.0,
             gradient: DVector::zeros(slots.len()),
@@ -354,7 +348,7 @@ impl<'a> Shooting<'a> {
         let parts: Vec<Lanes> = windows.par_iter().map(of_window).collect();
         let mut sum = Lanes::ZERO;
         parts.iter().for_each(|part| sum += *part);
-        let variance = self.variance();
+        let variance = self.variance;
         sum.0.map(|x| {
             if x.is_finite() {
                 x / variance

@@ -71,6 +71,7 @@ impl<'a> InWindows<'a> {
                 track,
                 spans: &windows.spans,
                 period: windows.period / scene.step,
+                variance: (scene.tracks[track].spread().powi(2)).max(f64::MIN_POSITIVE),
             },
             candidates: search.candidates.iter().filter(alone).copied().collect(),
         }

@@ -28,6 +28,7 @@ fn windows_tell_a_law_and_predict_what_they_were_not_fitted_to() {
         track: 0,
         spans: &windows.spans,
         period: windows.period / scene.step,
+        variance: scene.tracks[0].spread().powi(2),
     };
     let (even, odd): (Vec<usize>, Vec<usize>) =
         (0..windows.spans.len()).partition(|window| window % 2 == 0);

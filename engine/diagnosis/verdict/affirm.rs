@@ -197,7 +197,7 @@ impl Errors {
     }
 }
 
-fn blocks(samples: usize, count: usize) -> impl Iterator<Item = Range<usize>> {
+pub fn blocks(samples: usize, count: usize) -> impl Iterator<Item = Range<usize>> {
     (0..count).map(move |b| b * samples / count..(b + 1) * samples / count)
 }
 

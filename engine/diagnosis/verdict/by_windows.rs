@@ -7,7 +7,6 @@ use crate::EngineError;
 use crate::bicycle::PerAxle;
 use crate::diagnosis::dataset::Scene;
 use crate::diagnosis::dataset::windows::dominant_period;
-use crate::diagnosis::fit::model::{CORNERS, FINE};
 use crate::diagnosis::fit::{Effort, Fitted, Model, Point, Term};
 use crate::diagnosis::search::Search;
 use crate::diagnosis::search::in_windows::Seen;
@@ -31,19 +30,27 @@ pub fn sighted(
     rest: &Rest,
     until: u64,
 ) -> Result<Vec<Option<Sighted>>, EngineError> {
+    let benches = record.tracks.iter().zip(&rest.remains);
+    let asked: Vec<bool> = benches
+        .map(|(t, remains)| *remains && !t.has_road)
+        .collect();
+    let nothing = || Ok(asked.iter().map(|_| None).collect());
+    if !asked.contains(&true) {
+        return nothing();
+    }
     let scene = of_squares(record);
     let Some(again) = search_by_squares(search, &scene, &rest.remains, until) else {
-        return Ok(rest.remains.iter().map(|_| None).collect());
+        return nothing();
     };
-    let of_track = |(t, remains): (usize, &bool)| {
-        if !remains || scene.tracks[t].has_road {
+    let of_track = |(t, asked): (usize, &bool)| {
+        if !asked {
             return Ok(None);
         }
         let missed = missed(&scene, t);
         let sights = look_twice(&again, t, missed, None)?;
         Ok(Some(Sighted { missed, sights }))
     };
-    rest.remains.iter().enumerate().map(of_track).collect()
+    asked.iter().enumerate().map(of_track).collect()
 }
 
 fn missed(scene: &Scene, t: usize) -> Option<f64> {
@@ -101,17 +108,11 @@ fn beside(search: &Search, model: &Model, fit: &Fitted, seen: &Seen) -> Option<M
     let mut point = seen.point.clone();
     [point.base[0][4], point.base[0][5]] = [fit.point.base[0][4], fit.point.base[0][5]];
     let effort = Effort {
-        substeps: substeps(search.fitter.scene, seen),
+        substeps: (seen.unit).fine_substeps(search.fitter.scene, &seen.point),
         ..search.thorough(model)
     };
     let fitted = search.fitter.fit(&seen.unit, point, &fit.colours, effort)?;
     Some(model.with(fitted))
-}
-
-fn substeps(scene: &Scene, seen: &Seen) -> usize {
-    let corners = seen.terms().iter().any(|t| t.kind.spec().corners);
-    let angle = if corners { CORNERS * FINE } else { FINE };
-    seen.unit.substeps(scene, &seen.point, angle)
 }
 
 /// The effects that windows of both lengths support, and the model with these alone, whose common numbers are those of the longer
@@ -173,7 +174,7 @@ fn whole(again: &Search, plain: &Fitted, seen: &Seen) -> Option<Fitted> {
     let effort = Effort {
         iterations: 8,
         gain: 1e-2,
-        substeps: substeps(scene, seen),
+        substeps: seen.unit.fine_substeps(scene, &seen.point),
     };
     again
         .fitter

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::affirm::{AHEAD, MATERIAL, OUTGROWN};
+use super::affirm::{self, AHEAD, MATERIAL, OUTGROWN};
 use super::general_laws::{CURVES, DAMPERS, WIDER};
 use crate::EngineError;
 use crate::diagnosis::dataset::{Track, Windows};
@@ -357,12 +357,7 @@ fn leads(with: &Seen, without: &Seen) -> bool {
 
 /// Sums over blocks of neighbouring windows.
 fn blocks(errors: &[f64]) -> Vec<f64> {
-    let count = BLOCKS.min(errors.len());
-    (0..count)
-        .map(|b| {
-            errors[b * errors.len() / count..(b + 1) * errors.len() / count]
-                .iter()
-                .sum()
-        })
+    affirm::blocks(errors.len(), BLOCKS.min(errors.len()))
+        .map(|block| errors[block].iter().sum())
         .collect()
 }
