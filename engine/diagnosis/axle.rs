@@ -4,8 +4,8 @@ use crate::bicycle::Axle;
 use crate::diagnosis::decide::Decision;
 use crate::diagnosis::explain::free_form::free_form;
 use crate::diagnosis::explain::{locate, show};
+use crate::diagnosis::fit::Motion;
 use crate::diagnosis::fit::estimate::estimate;
-use crate::diagnosis::fit::{FINE, Model, Motion};
 use crate::diagnosis::prepare::Prepared;
 use crate::diagnosis::search::null::FINEST;
 use crate::diagnosis::verdict::judge::Judged;
@@ -55,7 +55,9 @@ impl Teller<'_> {
             false => self.unchanged(t, has_mass),
         };
         let location = self.location(t);
-        let told_of_rest = decision.verdict == Verdict::NamedInPart && (judged.remains || named);
+        let is_certain = decision.certain.iter().any(|term| term.acts_on(axle));
+        let told_of_rest =
+            decision.verdict == Verdict::NamedInPart && (judged.remains || named && !is_certain);
         let unexplained = matches!(decision.verdict, Verdict::Unnamed | Verdict::NamedInPart);
         let (extended, warnings) = self.identified(t, told);
         OnAxle {
@@ -185,7 +187,7 @@ impl Teller<'_> {
     fn noise(&self, t: usize) -> Vec<f64> {
         let track = &self.prepared.scene.tracks[t];
         let judged = &self.decision.judged[t];
-        let mut left = residual(&self.decision.model, self.prepared, t, false);
+        let mut left = (self.decision.model).residual(&self.prepared.scene, t);
         if judged.remains {
             let rms = rms_valid(&left, &track.valid, 0..left.len()).max(1e-300);
             let noise = (judged.floor / rms).min(1.0);
@@ -197,8 +199,8 @@ impl Teller<'_> {
     fn evidence(&self, t: usize) -> Evidence {
         let (record, decision) = (self.prepared.record(), self.decision);
         let track = &record.tracks[t];
-        let [plain, left] = [&decision.shown_plain, &decision.shown]
-            .map(|model| residual(model, self.prepared, t, true));
+        let [plain, left] =
+            [&decision.shown_plain, &decision.shown].map(|model| model.residual(record, t));
         let estimate = estimate(record, &decision.shown_plain, t);
         Evidence {
             predicted: track.predicted(),
@@ -207,19 +209,6 @@ impl Teller<'_> {
             surface: Surface::of(track, &self.plain_motions[t], &plain, &estimate),
         }
     }
-}
-
-/// Measured minus simulated along the whole ride, as it was recorded or as it was searched.
-fn residual(model: &Model, prepared: &Prepared, t: usize, recorded: bool) -> Vec<f64> {
-    let mut fitter = match recorded {
-        true => prepared.on_record(),
-        false => prepared.fitter(),
-    };
-    fitter.samples = fitter.scene.samples;
-    let (fit, a) = model.of_track(t);
-    let substeps = model.substeps(fitter.scene, FINE);
-    let mut residuals = fitter.residuals(&fit.unit, &fit.point, substeps);
-    residuals.swap_remove(a)
 }
 
 /// What the plain model lacks, over the mass: what is named, and what is left.

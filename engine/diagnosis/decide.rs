@@ -1,8 +1,9 @@
 //! The verdict: what was found is judged on every axle, and where that is not enough, looked for once more.
 
+use super::by_axle;
 use crate::EngineError;
 use crate::bicycle::PerAxle;
-use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::dataset::{Scene, Track};
 use crate::diagnosis::explain::{input_noise, show};
 use crate::diagnosis::fit::physical::is_physical;
 use crate::diagnosis::fit::polish::polish;
@@ -18,6 +19,8 @@ use crate::diagnosis::verdict::choose::{Chosen, choose};
 use crate::diagnosis::verdict::general_laws::{dominates, is_curve, is_outgrown};
 use crate::diagnosis::verdict::judge::{Judged, judge};
 use crate::diagnosis::verdict::partly::{self, Partly, Rest, partly};
+use crate::numerics::spectrum::most_white;
+use crate::output_error::rms_valid;
 use crate::report::diagnosis::{SearchCost, Verdict};
 use crate::settings::Settings;
 
@@ -39,6 +42,8 @@ pub struct Decision {
     pub tied: Vec<Model>,
     /// What was examined without a likelihood, each with its jackknife errors, and these of k and B.
     pub claims: Vec<(Claim, Vec<f64>)>,
+    /// Effects that the likelihood names on an axle which they complete, while something is left on the other.
+    pub certain: Vec<Term>,
     pub base_errors: PerAxle<[f64; 2]>,
     /// Whether a wider law explains the ride better, by little beside what is named.
     pub is_outgrown_a_little: bool,
@@ -52,10 +57,17 @@ pub fn decide(
     search: &Search,
     settings: &Settings,
 ) -> Result<Decision, EngineError> {
-    let first = by_likelihood(prepared, search, choose(search)?, settings)?;
+    let every: Vec<usize> = (0..prepared.scene.tracks.len()).collect();
+    let first = by_likelihood(prepared, search, choose(search)?, &every, settings)?;
     let swallowed = is_swallowed(search, &first, prepared.record());
-    let mut decision = match first.verdict == Verdict::Unnamed || swallowed {
-        true => second_look(first, swallowed, prepared, search, settings)?,
+    let named = matches!(first.verdict, Verdict::Named | Verdict::Ambiguous);
+    let slight = by_windows::misses_little(prepared.record());
+    let nothing = first.verdict == Verdict::NothingMissing;
+    let loud = is_loud(&first, prepared);
+    let bench = named && (slight || loud) || nothing && !slight && loud;
+    let doubtful = swallowed || bench;
+    let mut decision = match first.verdict == Verdict::Unnamed || doubtful {
+        true => second_look(first, [doubtful, bench], prepared, search, settings)?,
         false => simplest(agreed(first, prepared, search, settings), prepared, search)?,
     };
     decision.cost.steps = prepared.scene.work.done();
@@ -67,19 +79,43 @@ pub fn decide(
 /// half of it is the second length.
 const WINDOWS: u64 = 3;
 
+/// Times the white noise in what it leaves of a bench's record that a model which explains it may leave.
+const LOUD: f64 = 5.0;
+
+/// Whether no road drives any axle, and what the model leaves on one is mostly no white noise: then the noise that was fitted to it may
+/// have swallowed what is missing.
+fn is_loud(decision: &Decision, prepared: &Prepared) -> bool {
+    let record = prepared.record();
+    let loud = |(t, track): (usize, &Track)| {
+        let left = decision.shown.residual(record, t);
+        let rms = rms_valid(&left, &track.valid, prepared.split.held.clone());
+        most_white(&left, record.step).is_some_and(|noise| rms > LOUD * noise)
+    };
+    let mut tracks = record.tracks.iter().enumerate();
+    record.tracks.iter().all(|track| !track.has_road) && tracks.any(loud)
+}
+
 /// What holds although no model explains the ride, or the nearest shape.
 fn second_look(
     first: Decision,
-    swallowed: bool,
+    [doubtful, bench]: [bool; 2],
     prepared: &Prepared,
     search: &Search,
     settings: &Settings,
 ) -> Result<Decision, EngineError> {
+    let named = match bench {
+        true => Vec::new(),
+        false => by_axle::named(&first, prepared, search, settings)?,
+    };
     // Where the likelihood is not to be trusted, or a wider law explains the ride, something may be left on all tracks.
-    let explained = first.judged.iter().all(|j| !j.remains) && !swallowed;
+    let explained = first.judged.iter().all(|j| !j.remains) && !doubtful;
     let rest = Rest {
         remains: (first.judged.iter())
-            .map(|j| j.remains || swallowed || explained)
+            .enumerate()
+            .map(|(t, j)| {
+                let is_named = named.iter().any(|(axle, _)| *axle == t);
+                (j.remains || doubtful || explained) && !is_named
+            })
             .collect(),
         outgrown: match explained {
             true => NEARLY_ALL,
@@ -104,17 +140,21 @@ fn second_look(
     let until = budget.steps.max(work.done() + budget.steps - budget.first);
     let found = match by_windows::by_windows(search, record, &rest, &sighted) {
         Some(found) => Some(found),
-        None => partly(search, record, &rest, &first.model, until)?,
+        None => partly(search, record, &rest, &first.model, until)?
+            .map(|found| by_windows::uncontradicted(found, record, &sighted)),
     };
     let mut decision = match found {
         Some(partly) => first.in_part(partly, prepared, settings),
         None => first,
     };
+    for (t, named) in named {
+        decision = decision.with_axle(t, named, prepared);
+    }
     decision.cost.is_spent |= work.done() > until || cut_short;
     let errs_more = decision.verdict == Verdict::Unnamed
         && !decision.model.terms.is_empty()
         && decision.judged.iter().any(|j| errs_more(j, 1.0));
-    let nothing = decision.verdict == Verdict::Unnamed && by_windows::misses_little(&sighted);
+    let nothing = decision.verdict == Verdict::Unnamed && by_windows::misses_little(record);
     Ok(match (nothing, errs_more) {
         (true, _) => (decision.without_shape(prepared, settings)).nothing_missing(),
         (false, true) => decision.without_shape(prepared, settings),
@@ -155,8 +195,8 @@ fn simplest(
     })
 }
 
-/// What the search by likelihood leads to.
-fn by_likelihood(
+/// What the search by likelihood leads to, where the tracks of `asked` alone count.
+pub fn by_likelihood(
     prepared: &Prepared,
     search: &Search,
     Chosen {
@@ -165,19 +205,21 @@ fn by_likelihood(
         tied,
         is_spent,
     }: Chosen,
+    asked: &[usize],
     settings: &Settings,
 ) -> Result<Decision, EngineError> {
     let shown = measured(prepared, search, &model);
     let motions = motions(&prepared.scene, &model);
     let judged = judged(prepared, &model, &motions, &shown, settings);
+    let counts = || asked.iter().map(|t| &judged[*t]);
     let explains = !model.terms.is_empty()
-        && judged.iter().all(|j| !j.remains || j.share >= ADEQUATE)
-        && !judged.iter().any(|j| errs_more(j, MISLEADS))
+        && counts().all(|j| !j.remains || j.share >= ADEQUATE)
+        && !counts().any(|j| errs_more(j, MISLEADS))
         && is_physical(&prepared.scene, &search.plain, &model);
     let wider = explains && (is_curve(search, &model) || is_outgrown(search, &model));
     let little = wider && dominates(search, &model);
     let verdict = match (model.terms.is_empty(), explains) {
-        (true, _) if judged.iter().all(|j| !j.remains) => Verdict::NothingMissing,
+        (true, _) if counts().all(|j| !j.remains) => Verdict::NothingMissing,
         (true, _) | (false, false) => Verdict::Unnamed,
         (false, true) if wider && !little => Verdict::Unnamed,
         (false, true) if tied.is_empty() => Verdict::Named,
@@ -194,6 +236,7 @@ fn by_likelihood(
         rounds,
         tied,
         claims: Vec::new(),
+        certain: Vec::new(),
         base_errors: PerAxle::default(),
         is_outgrown_a_little: little,
         cost: SearchCost {
@@ -229,6 +272,27 @@ impl Decision {
             rounds: Vec::new(),
             ..self
         }
+    }
+
+    /// The same with what was decided on one axle.
+    fn with_axle(self, t: usize, mut own: Self, prepared: &Prepared) -> Self {
+        let axle = prepared.scene.tracks[t].axle;
+        let with = |all: &Model, own: &Model| all.with(own.of_track(t).0.clone());
+        let mut told = Self {
+            verdict: Verdict::NamedInPart,
+            model: with(&self.model, &own.model),
+            shown: with(&self.shown, &own.shown),
+            shown_plain: with(&self.shown_plain, &own.shown_plain),
+            corrected: with(&self.corrected, &own.corrected),
+            ..self
+        };
+        told.motions[t] = own.motions.swap_remove(t);
+        told.judged[t] = own.judged.swap_remove(t);
+        told.rounds.retain(|round| !round.term.acts_on(axle));
+        told.rounds.append(&mut own.rounds);
+        told.certain.append(&mut own.model.terms);
+        told.is_outgrown_a_little |= own.is_outgrown_a_little;
+        told
     }
 
     /// That the plain model misses next to nothing of the force, whatever the noise is.
@@ -313,7 +377,7 @@ const SWALLOWED: f64 = 0.01;
 
 /// Whether the noise that was estimated from what the plain model leaves has swallowed what an effect takes off. Such a
 /// likelihood tells little of what the effect is.
-fn is_swallowed(search: &Search, decision: &Decision, record: &Scene) -> bool {
+pub fn is_swallowed(search: &Search, decision: &Decision, record: &Scene) -> bool {
     let model = &decision.model;
     let [left, plain] = [model, &search.plain].map(|m| search.held_squares(m));
     let white: f64 = (left.iter().zip(plain))

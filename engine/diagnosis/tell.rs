@@ -119,28 +119,37 @@ fn effects(
 ) -> Vec<EffectReport> {
     let examined = matches!(decision.verdict, Verdict::NamedInPart | Verdict::Unnamed)
         && !decision.claims.is_empty();
-    let mut effects = match examined {
-        true => (decision.claims.iter())
-            .filter_map(|(claim, errors)| {
-                show::supported(prepared.record(), &decision.corrected, claim, errors)
-            })
-            .collect(),
-        false => tested(prepared, search, decision, settings),
+    let supported = (decision.claims.iter()).filter_map(|(claim, errors)| {
+        show::supported(prepared.record(), &decision.corrected, claim, errors)
+    });
+    let mut effects: Vec<EffectReport> = match examined {
+        true => supported.collect(),
+        false => Vec::new(),
     };
+    let told: Vec<Term> = (decision.model.terms.iter().copied())
+        .filter(|term| !examined || decision.certain.contains(term))
+        .collect();
+    for (term, mut effect) in tested(prepared, search, decision, &told, settings) {
+        effect.affirmed |= decision.verdict == Verdict::Named || decision.certain.contains(&term);
+        effects.push(effect);
+    }
     for effect in &mut effects {
-        effect.affirmed |= decision.verdict == Verdict::Named;
         effect.adequate = effect.affirmed || decision.verdict == Verdict::Ambiguous;
     }
     effects
 }
 
-/// Effects that the search by likelihood found, with what speaks for each.
+/// Effects of `terms` that the search by likelihood found, with what speaks for each.
 fn tested(
     prepared: &Prepared,
     search: &Search,
     decision: &Decision,
+    terms: &[Term],
     settings: &Settings,
-) -> Vec<EffectReport> {
+) -> Vec<(Term, EffectReport)> {
+    if terms.is_empty() {
+        return Vec::new();
+    }
     let model = &decision.model;
     let without = search.without_each(model);
     let report = |term: &Term| {
@@ -154,9 +163,9 @@ fn tested(
         let mut effect = show::effect(record, &decision.corrected, term, separation, p)?;
         let less = less.unwrap_or(&search.plain);
         effect.material = is_material(prepared, term, model, less, settings.materiality);
-        Some(effect)
+        Some((*term, effect))
     };
-    model.terms.iter().filter_map(report).collect()
+    terms.iter().filter_map(report).collect()
 }
 
 /// Whether the held-out error of an axle that `term` acts on is larger by that share in the model without it.

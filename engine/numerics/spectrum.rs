@@ -98,8 +98,14 @@ impl Spectrum {
 
     /// Density of the white noise in a record: the least median of four bands in its upper half.
     pub fn white_floor(&self) -> f64 {
-        let medians = [0.4, 0.52, 0.66, 0.82].map(|from| self.median(from));
-        medians.into_iter().fold(f64::INFINITY, f64::min)
+        self.upper_medians()
+            .into_iter()
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// Median densities of four bands in the upper half.
+    fn upper_medians(&self) -> [f64; 4] {
+        [0.4, 0.52, 0.66, 0.82].map(|from| self.median(from))
     }
 
     /// The same where the upper bands agree, so that it is noise and not motion or a filter; nothing elsewhere.
@@ -151,6 +157,13 @@ pub fn median_frequency(record: &[f64], driven: bool, step: f64) -> Option<f64> 
 /// Density (m^2/Hz, one-sided) of the white noise in a record, at most; zero where it is too short to tell.
 pub fn white_floor(record: &[f64], step: f64) -> f64 {
     Spectrum::new(record, step).map_or(0.0, |s| s.white_floor())
+}
+
+/// Standard deviation of the white noise that a record may hold at most, whatever a filter has taken off its fastest part; nothing
+/// where it is too short to tell.
+pub fn most_white(record: &[f64], step: f64) -> Option<f64> {
+    let loudest = Spectrum::new(record, step)?.upper_medians().into_iter();
+    Some(deviation(loudest.fold(0.0, f64::max), step))
 }
 
 /// The white noise of a record's own sensor (m, RMS), where the record shows it.

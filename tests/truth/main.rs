@@ -14,17 +14,18 @@ use veloid_truth::prove::proof::Proof;
 use veloid_truth::prove::times::Times;
 use veloid_truth::prove::whole::{self, Whole};
 use veloid_truth::refit::known;
+use veloid_truth::suite::case::Suite;
 use veloid_truth::suite::files;
 
 use options::Options;
 
 const USAGE: &str = "usage:
-  veloid-truth make --out DIR --seed N [--suite standard|clean300] [--sample 1/6] [--count N]
+  veloid-truth make --out DIR --seed N [--suite standard|clean300|beside|quiet] [--sample 1/6] [--count N]
   veloid-truth seal --seed N --docs docs/proof.md [--work target/proof]
                      writes the keys' SHA-256 into the document, to be committed alone before `prove`
   veloid-truth prove --suite all --seed N --docs docs/proof.md [--binary PATH] [--real ../shared/real] [--work target/proof]
                      everything that the document shows; without --binary builds it, in release
-  veloid-truth prove --binary PATH --seed N [--suite standard|clean300] [--sample 1/6] [--count N] [--docs docs/proof.md]
+  veloid-truth prove --binary PATH --seed N [--suite standard|clean300|beside|quiet] [--sample 1/6] [--count N] [--docs docs/proof.md]
                      [--work target/proof] [--bounds PERCENT]   fails where a row misses its demand by more than
                      rides that meet it would in this percentage of such runs
   veloid-truth prove --suite timing|timing-slower|real --seed N --docs docs/proof.md [--binary PATH]
@@ -88,7 +89,7 @@ fn prove(options: &Options) -> Result<String, String> {
     let budget = options.budget()?;
     let seed = options.number("--seed", 1)? as u64;
     let suite = options.get("--suite").unwrap_or("standard");
-    if ["standard", "clean300"].contains(&suite) {
+    if Suite::ALL.iter().any(|known| known.name() == suite) {
         let origin = match &docs {
             Some(docs) => Some(Origin::of(binary.clone(), docs).map_err(|e| e.to_string())?),
             None => None,

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use veloid_truth::prove::budget::Budget;
+use veloid_truth::suite::case::Suite;
 use veloid_truth::suite::files::Order;
 
 /// `--name value` pairs after the command.
@@ -67,16 +68,14 @@ impl<'a> Options<'a> {
             Some(Some(Ok(n))) if n > 0 => n,
             _ => return Err("--sample: expected 1/N".to_owned()),
         };
-        let clean300 = match self.get("--suite") {
-            None | Some("standard") => false,
-            Some("clean300") => true,
-            Some(other) => return Err(format!("--suite {other}: standard or clean300")),
-        };
+        let name = self.get("--suite").unwrap_or("standard");
+        let suite = (Suite::ALL.into_iter().find(|suite| suite.name() == name))
+            .ok_or_else(|| format!("--suite {name}: standard, clean300, beside or quiet"))?;
         Ok(Order {
             seed: self.number("--seed", 1)? as u64,
             one_in,
             count: self.number("--count", usize::MAX)?,
-            clean300,
+            suite,
         })
     }
 }

@@ -8,20 +8,23 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::bicycle::{Bike, PerAxle};
 use crate::numerics::random::normal;
-use crate::numerics::spectrum::{deviation, white_floor};
+use crate::numerics::spectrum::{Spectrum, deviation, white_floor};
 use crate::output_error::AxleFit;
 use crate::ride::{AxleRecord, Ride};
-use crate::simulate::linear::{Input, simulate};
+use crate::simulate::linear::{Input, force_answer, road_answer, simulate};
 use crate::simulate::sensitivity::Plain;
 
 /// Gain in log likelihood that a model of all that lies between the samples may have under a record's own
 /// noise, and that it has under ours.
 const BORNE: f64 = 10.0;
 const HIDDEN: f64 = 0.25;
-/// Most noise that is laid over a record, as a share of the deflection (RMS).
+/// Most noise that is laid over a record, as a share of the deflection (RMS), unless what lies between the samples asks for more.
 const MOST: f64 = 0.03;
 /// Errors of a cubic spline fall with the fourth power of the step, where it follows the road at all.
 const FOURTH: f64 = 1.0 / 16.0;
+/// Images of a spectrum, to either side of the multiples of the sampling rate, that a spline leaves: those beyond fall with the fourth
+/// power of their order.
+const IMAGES: usize = 3;
 
 /// Share of the motion (RMS) that no sensor tells (20 bits), and no integrator needs to.
 const FINEST: f64 = 1e-6;
@@ -62,11 +65,12 @@ pub fn lay_over(ride: &Ride, dither: &PerAxle<Vec<f64>>) -> Option<Ride> {
 
 /// Noise (m, RMS) that the record lacks to hide what lies between its samples from a fit.
 fn lacking(record: &AxleRecord, fit: &AxleFit, bike: &Bike, step: f64, fitted: usize) -> f64 {
-    let [once, twice, four] = [1, 2, 4].map(|every| moved(record, &fit.plain, step, every));
-    let near = distance(&once, &twice);
-    let far = distance(&twice, &four);
-    // Richardson's extrapolation.
-    let between = (near * (near / far).min(FOURTH)).max(FINEST * rms(&once));
+    let once = moved(record, &fit.plain, step, 1);
+    let between = match record.prescribed {
+        true => by_halves(record, &fit.plain, step),
+        false => by_spectrum(record, &fit.plain, step),
+    };
+    let between = between.max(FINEST * rms(&once));
     let own = (bike.noise_displacement_m.filter(|_| !record.prescribed))
         .unwrap_or_else(|| deviation(white_floor(record.output(), step), step));
     let own = own.min(fit.train_rms);
@@ -76,8 +80,64 @@ fn lacking(record: &AxleRecord, fit: &AxleFit, bike: &Bike, step: f64, fitted: u
     }
     let deflection: Vec<f64> = record.road.iter().zip(&once).map(|(u, z)| u - z).collect();
     // Without a mass the road is none, and this the force that answers to the deflection.
-    let wanted = noise(HIDDEN).min(MOST * rms(&deflection));
+    let wanted = noise(HIDDEN).min((MOST * rms(&deflection)).max(noise(BORNE)));
     (wanted * wanted - own * own).max(0.0).sqrt()
+}
+
+/// RMS of what is between the samples of a force that answers to its motion, by Richardson's extrapolation.
+fn by_halves(record: &AxleRecord, plain: &Plain, step: f64) -> f64 {
+    let [once, twice, four] = [1, 2, 4].map(|every| moved(record, plain, step, every));
+    let near = distance(&once, &twice);
+    let far = distance(&twice, &four);
+    near * (near / far).min(FOURTH)
+}
+
+/// RMS (m) of how the plain axle answers to the error of the splines that stand for what drives it, where this holds nothing faster
+/// than half the sampling rate.
+fn by_spectrum(record: &AxleRecord, plain: &Plain, step: f64) -> f64 {
+    let Plain {
+        kappa,
+        beta,
+        per_mass,
+        ..
+    } = *plain;
+    let road = |hz| road_answer(kappa, beta, hz);
+    let push = |hz| per_mass * per_mass * force_answer(kappa, beta, hz);
+    let of_road = spline_error(&record.road, step, &road);
+    let of_force = record
+        .force
+        .as_ref()
+        .map(|force| spline_error(force, step, &push));
+    (of_road + of_force.unwrap_or_default()).sqrt()
+}
+
+/// Power of the error of a cubic spline through samples behind a filter of that power gain: what the spline damps, and the images
+/// that it leaves (Unser 1999, doi:10.1109/79.799930).
+fn spline_error(record: &[f64], step: f64, gain: &dyn Fn(f64) -> f64) -> f64 {
+    let Some(spectrum) = Spectrum::new(record, step) else {
+        return 0.0;
+    };
+    let rate = step.recip();
+    let floor = spectrum.white_floor();
+    let error = |hz: f64| {
+        let images = (1..=IMAGES).flat_map(|k| [k as f64 * rate - hz, k as f64 * rate + hz]);
+        let images: f64 = images
+            .map(|f| spline_gain(f * step).powi(2) * gain(f))
+            .sum();
+        (1.0 - spline_gain(hz * step)).powi(2) * gain(hz) + images
+    };
+    let bins = spectrum.hz.iter().zip(&spectrum.density);
+    let power: f64 = bins
+        .map(|(hz, density)| (density - floor).max(0.0) * error(*hz))
+        .sum();
+    power * spectrum.hz.get(1).copied().unwrap_or_default()
+}
+
+/// What a cubic spline through samples makes of a wave of `turns` a sample.
+fn spline_gain(turns: f64) -> f64 {
+    let x = std::f64::consts::PI * turns;
+    let sinc = if x == 0.0 { 1.0 } else { x.sin() / x };
+    3.0 * sinc.powi(4) / (2.0 + (2.0 * x).cos())
 }
 
 /// Displacement (m) of the plain axle, or the force (N) that answers, if one sample in `every` had been recorded of what

@@ -12,6 +12,8 @@ const NATURAL: f64 = 2.0;
 /// Windows that a record is divided into at least, and dominant periods that each of them then holds at least.
 const FEWEST: usize = 6;
 const SHORTEST: f64 = 1.0;
+/// Dominant periods in windows that follow one another without overlap, at least.
+const APART: f64 = 1.25;
 /// Samples that a window has at least.
 const LEAST: usize = 16;
 /// Samples in windows at most, so that a long record costs no more than its physics need; windows are then left out evenly.
@@ -45,11 +47,14 @@ impl Windows {
         // What no fit looks at at a ride's start is no loss here, where every window has a start of its own.
         let first = track.valid.iter().position(|valid| *valid)?;
         let samples = samples - first;
-        let length = (wanted as usize).clamp(LEAST, (samples / FEWEST).max(LEAST));
+        let least = (APART * period / step) as usize;
+        let (length, stride) = length_and_stride(wanted as usize, least, samples);
         if (length as f64) * step < SHORTEST * period {
             return None;
         }
-        let all = (0..samples / length).map(|w| first + w * length..first + (w + 1) * length);
+        let starts = (first..first + samples).step_by(stride);
+        let all = starts.map(|start| start..start + length);
+        let all = all.take_while(|span| span.end <= first + samples);
         let valid = |span: &Range<usize>| {
             let valid = track.valid[span.clone()].iter().filter(|v| **v).count();
             valid as f64 >= VALID * length as f64
@@ -74,6 +79,18 @@ impl Windows {
     pub fn length(&self) -> usize {
         self.spans.first().map_or(0, Range::len)
     }
+}
+
+/// Samples in a window, and from one's start to the next: windows are as long as [`FEWEST`] may be, and on a record that is too short
+/// for so many of `least` samples one after the other, they overlap by half.
+fn length_and_stride(wanted: usize, least: usize, samples: usize) -> (usize, usize) {
+    let apart = wanted.clamp(LEAST, (samples / FEWEST).max(LEAST));
+    if apart >= least.min(wanted) {
+        return (apart, apart);
+    }
+    let stride = (samples / (FEWEST + 1)).max(LEAST / 2);
+    let length = wanted.min(2 * stride);
+    (length, stride.min(length))
 }
 
 /// The period (s) below and above which half of the motion's power lies; nothing where a record is too short to tell.

@@ -1,6 +1,6 @@
 //! Sets of effects, exactly fitted.
 
-use super::fitter::Fitted;
+use super::fitter::{Fitted, Fitter};
 use super::unit::{Point, Term, Unit};
 use crate::diagnosis::dataset::Scene;
 use crate::diagnosis::law::{MAX_PARAMETERS, STABLE};
@@ -52,6 +52,18 @@ impl Model {
         };
         let of_fit = |f: &Fitted| f.unit.substeps(scene, &f.point, angle);
         self.fits.iter().map(of_fit).max().unwrap_or(1)
+    }
+
+    /// Measured minus simulated on one track along the whole ride (m, or N where a force is predicted); zero where not valid.
+    pub fn residual(&self, scene: &Scene, track: usize) -> Vec<f64> {
+        let whole = Fitter {
+            scene,
+            samples: scene.samples,
+        };
+        let (fit, a) = self.of_track(track);
+        let substeps = self.substeps(scene, FINE);
+        let mut residuals = whole.residuals(&fit.unit, &fit.point, substeps);
+        residuals.swap_remove(a)
     }
 
     /// Noise of one track's residual.

@@ -18,9 +18,9 @@ use crate::diagnosis::search::Search;
 use crate::diagnosis::search::extend::Reach;
 use crate::report::diagnosis::Support;
 
-/// Contiguous blocks of the ride on which models are compared, and of them those that may go against an effect.
+/// Contiguous blocks of the ride on which models are compared, and the share of those that speak in which an effect must lead.
 const BLOCKS: usize = 10;
-const AGAINST: usize = 1;
+pub const LEAD: f64 = 0.8;
 /// Part of the mean squares of a block below which a block says nothing.
 const SILENT: f64 = 0.1;
 // The bounds below were set on four recordings of ../shared/real, whose effects take off 0.93, 0.98, 0.93 and 0.86, lead by 2.2, 5.7,
@@ -31,6 +31,8 @@ const SILENT: f64 = 0.1;
 pub const MATERIAL: f64 = 0.85;
 /// Times the held-out squares of the model that the best model with another effect in the place must leave.
 pub const AHEAD: f64 = 2.0;
+/// Share of the held-out squares that an effect may leave where it is further ahead in proportion.
+const MOST_LEFT: f64 = 0.25;
 /// What a general law, or one of which the effect is a limit, may leave of the model's held-out squares before it is that
 /// law which acts.
 pub const OUTGROWN: f64 = 0.75;
@@ -85,8 +87,10 @@ fn claim(
         .min_by(|a, b| (a.2.held / a.1.1.held).total_cmp(&(b.2.held / b.1.1.held)))?;
     let (led, speaking) = leads(&with.blocks, &without.blocks);
     let rivals = rivals(search, model, term, less, tried, axle);
+    // A law that is a limit of this one says no other thing.
     let nearest = |limits: bool| {
-        let some = rivals.iter().filter(|(r, _)| is_limit(term, *r) == limits);
+        let some =
+            (rivals.iter()).filter(|(r, _)| is_limit(term, *r) == limits && !is_limit(*r, term));
         some.min_by(|a, b| a.1.total_cmp(&b.1)).copied()
     };
     let rival = nearest(false);
@@ -99,9 +103,8 @@ fn claim(
     let disagreement = disagreement(search, model, term, axle);
     let removed = 1.0 - with.held / without.held;
     let ratio = rival.as_ref().map(|(_, held)| held / with.held);
-    let holds_as_limit = removed >= MATERIAL
-        && led + AGAINST >= speaking
-        && ratio.is_none_or(|ratio| ratio >= AHEAD)
+    let holds_as_limit = is_material(removed, ratio, term)
+        && led as f64 >= LEAD * speaking as f64
         && disagreement.is_some_and(|d| d <= AGREES);
     Some(Claim {
         term,
@@ -117,6 +120,16 @@ fn claim(
             window_s: None,
         },
     })
+}
+
+/// Whether an effect takes off so much, beside what the next one leaves in its place, that it acts whatever else is missing.
+pub fn is_material(removed: f64, ratio: Option<f64>, term: Term) -> bool {
+    let ratio = ratio.unwrap_or(f64::INFINITY);
+    let leaves = match term.kind.spec().on_sensor {
+        true => 1.0 - MATERIAL,
+        false => ((1.0 - MATERIAL) * ratio / AHEAD).min(MOST_LEFT),
+    };
+    ratio >= AHEAD && 1.0 - removed <= leaves
 }
 
 /// In how many blocks a model errs less than one without an effect, and how many have anything to say: where both err little

@@ -14,22 +14,14 @@ use crate::diagnosis::search::weak_form;
 use crate::finite::finite;
 use crate::report::diagnosis::Support;
 
-/// What is seen of one track without a long simulation.
-pub struct Sighted {
-    /// Share of the force (RMS) that the plain model misses along the measured motion.
-    pub missed: Option<f64>,
-    /// What windows say; nothing where the record has too few.
-    pub sights: Option<Sights>,
-}
-
-/// What is seen of every track where something is left and no road drives the axle: what a tyre does to a road is damped, so that one
+/// What windows see of every track where something is left and no road drives the axle: what a tyre does to a road is damped, so that one
 /// simulation of all of it does not drift.
 pub fn sighted(
     search: &Search,
     record: &Scene,
     rest: &Rest,
     until: u64,
-) -> Result<Vec<Option<Sighted>>, EngineError> {
+) -> Result<Vec<Option<Sights>>, EngineError> {
     let benches = record.tracks.iter().zip(&rest.remains);
     let asked: Vec<bool> = benches
         .map(|(t, remains)| *remains && !t.has_road)
@@ -46,9 +38,7 @@ pub fn sighted(
         if !asked {
             return Ok(None);
         }
-        let missed = missed(&scene, t);
-        let sights = look_twice(&again, t, missed, None)?;
-        Ok(Some(Sighted { missed, sights }))
+        look_twice(&again, t, missed(&scene, t), None)
     };
     asked.iter().enumerate().map(of_track).collect()
 }
@@ -58,10 +48,11 @@ fn missed(scene: &Scene, t: usize) -> Option<f64> {
     weak_form::missed(scene, track, scene.samples, dominant_period(track)?)
 }
 
-/// Whether the plain model misses hardly anything of the force on every track that was looked at.
-pub fn misses_little(sighted: &[Option<Sighted>]) -> bool {
-    let mut seen = sighted.iter().flatten().peekable();
-    seen.peek().is_some() && seen.all(|s| s.missed.is_some_and(|missed| missed < FLOOR))
+/// Whether no road drives any axle, and the plain model misses hardly anything of the force on them.
+pub fn misses_little(record: &Scene) -> bool {
+    let little = |t| missed(record, t).is_some_and(|missed| missed < FLOOR);
+    let mut tracks = record.tracks.iter().enumerate();
+    tracks.all(|(t, track)| !track.has_road && little(t))
 }
 
 /// A model with fewer numbers that windows of both lengths support on an axle in the place of several effects of `model`, and that
@@ -121,13 +112,9 @@ pub fn by_windows(
     search: &Search,
     record: &Scene,
     rest: &Rest,
-    sighted: &[Option<Sighted>],
+    sighted: &[Option<Sights>],
 ) -> Option<Partly> {
-    let agreed = |sighted: &Option<Sighted>| -> bool {
-        let sights = sighted.as_ref().and_then(|s| s.sights.as_ref());
-        sights.is_some_and(|s| !s.agreed.is_empty())
-    };
-    if !sighted.iter().any(agreed) {
+    if !sighted.iter().flatten().any(|s| !s.agreed.is_empty()) {
         return None;
     }
     let scene = of_squares(record);
@@ -136,8 +123,7 @@ pub fn by_windows(
     let (mut base_errors, mut in_windows) = (PerAxle::default(), PerAxle::default());
     for (t, sighted) in sighted.iter().enumerate() {
         let (plain, _) = again.plain.of_track(t);
-        let sights = sighted.as_ref().and_then(|s| s.sights.as_ref());
-        let agreed = sights.filter(|s| !s.agreed.is_empty());
+        let agreed = sighted.as_ref().filter(|s| !s.agreed.is_empty());
         let Some(sights) = agreed else {
             fits.push(plain.clone());
             continue;
@@ -164,6 +150,21 @@ pub fn by_windows(
         base_errors,
         in_windows,
     })
+}
+
+/// What one simulation of the whole record affirms, less what windows contradict.
+pub fn uncontradicted(mut found: Partly, record: &Scene, sighted: &[Option<Sights>]) -> Partly {
+    for (track, sighted) in record.tracks.iter().zip(sighted) {
+        let own: Vec<&mut Claim> = (found.claims.iter_mut())
+            .filter(|claim| claim.holds && claim.term.acts_on(track.axle))
+            .collect();
+        let claimed: Vec<Term> = own.iter().map(|claim| claim.term).collect();
+        let contradicted = sighted.as_ref().is_some_and(|s| s.contradict(&claimed));
+        if contradicted && !claimed.is_empty() {
+            own.into_iter().for_each(|claim| claim.holds = false);
+        }
+    }
+    found
 }
 
 /// The model along the whole record, with a start of its own.

@@ -3,7 +3,7 @@
 use super::partly::Predictions;
 use crate::bicycle::PerAxle;
 use crate::diagnosis::dataset::Scene;
-use crate::diagnosis::fit::{COARSE, FINE, Fitter, Model, Motion};
+use crate::diagnosis::fit::{COARSE, Fitter, Model, Motion};
 use crate::diagnosis::residual::omnibus::{Leftover, leftover};
 use crate::diagnosis::residual::replicate::{exceeds, is_noisy};
 use crate::diagnosis::residual::resonance::{Inputs, Resonance, resonance};
@@ -173,14 +173,8 @@ fn explained(plain: f64, extended: f64, noise: f64) -> Option<f64> {
 
 /// RMS of the valid residuals on the held-out part (m).
 pub fn held_rms((scene, model): (&Scene, &Model), t: usize, split: &Split) -> f64 {
-    let (fit, a) = model.of_track(t);
-    let fitter = Fitter {
-        scene,
-        samples: scene.samples,
-    };
-    let substeps = model.substeps(scene, FINE);
-    let residual = fitter.residuals(&fit.unit, &fit.point, substeps);
-    rms_valid(&residual[a], &scene.tracks[t].valid, split.held.clone())
+    let residual = model.residual(scene, t);
+    rms_valid(&residual, &scene.tracks[t].valid, split.held.clone())
 }
 
 #[cfg(test)]

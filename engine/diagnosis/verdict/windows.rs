@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::affirm::{self, AHEAD, MATERIAL, OUTGROWN};
+use super::affirm::{self, AHEAD, LEAD, OUTGROWN, is_material};
 use super::general_laws::{CURVES, DAMPERS, WIDER};
 use crate::EngineError;
 use crate::diagnosis::dataset::{Track, Windows};
@@ -20,7 +20,6 @@ const MATTERS: f64 = 0.01;
 /// effect must lead.
 const BLOCKS: usize = 10;
 const LOUD: f64 = 0.1;
-const LEAD: f64 = 0.8;
 /// Times the error of the best that another set may leave and be as good.
 pub const MARGIN: f64 = 1.25;
 /// Effects on an axle at most.
@@ -84,6 +83,28 @@ pub struct Sights {
     pub models: Vec<Seen>,
     /// A model that is known, by length.
     pub known: Vec<Seen>,
+}
+
+impl Sights {
+    /// Whether windows of both lengths say that another effect acts than `terms`: one with no more parameters, which is no wider law of
+    /// theirs, takes enough of what the plain model leaves, and leaves clearly less than any of these.
+    pub fn contradict(&self, terms: &[Term]) -> bool {
+        let of_another = |term: &Term| {
+            let is_wider = |own: &Term| affirm::is_limit(*own, *term);
+            !terms.contains(term)
+                && !terms.iter().any(is_wider)
+                && parameters(&[*term]) <= parameters(terms)
+        };
+        self.of_length.iter().all(|sight| {
+            let least = |some: &dyn Fn(&Term) -> bool| {
+                let some = sight.single.iter().filter(|(term, _)| some(term));
+                some.map(|(_, left)| *left).fold(f64::INFINITY, f64::min)
+            };
+            let other = least(&of_another);
+            other <= (1.0 - TAKE) * sight.plain.left()
+                && least(&|term| terms.contains(term)) > MARGIN * other
+        })
+    }
 }
 
 /// Looks for effects on one axle in windows of two lengths, or where the record has room for one in others of the same, and what
@@ -172,7 +193,14 @@ fn upheld(
     }
     let set = |terms: &[Term]| axle.of_set(&sight.plain, terms).map(|seen| seen.left());
     let all: Vec<Term> = agreed.iter().map(|e| e.term).collect();
-    let Some(left) = set(&all).filter(|left| *left <= (1.0 - MATERIAL) * sight.plain.left()) else {
+    let nearest = (agreed.iter().filter_map(|e| e.rival))
+        .map(|(_, ratio)| ratio)
+        .reduce(f64::min);
+    let material = |left: &f64| {
+        let removed = 1.0 - left / sight.plain.left();
+        agreed.iter().all(|e| is_material(removed, nearest, e.term))
+    };
+    let Some(left) = set(&all).filter(material) else {
         return Vec::new();
     };
     let outgrown = |replaced: &dyn Fn(&Term) -> bool, law: Kind| {

@@ -27,12 +27,18 @@ pub fn section(
         order.name(),
         preface(order, digest, ours, origin)
     );
-    text += &tables::main_table(&methods, order.clean300);
+    text += &tables::main_table(&methods, order.suite);
     text += "\n### Clean rides by noise\n\n";
     text += &tables::breakdown(ours, "noise, setting", |r| {
-        (r.class == "clean").then(|| format!("{}, {}", r.noise, r.setting))
+        (r.class == "clean").then(|| {
+            format!(
+                "{}, {}",
+                r.noise,
+                r.circumstance.as_ref().unwrap_or(&r.setting)
+            )
+        })
     });
-    if !order.clean300 {
+    if !order.suite.is_clean() {
         text += "\n### By what is concealed\n\n";
         text += &tables::breakdown(ours, "concealed", concealed);
         text += "\n### Parameters of the effects found\n\n";
@@ -92,6 +98,7 @@ fn concealed(r: &Scored) -> Option<String> {
         ("single", _) => r.truth.first().map(|(id, _)| format!("`{id}`")),
         ("outside", Some(id)) => Some(format!("not in the library: {id}")),
         ("two", _) => Some("two effects".to_owned()),
+        ("beside", Some(id)) => Some(format!("beside {id}")),
         _ => None,
     }
 }

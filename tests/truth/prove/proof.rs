@@ -144,7 +144,7 @@ impl Proof {
         }
         let baselines = baselines::all(&folder, &names)?;
         stage("baselines run");
-        let known = if self.order.clean300 {
+        let known = if self.order.suite.is_clean() {
             Vec::new()
         } else {
             known::all(&folder, &key)?
@@ -170,7 +170,7 @@ impl Proof {
         }
         let rows = self
             .doubt
-            .map(|doubt| tables::short(&ours, self.order.clean300, doubt));
+            .map(|doubt| tables::short(&ours, self.order.suite, doubt));
         match rows {
             Some(rows) if !rows.is_empty() => Err(ProveError::Short { rows, text }),
             _ => Ok(shown(text)),

@@ -84,6 +84,12 @@ pub fn mark(case: &Case, outcome: &Outcome) -> Mark {
         "unnamed" if strange && outcome.mismatch == case.touched() => Mark::Right,
         "unnamed" => Mark::Unnamed,
         "cannot_tell" => Mark::Missed,
+        "named" | "named_in_part" if case.class() == "beside" => {
+            match named.iter().all(|n| truth.contains(n)) {
+                true => Mark::Right,
+                false => Mark::Wrong,
+            }
+        }
         "named_in_part" if !named.is_empty() && named.iter().all(|n| truth.contains(n)) => {
             Mark::Partial
         }
@@ -235,6 +241,8 @@ pub struct Scored {
     pub setting: String,
     pub duration_s: f64,
     pub noise: String,
+    /// What is unusual of a clean ride.
+    pub circumstance: Option<String>,
     pub visibility: Option<f64>,
     pub shown: bool,
     pub mark: Mark,
@@ -256,6 +264,7 @@ pub fn score(case: &Case, outcome: &Outcome) -> Scored {
         setting: text(&case.truth["setting"]).unwrap_or_default(),
         duration_s: case.truth["duration_s"].as_f64().unwrap_or(0.0),
         noise: text(&case.truth["noise"]["kind"]).unwrap_or_default(),
+        circumstance: text(&case.truth["circumstance"]),
         visibility: case.known.map(Known::visibility),
         shown: case.shown(),
         mark: mark(case, outcome),

@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use super::figure::{Demand, Figure};
+use super::outcome::Name;
 use super::score::{Mark, ParameterError, Scored};
+use crate::suite::case::Suite;
 
 /// One row of the table: what is asked, what was demanded, and each method's figure.
 struct Row {
@@ -129,6 +131,40 @@ const ROWS: [Row; 20] = [
     },
 ];
 
+const BESIDE: [Row; 2] = [
+    Row {
+        what: "an effect beside strange physics on the other axle: affirmed",
+        demand: Demand::AtLeast(0.8),
+        figure: |s| {
+            share(of(s, "beside"), |r| {
+                r.truth.iter().all(|t| affirmed(r).contains(t))
+            })
+        },
+    },
+    Row {
+        what: "the same rides: something affirmed that is not there",
+        demand: Demand::AtMost(0.03),
+        figure: |s| {
+            share(of(s, "beside"), |r| {
+                affirmed(r).iter().any(|name| !r.truth.contains(name))
+            })
+        },
+    },
+];
+
+const QUIET: [Row; 1] = [Row {
+    demand: Demand::AtLeast(0.97),
+    ..CLEAN
+}];
+
+/// Names that a method says act.
+fn affirmed(r: &Scored) -> Vec<Name> {
+    match r.outcome.verdict.as_str() {
+        "named" | "named_in_part" => r.outcome.names(),
+        _ => Vec::new(),
+    }
+}
+
 /// Rides of a class that count: clean ones all, the others where the plain model shows what is concealed.
 fn of<'a>(scored: &'a [Scored], class: &'a str) -> Box<dyn Iterator<Item = &'a Scored> + 'a> {
     Box::new(
@@ -188,7 +224,7 @@ fn removed(scored: &[Scored], which: &str) -> Figure {
 }
 
 /// What falls further short of its demand than so few rides do by chance; one line each.
-pub fn short(scored: &[Scored], clean_only: bool, doubt: f64) -> Vec<String> {
+pub fn short(scored: &[Scored], suite: Suite, doubt: f64) -> Vec<String> {
     let line = |row: &Row| {
         let short = row.demand.short(&(row.figure)(scored), doubt)?;
         Some(format!(
@@ -200,15 +236,20 @@ pub fn short(scored: &[Scored], clean_only: bool, doubt: f64) -> Vec<String> {
             100.0 * short.chance
         ))
     };
-    rows(clean_only).iter().filter_map(line).collect()
+    rows(suite).iter().filter_map(line).collect()
 }
 
-fn rows(clean_only: bool) -> &'static [Row] {
-    if clean_only { &ROWS[..1] } else { &ROWS }
+fn rows(suite: Suite) -> &'static [Row] {
+    match suite {
+        Suite::Standard => &ROWS,
+        Suite::Clean300 => &ROWS[..1],
+        Suite::Beside => &BESIDE,
+        Suite::Quiet => &QUIET,
+    }
 }
 
-/// The table of issue 3; one column per method. `clean_only` keeps its first row.
-pub fn main_table(methods: &[(&str, &[Scored])], clean_only: bool) -> String {
+/// The table of a suite; one column per method.
+pub fn main_table(methods: &[(&str, &[Scored])], suite: Suite) -> String {
     let mut text = String::from("| | at least |");
     methods
         .iter()
@@ -216,7 +257,7 @@ pub fn main_table(methods: &[(&str, &[Scored])], clean_only: bool) -> String {
     text += "\n|---|---|";
     text += &"---|".repeat(methods.len());
     text.push('\n');
-    for row in rows(clean_only) {
+    for row in rows(suite) {
         let _ = write!(text, "| {} | {} |", row.what, row.demand);
         methods
             .iter()
@@ -358,6 +399,7 @@ mod tests {
             setting: "road".to_owned(),
             duration_s: 60.0,
             noise: "white".to_owned(),
+            circumstance: None,
             visibility: Some(1.5),
             shown,
             mark,
@@ -382,7 +424,7 @@ mod tests {
             ride("single", Mark::Missed, true),
             ride("clean", Mark::Right, false),
         ];
-        let table = main_table(&[("veloid", &scored)], false);
+        let table = main_table(&[("veloid", &scored)], Suite::Standard);
         assert!(
             table.contains("| single effect: unique and right | >= 95 % | 50.0 % (1/2) |"),
             "{table}"
@@ -399,7 +441,12 @@ mod tests {
             table.contains("| bias of k from the omission removed | >= 90 % | 95.0 % |"),
             "{table}"
         );
-        assert!(main_table(&[("veloid", &scored)], true).lines().count() == 3);
+        assert!(
+            main_table(&[("veloid", &scored)], Suite::Clean300)
+                .lines()
+                .count()
+                == 3
+        );
     }
 
     #[test]
@@ -410,13 +457,15 @@ mod tests {
             (0..10).map(move |i| ride("clean", mark(i), false))
         };
         let rides = |missed| right().into_iter().chain(clean(missed)).collect::<Vec<_>>();
-        assert_eq!(short(&rides(1), false, 0.01), [""; 0]);
-        let missed = short(&rides(2), false, 0.01);
+        assert_eq!(short(&rides(1), Suite::Standard, 0.01), [""; 0]);
+        let missed = short(&rides(2), Suite::Standard, 0.01);
         assert_eq!(missed.len(), 0, "{missed:?}");
-        let missed = short(&rides(3), false, 0.01);
+        let missed = short(&rides(3), Suite::Standard, 0.01);
         assert!(missed[0].starts_with("clean rides called `nothing_missing`: holds on 7 of 10"));
         assert_eq!(missed.len(), 1, "{missed:?}");
         let failed = vec![ride("single", Mark::Failed, true); 20];
-        assert!(short(&failed, false, 0.01)[0].starts_with("single effect: unique and right"));
+        assert!(
+            short(&failed, Suite::Standard, 0.01)[0].starts_with("single effect: unique and right")
+        );
     }
 }

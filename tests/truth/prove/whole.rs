@@ -7,6 +7,7 @@ use super::origin::Origin;
 use super::proof::{Proof, ProveError};
 use super::times::Times;
 use super::{document, real};
+use crate::suite::case::Suite;
 use crate::suite::files::{self, Order};
 use crate::suite::made;
 
@@ -23,11 +24,11 @@ pub struct Whole {
 
 /// The suites that have a key.
 fn orders(seed: u64) -> [Order; 2] {
-    [false, true].map(|clean300| Order {
+    [Suite::Standard, Suite::Clean300].map(|suite| Order {
         seed,
         one_in: 1,
         count: usize::MAX,
-        clean300,
+        suite,
     })
 }
 

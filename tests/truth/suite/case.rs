@@ -10,6 +10,74 @@ pub enum Class {
     Single,
     Two,
     Outside,
+    /// A listed effect on one axle, strange physics on the other.
+    Beside,
+}
+
+/// Which rides a suite holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Suite {
+    Standard,
+    Clean300,
+    Beside,
+    Quiet,
+}
+
+impl Suite {
+    pub const ALL: [Suite; 4] = [
+        Suite::Standard,
+        Suite::Clean300,
+        Suite::Beside,
+        Suite::Quiet,
+    ];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Suite::Standard => "standard",
+            Suite::Clean300 => "clean300",
+            Suite::Beside => "beside",
+            Suite::Quiet => "quiet",
+        }
+    }
+
+    pub fn is_clean(self) -> bool {
+        matches!(self, Suite::Clean300 | Suite::Quiet)
+    }
+
+    pub fn cases(self, chance: &mut Chance) -> Vec<Case> {
+        match self {
+            Suite::Standard => standard(chance),
+            Suite::Clean300 => clean(300, chance),
+            Suite::Beside => beside(100, chance),
+            Suite::Quiet => quiet(100, chance),
+        }
+    }
+}
+
+/// What is unusual of a clean ride that conceals nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Circumstance {
+    Usual,
+    /// 1 to 1.5 m/s.
+    Walking,
+    /// A log of 20 Hz.
+    Slow,
+    /// 300 to 800 kN/m.
+    Stiff,
+    /// Sensors without noise.
+    Noiseless,
+}
+
+impl Circumstance {
+    pub fn name(self) -> &'static str {
+        match self {
+            Circumstance::Usual => "usual",
+            Circumstance::Walking => "walking",
+            Circumstance::Slow => "slow",
+            Circumstance::Stiff => "stiff",
+            Circumstance::Noiseless => "noiseless",
+        }
+    }
 }
 
 impl Class {
@@ -19,6 +87,7 @@ impl Class {
             Class::Single => "single",
             Class::Two => "two",
             Class::Outside => "outside",
+            Class::Beside => "beside",
         }
     }
 }
@@ -85,6 +154,7 @@ pub struct Case {
     pub size: usize,
     pub setting: Setting,
     pub noise: Noise,
+    pub circumstance: Circumstance,
     pub duration_s: f64,
     pub rate_hz: f64,
 }
@@ -108,10 +178,59 @@ impl Case {
             size: 1,
             setting,
             noise,
+            circumstance: Circumstance::Usual,
             duration_s,
             rate_hz,
         }
     }
+
+    /// The fastest that a road moves an axle (Hz): what the log carries.
+    pub fn fastest_hz(&self) -> f64 {
+        (0.45 * self.rate_hz).min(22.0)
+    }
+}
+
+/// Rides on which one effect of the library acts on one axle, and strange physics on the other.
+pub fn beside(count: usize, chance: &mut Chance) -> Vec<Case> {
+    let one_axle = |kind: &Kind| kind.axles().iter().all(|axle| Axle::ONE.contains(axle));
+    let kinds: Vec<Kind> = Kind::ALL.into_iter().filter(one_axle).collect();
+    let strange: Vec<Strange> = (Strange::ALL.into_iter())
+        .filter(|kind| *kind != Strange::LateralCoupling)
+        .collect();
+    (0..count)
+        .map(|i| {
+            let (kind, other) = (kinds[i % kinds.len()], strange[i % strange.len()]);
+            let road = kind.needs_road() || other.needs_road() || chance.happens(0.8);
+            let setting = if road { Setting::Road } else { Setting::Plate };
+            let mut case = Case::new(Class::Beside, setting, any_noise(chance), chance);
+            let axle = chance.pick(kind.axles());
+            case.effects = vec![(kind, axle)];
+            case.strange = Some((other, usize::from(axle == Axle::Front)));
+            case.size = 1 + chance.index(2);
+            case
+        })
+        .collect()
+}
+
+/// Clean rides at walking pace, of slow logs, on stiff axles and without noise, in turn.
+pub fn quiet(count: usize, chance: &mut Chance) -> Vec<Case> {
+    let circumstances = [
+        Circumstance::Walking,
+        Circumstance::Slow,
+        Circumstance::Stiff,
+        Circumstance::Noiseless,
+    ];
+    (0..count)
+        .map(|i| {
+            let noise = Noise::ALL[(i / circumstances.len()) % Noise::ALL.len()];
+            let mut case = Case::new(Class::Clean, Setting::Road, noise, chance);
+            case.circumstance = circumstances[i % circumstances.len()];
+            if case.circumstance == Circumstance::Slow {
+                case.rate_hz = 20.0;
+            }
+            case
+        })
+        .collect()
 }
 
 /// Every effect on each of its axles at three sizes, 40 clean rides, 30 pairs, 36 rides with strange physics; shuffled.

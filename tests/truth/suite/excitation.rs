@@ -1,6 +1,6 @@
 //! Roads, speeds and shaker signals of one ride, and their size.
 
-use super::case::{Case, Setting};
+use super::case::{Case, Circumstance, Setting};
 use crate::chance::Chance;
 use crate::simulate::drive::{Drive, STEP_S, Travel, Wave};
 use crate::simulate::effect::{Effect, Kind};
@@ -118,6 +118,9 @@ impl Ridden {
 
 fn speed(case: &Case, chance: &mut Chance) -> Profile {
     let until = case.duration_s;
+    if case.circumstance == Circumstance::Walking {
+        return Profile::wobble(chance.uniform(1.05, 1.45), 0.05, chance);
+    }
     let needs = |kinds: &[Kind]| case.effects.iter().any(|(k, _)| kinds.contains(k));
     if needs(&[Kind::LoadTransfer]) {
         let acceleration = [0.6, 1.2, 2.2][case.size] * chance.uniform(0.9, 1.1);
@@ -154,11 +157,12 @@ fn road(case: &Case, bike: &Bike, travel: &Travel, chance: &mut Chance) -> Road 
     let spectrum = Spectrum {
         density_m3: chance.log_uniform(8e-6, 400e-6),
         lowest_per_m: 0.05,
-        highest_per_m: 22.0 / fastest,
+        highest_per_m: case.fastest_hz() / fastest,
     };
     let lifts = case.effects.iter().any(|(k, _)| *k == Kind::WheelLift);
     let mut obstacles = Vec::new();
-    if lifts || chance.happens(0.35) {
+    let carried = case.circumstance != Circumstance::Slow;
+    if lifts || chance.happens(0.35) && carried {
         let mut at = from + chance.uniform(5.0, 30.0);
         while at < to - 5.0 {
             let height_m = chance.uniform(0.004, 0.015);

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
-use super::case::{self, Case};
+use super::case::{self, Case, Suite};
 use super::ride;
 use crate::chance::Chance;
 
@@ -41,7 +41,7 @@ pub struct Order {
     pub one_in: usize,
     /// At most so many.
     pub count: usize,
-    pub clean300: bool,
+    pub suite: Suite,
 }
 
 impl Order {
@@ -54,21 +54,17 @@ impl Order {
     /// The planned rides with their numbers. A sample keeps the numbers, and so the bytes, of the whole suite.
     pub fn cases(&self) -> Vec<(u64, Case)> {
         let chance = &mut Chance::new(self.seed, 0);
-        let all = if self.clean300 {
-            case::clean(300, chance)
-        } else {
-            case::standard(chance)
-        };
-        let numbered = all.into_iter().enumerate().map(|(i, c)| (i as u64, c));
+        let numbered = self
+            .suite
+            .cases(chance)
+            .into_iter()
+            .enumerate()
+            .map(|(i, c)| (i as u64, c));
         numbered.step_by(self.one_in).take(self.count).collect()
     }
 
     pub fn name(&self) -> &'static str {
-        if self.clean300 {
-            "clean300"
-        } else {
-            "standard"
-        }
+        self.suite.name()
     }
 }
 

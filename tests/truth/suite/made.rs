@@ -55,6 +55,7 @@ fn stamped(path: &Path) -> Option<Stamp> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::suite::case::Suite;
 
     #[test]
     fn rides_are_made_again_only_when_others_are_asked_for() {
@@ -64,7 +65,7 @@ mod tests {
             seed,
             one_in: 1,
             count: 1,
-            clean300: true,
+            suite: Suite::Clean300,
         };
         let ride = folder.join("ride_001.csv");
         let first = once(&folder, &order(5)).expect("made");

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::case::{Case, Class, Noise, Setting};
+use super::case::{Case, Circumstance, Class, Noise, Setting};
 use super::excitation::{Excitation, Ridden};
 use super::sizes::{self, Scale};
 use super::{disguise, strange};
@@ -71,8 +71,14 @@ struct Scene<'a> {
 
 impl<'a> Scene<'a> {
     fn draw(case: &'a Case, chance: &mut Chance) -> Self {
-        let bike = draw_bike(case.setting, chance);
-        let sensors = draw_sensors(case.noise, chance);
+        let bike = draw_bike(case, chance);
+        let sensors = match case.circumstance {
+            Circumstance::Noiseless => Sensors {
+                one_clock: true,
+                ..Sensors::default()
+            },
+            _ => draw_sensors(case.noise, chance),
+        };
         let samples = (case.duration_s * case.rate_hz) as usize;
         let nominal: Vec<f64> = (0..=samples).map(|i| i as f64 / case.rate_hz).collect();
         let mut ridden = Ridden::draw(case, &bike, chance);
@@ -152,6 +158,7 @@ impl<'a> Scene<'a> {
             Class::Single if self.case.size == 0 => true,
             Class::Single => self.visibility(vehicle, log.clone()) >= 1.15,
             Class::Outside => self.strange(vehicle, log),
+            Class::Beside => self.both_show(vehicle, chance),
             Class::Two => {
                 self.visibility(vehicle, log.clone()) > 0.0
                     && vehicle.effects.iter().all(|effect| {
@@ -163,6 +170,23 @@ impl<'a> Scene<'a> {
                         self.visibility(&alone, log) >= 1.15
                     })
             }
+        }
+    }
+
+    /// The effect is seen alone, and so is the strange physics, which is no library effect in disguise.
+    fn both_show(&self, vehicle: &Vehicle, chance: &mut Chance) -> bool {
+        let listed = Vehicle {
+            outside: None,
+            ..vehicle.clone()
+        };
+        let strange = Vehicle {
+            effects: Vec::new(),
+            ..vehicle.clone()
+        };
+        let log = self.record(&listed, chance);
+        self.visibility(&listed, log) >= 1.15 && {
+            let log = self.record(&strange, chance);
+            self.strange(&strange, &log)
         }
     }
 
@@ -197,7 +221,7 @@ impl<'a> Scene<'a> {
 
     fn truth(&self, name: &str, vehicle: &Vehicle) -> Value {
         let (case, sensors) = (self.case, &self.sensors);
-        json!({
+        let mut truth = json!({
             "ride": name,
             "class": case.class.name(),
             "setting": case.setting.name(),
@@ -216,7 +240,12 @@ impl<'a> Scene<'a> {
                 "quantum_m": sensors.quantum_m, "road_m": sensors.road_m, "jitter_s": sensors.jitter_s,
                 "one_clock": sensors.one_clock,
             },
-        })
+        });
+        // Keys of suites that know no circumstances keep their bytes.
+        if case.circumstance != Circumstance::Usual {
+            truth["circumstance"] = json!(case.circumstance.name());
+        }
+        truth
     }
 }
 
@@ -230,7 +259,7 @@ fn whole(vehicle: &Vehicle, drive: &Drive, ridden: &Ridden) -> Motion {
     )
 }
 
-fn draw_bike(setting: Setting, chance: &mut Chance) -> Bike {
+fn draw_bike(case: &Case, chance: &mut Chance) -> Bike {
     let tenth = |x: f64| (10.0 * x).round() / 10.0;
     let total = chance.uniform(76.0, 108.0);
     let front = tenth(total * chance.uniform(0.25, 0.42));
@@ -242,8 +271,11 @@ fn draw_bike(setting: Setting, chance: &mut Chance) -> Bike {
         arm_m: [mass_kg[1], mass_kg[0]]
             .map(|m| (1e4 * wheelbase * m / (mass_kg[0] + mass_kg[1])).round() / 1e4),
         wheel_radius_m: [radius; 2],
-        stiffness_n_m: [0, 1].map(|_| chance.log_uniform(60e3, 150e3)),
-        damping_n_s_m: [0, 1].map(|_| match setting {
+        stiffness_n_m: [0, 1].map(|_| match case.circumstance {
+            Circumstance::Stiff => chance.log_uniform(300e3, 800e3),
+            _ => chance.log_uniform(60e3, 150e3),
+        }),
+        damping_n_s_m: [0, 1].map(|_| match case.setting {
             // A release must still ring in the part that is held out.
             Setting::Decay => chance.uniform(5.0, 12.0),
             _ => chance.log_uniform(200.0, 1200.0),
