@@ -1,6 +1,5 @@
 //! The verdict: what was found is judged on every axle, and where that is not enough, looked for once more.
 
-use super::by_axle;
 use crate::EngineError;
 use crate::bicycle::PerAxle;
 use crate::diagnosis::dataset::{Scene, Track};
@@ -8,7 +7,7 @@ use crate::diagnosis::explain::{input_noise, show};
 use crate::diagnosis::fit::physical::is_physical;
 use crate::diagnosis::fit::polish::polish;
 use crate::diagnosis::fit::refine::finer;
-use crate::diagnosis::fit::{Model, Motion, Term, motions};
+use crate::diagnosis::fit::{Fitter, Model, Motion, Term, motions};
 use crate::diagnosis::prepare::Prepared;
 use crate::diagnosis::search::criteria::ADEQUATE;
 use crate::diagnosis::search::{Round, Search};
@@ -21,7 +20,7 @@ use crate::diagnosis::verdict::judge::{Judged, judge};
 use crate::diagnosis::verdict::partly::{self, Partly, Rest, partly};
 use crate::numerics::spectrum::most_white;
 use crate::output_error::rms_valid;
-use crate::report::diagnosis::{SearchCost, Verdict};
+use crate::report::diagnosis::{Place, SearchCost, Verdict};
 use crate::settings::Settings;
 
 /// The verdict and the model that it speaks of.
@@ -105,7 +104,7 @@ fn second_look(
 ) -> Result<Decision, EngineError> {
     let named = match bench {
         true => Vec::new(),
-        false => by_axle::named(&first, prepared, search, settings)?,
+        false => named_by_axle(&first, prepared, search, settings)?,
     };
     // Where the likelihood is not to be trusted, or a wider law explains the ride, something may be left on all tracks.
     let explained = first.judged.iter().all(|j| !j.remains) && !doubtful;
@@ -195,8 +194,50 @@ fn simplest(
     })
 }
 
+/// Each axle is judged whatever happens on the other: tracks on which the likelihood alone names what is missing, each with its decision; none where all or nothing is explained.
+fn named_by_axle(
+    first: &Decision,
+    prepared: &Prepared,
+    search: &Search,
+    settings: &Settings,
+) -> Result<Vec<(usize, Decision)>, EngineError> {
+    let mut found = Vec::new();
+    if first.judged.len() < 2 {
+        return Ok(found);
+    }
+    for (t, track) in prepared.scene.tracks.iter().enumerate() {
+        let axle = track.axle;
+        let alone = on_axle(search, |term| {
+            term.acts_on(axle) && term.place != Place::Both
+        });
+        let own = by_likelihood(prepared, &alone, choose(&alone)?, &[t], settings)?;
+        if own.verdict == Verdict::Named && !is_swallowed(&alone, &own, prepared.record()) {
+            found.push((t, own));
+        }
+    }
+    Ok(found)
+}
+
+/// The search among some candidates, with a budget of its own.
+fn on_axle<'s>(search: &Search<'s>, is_candidate: impl Fn(&Term) -> bool) -> Search<'s> {
+    let scene = search.fitter.scene;
+    Search {
+        fitter: Fitter {
+            scene,
+            samples: search.fitter.samples,
+        },
+        plain: search.plain.clone(),
+        held: search.held.clone(),
+        candidates: (search.candidates.iter().copied())
+            .filter(is_candidate)
+            .collect(),
+        until: scene.work.done() + search.budget.first,
+        ..*search
+    }
+}
+
 /// What the search by likelihood leads to, where the tracks of `asked` alone count.
-pub fn by_likelihood(
+fn by_likelihood(
     prepared: &Prepared,
     search: &Search,
     Chosen {
@@ -377,7 +418,7 @@ const SWALLOWED: f64 = 0.01;
 
 /// Whether the noise that was estimated from what the plain model leaves has swallowed what an effect takes off. Such a
 /// likelihood tells little of what the effect is.
-pub fn is_swallowed(search: &Search, decision: &Decision, record: &Scene) -> bool {
+fn is_swallowed(search: &Search, decision: &Decision, record: &Scene) -> bool {
     let model = &decision.model;
     let [left, plain] = [model, &search.plain].map(|m| search.held_squares(m));
     let white: f64 = (left.iter().zip(plain))

@@ -4,7 +4,6 @@
 //! `verdict`, `explain`, and last `study`, which asks the same of several rides. `run` goes through them all: `prepare`, `decide`, `tell`.
 
 mod axle;
-mod by_axle;
 mod dataset;
 mod decide;
 pub mod effects;
