@@ -63,7 +63,7 @@ pub fn decide(
     let slight = by_windows::misses_little(prepared.record());
     let nothing = first.verdict == Verdict::NothingMissing;
     let loud = is_loud(&first, prepared);
-    let bench = named && (slight || loud) || nothing && !slight && loud;
+    let bench = named && slight || nothing && !slight && loud;
     let doubtful = swallowed || bench;
     let mut decision = match first.verdict == Verdict::Unnamed || doubtful {
         true => second_look(first, [doubtful, bench], prepared, search, settings)?,
@@ -121,6 +121,7 @@ fn second_look(
             false => OUTGROWN,
         },
     };
+    let said = first.verdict;
     let first = Decision {
         verdict: Verdict::Unnamed,
         ..first
@@ -142,6 +143,16 @@ fn second_look(
         None => partly(search, record, &rest, &first.model, until)?
             .map(|found| by_windows::uncontradicted(found, record, &sighted)),
     };
+    let holds = |term: &Term| {
+        let mut claims = found.iter().flat_map(|found| &found.claims);
+        claims.any(|claim| claim.holds && claim.term == *term)
+    };
+    if bench && said == Verdict::Named && first.model.terms.iter().all(holds) {
+        return Ok(Decision {
+            verdict: said,
+            ..first
+        });
+    }
     let mut decision = match found {
         Some(partly) => first.in_part(partly, prepared, settings),
         None => first,
