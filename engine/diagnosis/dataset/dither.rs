@@ -66,9 +66,10 @@ pub fn lay_over(ride: &Ride, dither: &PerAxle<Vec<f64>>) -> Option<Ride> {
 /// Noise (m, RMS) that the record lacks to hide what lies between its samples from a fit.
 fn lacking(record: &AxleRecord, fit: &AxleFit, bike: &Bike, step: f64, fitted: usize) -> f64 {
     let once = moved(record, &fit.plain, step, 1);
+    let halves = by_halves(record, &fit.plain, step);
     let between = match record.prescribed {
-        true => by_halves(record, &fit.plain, step),
-        false => by_spectrum(record, &fit.plain, step),
+        true => halves,
+        false => by_spectrum(record, &fit.plain, step).max(halves),
     };
     let between = between.max(FINEST * rms(&once));
     let own = (bike.noise_displacement_m.filter(|_| !record.prescribed))
@@ -84,7 +85,7 @@ fn lacking(record: &AxleRecord, fit: &AxleFit, bike: &Bike, step: f64, fitted: u
     (wanted * wanted - own * own).max(0.0).sqrt()
 }
 
-/// RMS of what is between the samples of a force that answers to its motion, by Richardson's extrapolation.
+/// RMS of what is between the samples (m, or N), by Richardson's extrapolation from every second and fourth of them.
 fn by_halves(record: &AxleRecord, plain: &Plain, step: f64) -> f64 {
     let [once, twice, four] = [1, 2, 4].map(|every| moved(record, plain, step, every));
     let near = distance(&once, &twice);
