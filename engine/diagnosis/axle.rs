@@ -56,14 +56,14 @@ impl Teller<'_> {
         };
         let location = self.location(t);
         let is_certain = decision.certain.iter().any(|term| term.acts_on(axle));
-        let told_of_rest =
+        let has_rest =
             decision.verdict == Verdict::NamedInPart && (judged.remains || named && !is_certain);
         let unexplained = matches!(decision.verdict, Verdict::Unnamed | Verdict::NamedInPart);
         let (extended, warnings) = self.identified(t, told);
         OnAxle {
             extended,
             warnings,
-            rest: told_of_rest.then(|| rest(&location, &judged.held_out)),
+            rest: has_rest.then(|| rest(&location, &judged.held_out)),
             location,
             free_form: (unexplained && judged.remains).then(|| {
                 free_form(

@@ -58,15 +58,9 @@ pub fn decide(
 ) -> Result<Decision, EngineError> {
     let every: Vec<usize> = (0..prepared.scene.tracks.len()).collect();
     let first = by_likelihood(prepared, search, choose(search)?, &every, settings)?;
-    let swallowed = is_swallowed(search, &first, prepared.record());
-    let named = matches!(first.verdict, Verdict::Named | Verdict::Ambiguous);
-    let slight = by_windows::misses_little(prepared.record());
-    let nothing = first.verdict == Verdict::NothingMissing;
-    let loud = is_loud(&first, prepared);
-    let bench = named && slight || nothing && !slight && loud;
-    let doubtful = swallowed || bench;
-    let mut decision = match first.verdict == Verdict::Unnamed || doubtful {
-        true => second_look(first, [doubtful, bench], prepared, search, settings)?,
+    let doubt = doubt(&first, prepared, search);
+    let mut decision = match first.verdict == Verdict::Unnamed || doubt != Doubt::Not {
+        true => second_look(first, doubt, prepared, search, settings)?,
         false => simplest(agreed(first, prepared, search, settings), prepared, search)?,
     };
     decision.cost.steps = prepared.scene.work.done();
@@ -77,6 +71,32 @@ pub fn decide(
 /// Times the search's budget that windows may take: what a search by windows costs at all does not shrink with the record, and
 /// half of it is the second length.
 const WINDOWS: u64 = 3;
+
+/// Why a verdict by likelihood is asked again.
+#[derive(Clone, Copy, PartialEq)]
+enum Doubt {
+    Not,
+    /// The noise has swallowed what an effect takes off.
+    Swallowed,
+    /// On a bench effects have names although hardly any force is missing, or nothing is missing although more than noise is left.
+    OnBench,
+}
+
+fn doubt(first: &Decision, prepared: &Prepared, search: &Search) -> Doubt {
+    let slight = || by_windows::misses_little(prepared.record());
+    let on_bench = match first.verdict {
+        Verdict::Named | Verdict::Ambiguous => slight(),
+        Verdict::NothingMissing => is_loud(first, prepared) && !slight(),
+        Verdict::NamedInPart | Verdict::Unnamed | Verdict::CannotTell => false,
+    };
+    if on_bench {
+        Doubt::OnBench
+    } else if is_swallowed(search, first, prepared.record()) {
+        Doubt::Swallowed
+    } else {
+        Doubt::Not
+    }
+}
 
 /// Times the white noise in what it leaves of a bench's record that a model which explains it may leave.
 const LOUD: f64 = 5.0;
@@ -97,23 +117,23 @@ fn is_loud(decision: &Decision, prepared: &Prepared) -> bool {
 /// What holds although no model explains the ride, or the nearest shape.
 fn second_look(
     first: Decision,
-    [doubtful, bench]: [bool; 2],
+    doubt: Doubt,
     prepared: &Prepared,
     search: &Search,
     settings: &Settings,
 ) -> Result<Decision, EngineError> {
-    let named = match bench {
-        true => Vec::new(),
-        false => named_by_axle(&first, prepared, search, settings)?,
+    let named = match doubt {
+        Doubt::OnBench => Vec::new(),
+        Doubt::Not | Doubt::Swallowed => named_by_axle(&first, prepared, search, settings)?,
     };
     // Where the likelihood is not to be trusted, or a wider law explains the ride, something may be left on all tracks.
-    let explained = first.judged.iter().all(|j| !j.remains) && !doubtful;
+    let explained = first.judged.iter().all(|j| !j.remains) && doubt == Doubt::Not;
     let rest = Rest {
         remains: (first.judged.iter())
             .enumerate()
             .map(|(t, j)| {
                 let is_named = named.iter().any(|(axle, _)| *axle == t);
-                (j.remains || doubtful || explained) && !is_named
+                (j.remains || doubt != Doubt::Not || explained) && !is_named
             })
             .collect(),
         outgrown: match explained {
@@ -147,13 +167,13 @@ fn second_look(
         let mut claims = found.iter().flat_map(|found| &found.claims);
         claims.any(|claim| claim.holds && claim.term == *term)
     };
-    if bench && said == Verdict::Named && first.model.terms.iter().all(holds) {
-        return Ok(Decision {
+    let is_confirmed =
+        doubt == Doubt::OnBench && said == Verdict::Named && first.model.terms.iter().all(holds);
+    let mut decision = match found {
+        _ if is_confirmed => Decision {
             verdict: said,
             ..first
-        });
-    }
-    let mut decision = match found {
+        },
         Some(partly) => first.in_part(partly, prepared, settings),
         None => first,
     };
@@ -205,7 +225,8 @@ fn simplest(
     })
 }
 
-/// Each axle is judged whatever happens on the other: tracks on which the likelihood alone names what is missing, each with its decision; none where all or nothing is explained.
+/// Each axle is judged whatever happens on the other: tracks on which the likelihood alone names what is missing, each with its
+/// decision; none where only one was recorded.
 fn named_by_axle(
     first: &Decision,
     prepared: &Prepared,
@@ -330,7 +351,7 @@ impl Decision {
     fn with_axle(self, t: usize, mut own: Self, prepared: &Prepared) -> Self {
         let axle = prepared.scene.tracks[t].axle;
         let with = |all: &Model, own: &Model| all.with(own.of_track(t).0.clone());
-        let mut told = Self {
+        let mut joined = Self {
             verdict: Verdict::NamedInPart,
             model: with(&self.model, &own.model),
             shown: with(&self.shown, &own.shown),
@@ -338,13 +359,13 @@ impl Decision {
             corrected: with(&self.corrected, &own.corrected),
             ..self
         };
-        told.motions[t] = own.motions.swap_remove(t);
-        told.judged[t] = own.judged.swap_remove(t);
-        told.rounds.retain(|round| !round.term.acts_on(axle));
-        told.rounds.append(&mut own.rounds);
-        told.certain.append(&mut own.model.terms);
-        told.is_outgrown_a_little |= own.is_outgrown_a_little;
-        told
+        joined.motions[t] = own.motions.swap_remove(t);
+        joined.judged[t] = own.judged.swap_remove(t);
+        joined.rounds.retain(|round| !round.term.acts_on(axle));
+        joined.rounds.append(&mut own.rounds);
+        joined.certain.append(&mut own.model.terms);
+        joined.is_outgrown_a_little |= own.is_outgrown_a_little;
+        joined
     }
 
     /// That the plain model misses next to nothing of the force, whatever the noise is.

@@ -126,10 +126,10 @@ fn effects(
         true => supported.collect(),
         false => Vec::new(),
     };
-    let told: Vec<Term> = (decision.model.terms.iter().copied())
+    let found: Vec<Term> = (decision.model.terms.iter().copied())
         .filter(|term| !examined || decision.certain.contains(term))
         .collect();
-    for (term, mut effect) in tested(prepared, search, decision, &told, settings) {
+    for (term, mut effect) in tested(prepared, search, decision, &found, settings) {
         effect.affirmed |= decision.verdict == Verdict::Named || decision.certain.contains(&term);
         effects.push(effect);
     }

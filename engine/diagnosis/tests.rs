@@ -3,6 +3,7 @@
 
 mod banded;
 mod budget;
+mod each_axle;
 mod honest;
 mod own_law;
 mod pendulum;

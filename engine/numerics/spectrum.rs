@@ -247,6 +247,20 @@ pub(crate) mod tests {
     }
 
     #[test]
+    fn a_filter_takes_no_noise_off_the_most_there_may_be() {
+        let noise = white(6000, 4);
+        let found = most_white(&noise, 0.01).expect("long enough");
+        assert!((found - 1.0).abs() < 0.1, "{found}");
+        // Zero at half the sampling rate, and two where all is slow.
+        let filtered: Vec<f64> = noise.windows(2).map(|x| x[0] + x[1]).collect();
+        let [least, most] = [
+            white_floor(&filtered, 0.01),
+            most_white(&filtered, 0.01).expect("long enough"),
+        ];
+        assert!(deviation(least, 0.01) < 0.6 && most > 1.2, "{least} {most}");
+    }
+
+    #[test]
     fn a_sine_holds_its_power_at_its_frequency() {
         let (step, hz, amplitude) = (0.01, 7.0, 2.0);
         let turn = std::f64::consts::TAU * hz * step;

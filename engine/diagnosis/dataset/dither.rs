@@ -66,7 +66,7 @@ pub fn lay_over(ride: &Ride, dither: &PerAxle<Vec<f64>>) -> Option<Ride> {
 /// Noise (m, RMS) that the record lacks to hide what lies between its samples from a fit.
 fn lacking(record: &AxleRecord, fit: &AxleFit, bike: &Bike, step: f64, fitted: usize) -> f64 {
     let once = moved(record, &fit.plain, step, 1);
-    let halves = by_halves(record, &fit.plain, step);
+    let halves = by_halves(&once, record, &fit.plain, step);
     let between = match record.prescribed {
         true => halves,
         false => by_spectrum(record, &fit.plain, step).max(halves),
@@ -86,9 +86,9 @@ fn lacking(record: &AxleRecord, fit: &AxleFit, bike: &Bike, step: f64, fitted: u
 }
 
 /// RMS of what is between the samples (m, or N), by Richardson's extrapolation from every second and fourth of them.
-fn by_halves(record: &AxleRecord, plain: &Plain, step: f64) -> f64 {
-    let [once, twice, four] = [1, 2, 4].map(|every| moved(record, plain, step, every));
-    let near = distance(&once, &twice);
+fn by_halves(once: &[f64], record: &AxleRecord, plain: &Plain, step: f64) -> f64 {
+    let [twice, four] = [2, 4].map(|every| moved(record, plain, step, every));
+    let near = distance(once, &twice);
     let far = distance(&twice, &four);
     near * (near / far).min(FOURTH)
 }
@@ -166,4 +166,41 @@ fn distance(fine: &[f64], coarse: &[f64]) -> f64 {
 
 fn rms(x: &[f64]) -> f64 {
     (x.iter().map(|x| x * x).sum::<f64>() / x.len().max(1) as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numerics::spline::{cubic, slopes};
+
+    /// A wave between the samples, beside the spline through these.
+    fn missed(turns: f64) -> f64 {
+        const PARTS: usize = 16;
+        let wave = |at: f64| (std::f64::consts::TAU * turns * at).sin();
+        let samples: Vec<f64> = (0..4000).map(|i| wave(i as f64)).collect();
+        let slope = slopes(&samples, 1.0);
+        let inside = 100..samples.len() - 100;
+        let errors = inside.flat_map(|i| {
+            let u = cubic(samples[i], samples[i + 1], slope[i], slope[i + 1], 1.0);
+            (0..PARTS).map(move |part| {
+                let s = part as f64 / PARTS as f64;
+                wave(i as f64 + s) - (u[0] + s * (u[1] + s * (u[2] + s * u[3])))
+            })
+        });
+        rms(&errors.collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn val_the_error_between_samples_is_the_splines() {
+        for turns in [0.1, 0.2, 0.3, 0.4] {
+            let wave = |i: usize| (std::f64::consts::TAU * turns * i as f64).sin();
+            let samples: Vec<f64> = (0..4000).map(wave).collect();
+            let expected = missed(turns);
+            let found = spline_error(&samples, 1.0, &|_| 1.0).sqrt();
+            assert!(
+                (found / expected - 1.0).abs() < 0.03,
+                "{turns}: {found} for {expected}"
+            );
+        }
+    }
 }

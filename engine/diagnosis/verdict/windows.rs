@@ -389,3 +389,71 @@ fn blocks(errors: &[f64]) -> Vec<f64> {
         .map(|block| errors[block].iter().sum())
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::fit::{Point, Unit};
+    use crate::report::diagnosis::Place;
+
+    fn term(kind: Kind) -> Term {
+        Term {
+            kind,
+            place: Place::Front,
+        }
+    }
+
+    /// What single effects leave of a plain model that leaves 1.
+    fn sight(single: &[(Kind, f64)]) -> Sight {
+        let point = Point {
+            base: vec![[0.0; 6]],
+            values: Vec::new(),
+            initial: Vec::new(),
+        };
+        let plain = Seen {
+            unit: Unit {
+                tracks: vec![0],
+                terms: Vec::new(),
+            },
+            folds: [point.clone(), point.clone()],
+            point,
+            errors: vec![1.0; 4],
+        };
+        Sight {
+            length: 1.0,
+            found: plain.clone(),
+            plain,
+            effects: Vec::new(),
+            single: single
+                .iter()
+                .map(|(kind, left)| (term(*kind), *left))
+                .collect(),
+        }
+    }
+
+    #[test]
+    fn another_effect_contradicts_at_both_lengths_alone() {
+        let (cubic, friction) = (Kind::CubicStiffness, Kind::CoulombFriction);
+        let ahead = [(cubic, 0.2), (friction, 1.01 * MARGIN * 0.2)];
+        let near = [(cubic, 0.2), (friction, 0.99 * MARGIN * 0.2)];
+        let contradict = |of_length: [&[(Kind, f64)]; 2], own: Kind| {
+            let sights = Sights {
+                of_length: of_length.map(sight).into(),
+                agreed: Vec::new(),
+                models: Vec::new(),
+                known: Vec::new(),
+            };
+            sights.contradict(&[term(own)])
+        };
+        assert!(contradict([&ahead, &ahead], friction));
+        assert!(!contradict([&ahead, &near], friction));
+        assert!(!contradict([&ahead, &ahead], cubic));
+        // Neither what takes too little, nor a wider law, nor one with more numbers.
+        let little = [(cubic, 1.01 * (1.0 - TAKE)), (friction, 1.0)];
+        assert!(!contradict([&little, &little], friction));
+        let wider = [(Kind::Hysteresis, 0.1), (friction, 0.5)];
+        assert!(!contradict([&wider, &wider], friction));
+        let larger = [(Kind::SprungMass, 0.1), (friction, 0.5)];
+        assert!(!contradict([&larger, &larger], friction));
+    }
+}

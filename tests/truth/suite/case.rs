@@ -57,7 +57,6 @@ impl Suite {
 /// What is unusual of a clean ride that conceals nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Circumstance {
-    Usual,
     /// 1 to 1.5 m/s.
     Walking,
     /// A log of 20 Hz.
@@ -71,7 +70,6 @@ pub enum Circumstance {
 impl Circumstance {
     pub fn name(self) -> &'static str {
         match self {
-            Circumstance::Usual => "usual",
             Circumstance::Walking => "walking",
             Circumstance::Slow => "slow",
             Circumstance::Stiff => "stiff",
@@ -154,7 +152,7 @@ pub struct Case {
     pub size: usize,
     pub setting: Setting,
     pub noise: Noise,
-    pub circumstance: Circumstance,
+    pub circumstance: Option<Circumstance>,
     pub duration_s: f64,
     pub rate_hz: f64,
 }
@@ -178,7 +176,7 @@ impl Case {
             size: 1,
             setting,
             noise,
-            circumstance: Circumstance::Usual,
+            circumstance: None,
             duration_s,
             rate_hz,
         }
@@ -224,8 +222,8 @@ pub fn quiet(count: usize, chance: &mut Chance) -> Vec<Case> {
         .map(|i| {
             let noise = Noise::ALL[(i / circumstances.len()) % Noise::ALL.len()];
             let mut case = Case::new(Class::Clean, Setting::Road, noise, chance);
-            case.circumstance = circumstances[i % circumstances.len()];
-            if case.circumstance == Circumstance::Slow {
+            case.circumstance = Some(circumstances[i % circumstances.len()]);
+            if case.circumstance == Some(Circumstance::Slow) {
                 case.rate_hz = 20.0;
             }
             case

@@ -118,7 +118,7 @@ impl Ridden {
 
 fn speed(case: &Case, chance: &mut Chance) -> Profile {
     let until = case.duration_s;
-    if case.circumstance == Circumstance::Walking {
+    if case.circumstance == Some(Circumstance::Walking) {
         return Profile::wobble(chance.uniform(1.05, 1.45), 0.05, chance);
     }
     let needs = |kinds: &[Kind]| case.effects.iter().any(|(k, _)| kinds.contains(k));
@@ -161,7 +161,7 @@ fn road(case: &Case, bike: &Bike, travel: &Travel, chance: &mut Chance) -> Road 
     };
     let lifts = case.effects.iter().any(|(k, _)| *k == Kind::WheelLift);
     let mut obstacles = Vec::new();
-    let carried = case.circumstance != Circumstance::Slow;
+    let carried = case.circumstance != Some(Circumstance::Slow);
     if lifts || chance.happens(0.35) && carried {
         let mut at = from + chance.uniform(5.0, 30.0);
         while at < to - 5.0 {
