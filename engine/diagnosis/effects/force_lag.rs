@@ -26,7 +26,7 @@ impl Effect for ForceLag {
         law: "F, the force that is measured: lag F' = f - F, f the force of the law",
         words: "the force follows the motion with a lag of the first order (a fluid, a magnet, an amplifier)",
         confused_with: &["hysteresis", "viscoelastic_tyre"],
-        source: "Spencer et al. 1997, J. Eng. Mech. 123:230-238",
+        source: "Koo, Goncalves & Ahmadian 2006, Smart Mater. Struct. 15:351-358 (response time of MR dampers)",
         ..Spec::ORDINARY
     };
 

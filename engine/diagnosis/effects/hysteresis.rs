@@ -1,7 +1,7 @@
 use crate::diagnosis::law::*;
 
-/// Rate-independent loss (Bouc-Wen): f' = A w - (A/fy) |w| f. Fitted as A and the yield deflection
-/// fy/A, in which the force is linear in A.
+/// Rate-independent loss, Dahl's law: f' = A w - (A/fy) |w| f, which is the law of Bouc and Wen with n = 1 and
+/// gamma = 0. Fitted as A and the yield deflection fy/A, in which the force is linear in A.
 pub struct Hysteresis;
 
 pub(super) const STIFFNESS: Parameter = Parameter {
@@ -43,10 +43,10 @@ impl Effect for Hysteresis {
         },
         stiffens: |p, _| p[0],
         states: 1,
-        law: "f with f' = stiffness (w - |w| f / yield_force) (Bouc-Wen)",
+        law: "f with f' = stiffness (w - |w| f / yield_force) (Dahl's law)",
         words: "the tyre or frame loses energy by rate-independent hysteresis",
         confused_with: &["coulomb_friction", "cubic_stiffness", "free_play"],
-        source: "Wen 1976, J. Eng. Mech. 102:249-263",
+        source: "Dahl 1968, A solid friction model, Aerospace Corp. TOR-0158(3107-18)-1",
         ..Spec::ORDINARY
     };
 

@@ -33,7 +33,7 @@ impl Effect for PedallingForce {
         law: "amplitude sin(2 crank + phase) on the mass",
         words: "pedalling pushes the axle at twice the cadence",
         confused_with: &["wheel_out_of_round"],
-        source: "Turner et al. 2019, arXiv 1905.00019 (cycling vibration)",
+        source: "Wilson & Schmidt, Bicycling Science, 4th ed. 2020 (two strokes in a turn of the crank)",
         ..Spec::ORDINARY
     };
 

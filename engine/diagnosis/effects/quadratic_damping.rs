@@ -21,7 +21,7 @@ impl Effect for QuadraticDamping {
         law: "c2 |w| w",
         words: "damping grows with the speed of deflection",
         confused_with: &["coulomb_friction", "hysteresis"],
-        source: "Nayek et al. 2021, arXiv 2012.01937",
+        source: "Dixon, The Shock Absorber Handbook, 2nd ed. 2007 (flow through an orifice)",
         ..Spec::ORDINARY
     };
 

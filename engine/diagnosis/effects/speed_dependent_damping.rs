@@ -22,7 +22,7 @@ impl Effect for SpeedDependentDamping {
         law: "B (1 + share (5 m/s / V - 1)) w in the place of B w, V no less than 0.5 m/s",
         words: "the tyre's damping falls with rolling speed",
         confused_with: &["speed_dependent_stiffness", "tyre_enveloping"],
-        source: "Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, ch. 9",
+        source: "effect library: a rolling tyre damps less than a standing one; no publication gives this law",
         ..Spec::ORDINARY
     };
 

@@ -22,7 +22,7 @@ impl Effect for SpeedDependentStiffness {
         law: "k (1 + slope (V - mean V)) d in the place of k d",
         words: "the tyre's stiffness changes with speed",
         confused_with: &["stiffness_drift", "tyre_enveloping"],
-        source: "Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, ch. 9",
+        source: "TNO, MF-Tyre/MF-Swift 6.2 Equation Manual, 2013 (vertical force, Q_V2)",
         ..Spec::ORDINARY
     };
 

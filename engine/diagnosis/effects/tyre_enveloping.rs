@@ -1,6 +1,6 @@
 use crate::diagnosis::law::*;
 
-/// The contact patch averages the road over a length centred on the contact point.
+/// A footprint of fixed length averages the road around the contact point. Deflection and the footprint's shape do not change it.
 pub struct TyreEnveloping;
 
 const LENGTH: Parameter = Parameter {
@@ -20,10 +20,10 @@ impl Effect for TyreEnveloping {
         starts: |_| [0.08, 0.16, 0.3].map(|l| [l, 0.0, 0.0, 0.0]).to_vec(),
         report: |p, _| vec![reported(&LENGTH, p[0], [0.005, 0.6])],
         on_road: true,
-        law: "u is the mean of the road over a patch_length around the contact point",
+        law: "u is the mean of the road over a footprint of fixed patch_length around the contact point",
         words: "the tyre's contact patch averages the road",
         confused_with: &["sensor_delay", "sensor_gain"],
-        source: "Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, ch. 10; Schmeitz 2004",
+        source: "Sayers 1995, Transp. Res. Rec. 1501:1-12 (moving average of 250 mm); a footprint of fixed length, not the cams of Schmeitz 2004",
         ..Spec::ORDINARY
     };
 
