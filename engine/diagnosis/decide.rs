@@ -8,10 +8,10 @@ use crate::diagnosis::fit::physical::is_physical;
 use crate::diagnosis::fit::polish::polish;
 use crate::diagnosis::fit::refine::finer;
 use crate::diagnosis::fit::{Fitter, Model, Motion, Term, motions};
+use crate::diagnosis::policy;
 use crate::diagnosis::prepare::Prepared;
-use crate::diagnosis::search::criteria::ADEQUATE;
 use crate::diagnosis::search::{Round, Search};
-use crate::diagnosis::verdict::affirm::{Claim, NEARLY_ALL, OUTGROWN};
+use crate::diagnosis::verdict::affirm::Claim;
 use crate::diagnosis::verdict::by_windows;
 use crate::diagnosis::verdict::carries::has_size;
 use crate::diagnosis::verdict::choose::{Chosen, choose};
@@ -98,9 +98,6 @@ fn doubt(first: &Decision, prepared: &Prepared, search: &Search) -> Doubt {
     }
 }
 
-/// Times the white noise in what it leaves of a bench's record that a model which explains it may leave.
-const LOUD: f64 = 5.0;
-
 /// Whether no road drives any axle, and what the model leaves on one is mostly no white noise: then the noise that was fitted to it may
 /// have swallowed what is missing.
 fn is_loud(decision: &Decision, prepared: &Prepared) -> bool {
@@ -108,7 +105,7 @@ fn is_loud(decision: &Decision, prepared: &Prepared) -> bool {
     let loud = |(t, track): (usize, &Track)| {
         let left = decision.shown.residual(record, t);
         let rms = rms_valid(&left, &track.valid, prepared.split.held.clone());
-        most_white(&left, record.step).is_some_and(|noise| rms > LOUD * noise)
+        most_white(&left, record.step).is_some_and(|noise| rms > policy::LOUD_REST * noise)
     };
     let mut tracks = record.tracks.iter().enumerate();
     record.tracks.iter().all(|track| !track.has_road) && tracks.any(loud)
@@ -137,8 +134,8 @@ fn second_look(
             })
             .collect(),
         outgrown: match explained {
-            true => NEARLY_ALL,
-            false => OUTGROWN,
+            true => policy::NEARLY_ALL,
+            false => policy::OUTGROWN,
         },
     };
     let said = first.verdict;
@@ -286,8 +283,8 @@ fn by_likelihood(
     let judged = judged(prepared, &model, &motions, &shown, settings);
     let counts = || asked.iter().map(|t| &judged[*t]);
     let explains = !model.terms.is_empty()
-        && counts().all(|j| !j.remains || j.share >= ADEQUATE)
-        && !counts().any(|j| errs_more(j, MISLEADS))
+        && counts().all(|j| !j.remains || j.share >= policy::ADEQUATE)
+        && !counts().any(|j| errs_more(j, policy::MISLEADS))
         && is_physical(&prepared.scene, &search.plain, &model);
     let wider = explains && (is_curve(search, &model) || is_outgrown(search, &model));
     let little = wider && dominates(search, &model);
@@ -432,21 +429,12 @@ fn judged(
     (0..prepared.scene.tracks.len()).map(of_track).collect()
 }
 
-/// Times the plain model's held-out error that a model with a name may leave: more than chance makes of an effect that hardly
-/// shows, and no model that leads elsewhere explains anything.
-const MISLEADS: f64 = 1.1;
-
 /// Whether a model leaves more than so many times what the plain one does on the held-out part.
 fn errs_more(judged: &Judged, times: f64) -> bool {
     let held = &judged.held_out;
     held.extended_rms_m
         .is_none_or(|e| held.plain_rms_m.is_some_and(|p| e > times * p))
 }
-
-/// Share of the held-out squares that an effect takes off, and part of the gain in likelihood that this is in white noise below
-/// which the noise has swallowed it.
-const TAKEN_OFF: f64 = 0.5;
-const SWALLOWED: f64 = 0.01;
 
 /// Whether the noise that was estimated from what the plain model leaves has swallowed what an effect takes off. Such a
 /// likelihood tells little of what the effect is.
@@ -455,7 +443,7 @@ fn is_swallowed(search: &Search, decision: &Decision, record: &Scene) -> bool {
     let [left, plain] = [model, &search.plain].map(|m| search.held_squares(m));
     let white: f64 = (left.iter().zip(plain))
         .map(|(left, plain)| 1.0 - left / plain)
-        .filter(|removed| *removed > TAKEN_OFF)
+        .filter(|removed| *removed > policy::TAKEN_OFF)
         .map(|removed| -0.5 * search.fitter.samples as f64 * (1.0 - removed).ln())
         .sum();
     let sized = |t: &Term| {
@@ -463,6 +451,6 @@ fn is_swallowed(search: &Search, decision: &Decision, record: &Scene) -> bool {
         effect.is_some_and(|e| has_size(&e))
     };
     !model.terms.is_empty()
-        && (model.likelihood - search.plain.likelihood < SWALLOWED * white
+        && (model.likelihood - search.plain.likelihood < policy::SWALLOWED * white
             || !model.terms.iter().any(sized))
 }

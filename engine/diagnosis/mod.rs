@@ -11,6 +11,7 @@ mod explain;
 mod fit;
 pub mod impose;
 pub(crate) mod law;
+mod policy;
 pub(crate) mod prepare;
 mod residual;
 mod run;

@@ -8,6 +8,7 @@ use super::search::extend::candidates;
 use super::tell::tell;
 use crate::EngineError;
 use crate::bicycle::Bike;
+use crate::diagnosis::policy;
 use crate::output_error::spread_valid;
 use crate::progress::Progress;
 use crate::report::diagnosis::{Base, Diagnosis, HeldOut, SearchCost, Verdict};
@@ -105,17 +106,13 @@ fn only_pushed(ride: &Ride) -> bool {
     axles.all(|(_, record)| record.force.is_some() && !record.has_road() && !record.prescribed)
 }
 
-/// Share of the motion's squares that a mass on a damper may leave and be a base to build on: what swings on a spring keeps
-/// nearly all of them.
-const MOST_LEFT: f64 = 0.5;
-
 /// Whether a base without springs explains most of every axle's motion.
 fn explains_most(prepared: &Prepared) -> bool {
     let train = || prepared.split.train.clone();
     prepared.scene.tracks.iter().all(|track| {
         let moves = spread_valid(&track.measured, &track.valid, train());
         let fit = prepared.fits().get(track.axle);
-        fit.is_some_and(|fit| fit.train_rms.powi(2) < MOST_LEFT * moves.powi(2))
+        fit.is_some_and(|fit| fit.train_rms.powi(2) < policy::BARE_LEAVES * moves.powi(2))
     })
 }
 
@@ -126,9 +123,6 @@ fn share_left(first: &Diagnosis) -> f64 {
     let cost = &first.search_cost;
     (1.0 - cost.steps as f64 / cost.budget.max(1) as f64).max(LEAST)
 }
-
-/// Times the held-out error of a model with a spring that one without may leave and be preferred: it has a number less.
-const AS_GOOD: f64 = 1.1;
 
 /// The diagnosis whose verdict says more; of two that say as much the one without a spring, unless it errs more.
 fn better(sprung: Diagnosis, bare: Diagnosis) -> Diagnosis {
@@ -141,7 +135,7 @@ fn better(sprung: Diagnosis, bare: Diagnosis) -> Diagnosis {
         let left = |held: &HeldOut| held.extended_rms_m.unwrap_or(f64::INFINITY);
         d.held_out.iter().map(|(_, held)| left(held)).product()
     };
-    let errs_little = error(&bare) <= AS_GOOD * error(&sprung);
+    let errs_little = error(&bare) <= policy::AS_GOOD * error(&sprung);
     let wins = match says(&bare).cmp(&says(&sprung)) {
         std::cmp::Ordering::Greater => !bare.effects.is_empty() || errs_little,
         std::cmp::Ordering::Equal => says(&bare) > 0 && errs_little,
@@ -187,9 +181,12 @@ mod tests {
             better(sprung, told(Base::Damper, without, other)).base
         };
         let (named, unnamed) = (Verdict::Named, Verdict::Unnamed);
-        assert_eq!(base((named, 1.0), (named, 0.99 * AS_GOOD)), Base::Damper);
         assert_eq!(
-            base((named, 1.0), (named, 1.01 * AS_GOOD)),
+            base((named, 1.0), (named, 0.99 * policy::AS_GOOD)),
+            Base::Damper
+        );
+        assert_eq!(
+            base((named, 1.0), (named, 1.01 * policy::AS_GOOD)),
             Base::SpringAndDamper
         );
         assert_eq!(base((unnamed, 1.0), (unnamed, 0.1)), Base::SpringAndDamper);

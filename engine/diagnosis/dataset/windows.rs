@@ -1,28 +1,18 @@
 //! Short windows of a record, from which models are judged where one simulation of all of it would only show its drift: where a
 //! mass is damped lightly or no spring holds it, the error of a long simulation is one of phase.
 
+use crate::diagnosis::policy;
 use std::ops::Range;
 
 use super::inputs::Track;
 use crate::numerics::spectrum::median_frequency;
 
-/// Dominant and natural periods that a window of ordinary length holds, whichever is longer.
-const DOMINANT: f64 = 4.0;
-const NATURAL: f64 = 2.0;
-/// Windows that a record is divided into at least, and dominant periods that each of them then holds at least.
-const FEWEST: usize = 6;
-const SHORTEST: f64 = 1.0;
-/// Dominant periods in windows that follow one another without overlap, at least. Between an encoder's swing of ../shared/real, whose
-/// windows hold 1.1 and are right with overlap alone, and its linear drive, whose hold 1.4 and are right without.
-const APART: f64 = 1.25;
 /// Samples that a window has at least.
 const LEAST: usize = 16;
 /// Samples in windows at most, so that a long record costs no more than its physics need; windows are then left out evenly.
 const MOST: usize = 6000;
 /// Share of a window's samples that are valid at least.
 const VALID: f64 = 0.9;
-/// Part of the loudest window's deviation below which a free decay has died away.
-const SWINGS: f64 = 0.05;
 
 /// Windows of one axle's record, one after the other.
 #[derive(Clone, Debug)]
@@ -44,13 +34,15 @@ impl Windows {
             true => track.scale.period(),
             false => 0.0,
         };
-        let wanted = times * (DOMINANT * period).max(NATURAL * natural) / step;
+        let wanted = times
+            * (policy::DOMINANT_PERIODS * period).max(policy::NATURAL_PERIODS * natural)
+            / step;
         // What no fit looks at at a ride's start is no loss here, where every window has a start of its own.
         let first = track.valid.iter().position(|valid| *valid)?;
         let samples = samples - first;
-        let least = (APART * period / step) as usize;
+        let least = (policy::APART_PERIODS * period / step) as usize;
         let (length, stride) = length_and_stride(wanted as usize, least, samples);
-        if (length as f64) * step < SHORTEST * period {
+        if (length as f64) * step < policy::SHORTEST_PERIODS * period {
             return None;
         }
         let starts = (first..first + samples).step_by(stride);
@@ -65,7 +57,7 @@ impl Windows {
             spans = swinging(track, spans);
         }
         let spans = thinned(spans, MOST / length);
-        (spans.len() >= FEWEST).then_some(Self { period, spans })
+        (spans.len() >= policy::FEWEST_WINDOWS).then_some(Self { period, spans })
     }
 
     /// Windows of the same length that begin in the middle of these.
@@ -73,7 +65,7 @@ impl Windows {
         let half = self.length() / 2;
         let shifted = self.spans.iter().map(|s| s.start + half..s.end + half);
         let spans: Vec<Range<usize>> = shifted.filter(|s| s.end <= samples).collect();
-        (spans.len() + 1 >= FEWEST).then_some(Self { spans, ..*self })
+        (spans.len() + 1 >= policy::FEWEST_WINDOWS).then_some(Self { spans, ..*self })
     }
 
     /// Samples in each window.
@@ -82,14 +74,14 @@ impl Windows {
     }
 }
 
-/// Samples in a window, and from one's start to the next: windows are as long as [`FEWEST`] may be, and on a record that is too short
+/// Samples in a window, and from one's start to the next: windows are as long as [`policy::FEWEST_WINDOWS`] may be, and on a record that is too short
 /// for so many of `least` samples one after the other, they overlap by half.
 fn length_and_stride(wanted: usize, least: usize, samples: usize) -> (usize, usize) {
-    let apart = wanted.clamp(LEAST, (samples / FEWEST).max(LEAST));
+    let apart = wanted.clamp(LEAST, (samples / policy::FEWEST_WINDOWS).max(LEAST));
     if apart >= least.min(wanted) {
         return (apart, apart);
     }
-    let stride = (samples / (FEWEST + 1)).max(LEAST / 2);
+    let stride = (samples / (policy::FEWEST_WINDOWS + 1)).max(LEAST / 2);
     let length = wanted.min(2 * stride);
     (length, stride.min(length))
 }
@@ -116,17 +108,17 @@ fn swinging(track: &Track, spans: Vec<Range<usize>>) -> Vec<Range<usize>> {
         (squares / part.len() as f64).sqrt()
     };
     let loudest = spans.iter().map(deviation).fold(0.0, f64::max);
-    let swings = |span: &Range<usize>| deviation(span) >= SWINGS * loudest;
+    let swings = |span: &Range<usize>| deviation(span) >= policy::SWINGS * loudest;
     let some: Vec<Range<usize>> = spans.iter().filter(|s| swings(s)).cloned().collect();
-    match some.len() >= FEWEST {
+    match some.len() >= policy::FEWEST_WINDOWS {
         true => some,
-        false => spans.into_iter().take(FEWEST).collect(),
+        false => spans.into_iter().take(policy::FEWEST_WINDOWS).collect(),
     }
 }
 
-/// At most so many windows (and [`FEWEST`] at least), spread evenly.
+/// At most so many windows (and [`policy::FEWEST_WINDOWS`] at least), spread evenly.
 fn thinned(spans: Vec<Range<usize>>, most: usize) -> Vec<Range<usize>> {
-    let (all, most) = (spans.len(), most.max(FEWEST));
+    let (all, most) = (spans.len(), most.max(policy::FEWEST_WINDOWS));
     if all <= most {
         return spans;
     }
@@ -140,7 +132,7 @@ mod tests {
     #[test]
     fn windows_overlap_only_where_they_would_be_too_short() {
         // 600 samples: six windows of 100, which hold 1.25 periods of 80 samples.
-        let least = |period: f64| (APART * period) as usize;
+        let least = |period: f64| (policy::APART_PERIODS * period) as usize;
         assert_eq!(length_and_stride(320, least(80.0), 600), (100, 100));
         assert_eq!(length_and_stride(320, least(81.0), 600), (170, 85));
         assert_eq!(length_and_stride(40, least(10.0), 600), (40, 40));
@@ -153,6 +145,6 @@ mod tests {
         let some = thinned(spans.clone(), 20);
         assert_eq!(some.len(), 20);
         assert!(some.windows(2).all(|w| w[1].start - w[0].start == 50));
-        assert_eq!(thinned(spans, 3).len(), FEWEST);
+        assert_eq!(thinned(spans, 3).len(), policy::FEWEST_WINDOWS);
     }
 }

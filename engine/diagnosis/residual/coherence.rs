@@ -7,8 +7,6 @@ use crate::diagnosis::dataset::Track;
 use crate::numerics::autoregressive::Colour;
 use crate::numerics::spectrum::hann;
 
-/// Deviations of the residual's coherence with what drives the axle from which it is no noise.
-pub const DRIVEN: f64 = 9.0;
 /// Longest and shortest stretch (s, samples) whose spectra are averaged, and the fewest that tell anything.
 const STRETCH_S: f64 = 8.0;
 const SHORTEST: usize = 64;

@@ -7,6 +7,7 @@ use crate::diagnosis::dataset::Scene;
 use crate::diagnosis::fit::Motion;
 use crate::diagnosis::fit::tangent::Tangent;
 use crate::diagnosis::fit::{FINE, Fitter, Model};
+use crate::diagnosis::policy;
 use crate::numerics::projection::{dot, orthonormal, without};
 use crate::numerics::statistics::chi_square_tail;
 use crate::simulate::linear::{Input, simulate};
@@ -26,13 +27,12 @@ pub struct Leftover {
     pub residual: Vec<f64>,
 }
 
-/// Gain in held-out log score that the free form must make before something counts as left.
-const LEFT: f64 = 6.0;
-
 impl Leftover {
     /// Whether the residual moves with the features, on the fitted and on the held-out part.
     pub fn is_structured(&self, alpha: f64) -> bool {
-        self.p_value < 0.5 * alpha && self.held_gain > LEFT && self.held_after < self.held_before
+        self.p_value < 0.5 * alpha
+            && self.held_gain > policy::STRUCTURED
+            && self.held_after < self.held_before
     }
 }
 

@@ -7,17 +7,14 @@ use rayon::prelude::*;
 
 use crate::diagnosis::dataset::{Scene, Track};
 use crate::diagnosis::fit::{COARSE, Fitter, Model};
+use crate::diagnosis::policy;
 use crate::numerics::random::normal;
 use crate::numerics::spectrum::{Spectrum, deviation};
 
 /// Replicates of the ride.
 const REPLICATES: usize = 12;
-/// Factor by which the noise that the replicates are given may be too small.
-const UNSURE: f64 = 1.4;
 /// Road noise below this share of the sensor's (in density) cannot matter.
 const NEGLIGIBLE: f64 = 0.003;
-/// Standard deviations of the replicates' scores by which a score must lie above their mean.
-const BEYOND: f64 = 3.5;
 
 /// Whether the road channel is noisy enough to matter.
 pub fn is_noisy(track: &Track) -> bool {
@@ -48,7 +45,7 @@ pub fn exceeds(
     let n = scores.len() as f64;
     let mean = scores.iter().sum::<f64>() / n;
     let variance = scores.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / (n - 1.0);
-    own > UNSURE * mean + BEYOND * variance.sqrt().max(1.0)
+    own > policy::ROAD_NOISE_UNSURE * mean + policy::BEYOND * variance.sqrt().max(1.0)
 }
 
 /// The ride as it is under `model` if neither channel had noise: the recorded road without what its

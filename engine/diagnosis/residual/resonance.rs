@@ -1,6 +1,7 @@
 //! What the residual's spectrum says: does it resonate like the axle, as the answer to a force left
 //! out would, or is it noise of the sensors?
 
+use crate::diagnosis::policy;
 use std::ops::Range;
 
 use crate::numerics::spectrum::Spectrum;
@@ -19,8 +20,6 @@ pub struct Resonance {
 const NOISES: [f64; 11] = [0.0, 0.3, 0.5, 0.7, 0.8, 0.88, 0.93, 0.96, 0.98, 0.99, 0.995];
 const FORCES_HZ: [f64; 7] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 1e3];
 
-/// Factor by which a measured noise floor may be too low.
-const UNSURE: f64 = 1.3;
 /// Steps of the multiplicative fit of a mixture.
 const STEPS: usize = 300;
 
@@ -65,9 +64,9 @@ impl Noisy {
         // |1 - G|^2 with G the road's answer: 1 - G = -w^2 / (kappa - w^2 + i w beta).
         let slip = |f: f64| (std::f64::consts::TAU * f).powi(4) * by_force(f);
         // Noise of the road channel, alone and where a jittering clock puts the same into both channels.
-        let road = UNSURE * inputs.road;
+        let road = policy::FLOOR_UNSURE * inputs.road;
         let mut noises = vec![part(&by_road, road), part(&slip, road)];
-        noises.push(part(&by_force, UNSURE * inputs.force));
+        noises.push(part(&by_force, policy::FLOOR_UNSURE * inputs.force));
         noises.extend(NOISES.map(|phi| part(&|f| red(phi, f), f64::INFINITY)));
         Some(Self {
             spectrum,

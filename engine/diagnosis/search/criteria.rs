@@ -10,21 +10,10 @@ use crate::diagnosis::dataset::Budget;
 use crate::diagnosis::fit::physical::is_physical;
 use crate::diagnosis::fit::polish::reduce;
 use crate::diagnosis::fit::{COARSE, Effort, FINE, Fitted, Fitter, Model, Term};
+use crate::diagnosis::policy;
 use crate::diagnosis::residual::replicate::is_noisy;
 use crate::numerics::autoregressive::Colour;
 use crate::progress::Progress;
-
-/// Gain for each sample that a second effect must make.
-const BESIDE: f64 = 0.02;
-/// Share of the held-out squares that it must remove instead; where the road is noisy, in any case.
-const SHOWN: f64 = 0.08;
-/// Part of the held-out squares that other effects remove which one more must remove, unless it belongs to a moment: a law is right
-/// to about half a percent of what it does.
-const TRIFLE: f64 = 2.5e-5;
-/// Share of the explainable held-out variance beyond which an extension is adequate anyway.
-pub const ADEQUATE: f64 = 0.98;
-/// Candidates that are behind the best by no more than this in log likelihood are chosen by merit.
-pub const CLOSE: f64 = 8.0;
 
 pub struct Search<'a> {
     pub fitter: Fitter<'a>,
@@ -114,9 +103,10 @@ impl Search<'_> {
     /// Whether what `larger` has beyond `model` is large enough to be told beside other effects: in
     /// likelihood, or in the held-out error, where a slow effect shows that coloured noise would hide.
     pub fn counts(&self, model: &Model, larger: &Model) -> bool {
-        let gains = larger.likelihood - model.likelihood > BESIDE * self.fitter.samples as f64;
+        let gains = larger.likelihood - model.likelihood
+            > policy::SECOND_GAINS * self.fitter.samples as f64;
         let [before, after] = [model, larger].map(|m| self.held_squares(m));
-        (gains || any_removed(&before, &after, SHOWN))
+        (gains || any_removed(&before, &after, policy::SECOND_REMOVES))
             && !self.is_trifle(added(model, larger), &before, &after)
     }
 
@@ -126,7 +116,7 @@ impl Search<'_> {
             return false;
         }
         let plain = self.held_squares(&self.plain);
-        let trifle = |t: usize| before[t] - after[t] < TRIFLE * (plain[t] - before[t]);
+        let trifle = |t: usize| before[t] - after[t] < policy::TRIFLE * (plain[t] - before[t]);
         let mut tracks = self.fitter.scene.tracks.iter().enumerate();
         tracks.all(|(t, track)| !term.acts_on(track.axle) || trifle(t))
     }
@@ -136,7 +126,7 @@ impl Search<'_> {
     pub fn merit(&self, model: &Model) -> f64 {
         let cost = cost(&model.terms, self.fitter.samples);
         let odd = !is_physical(self.fitter.scene, &self.plain, model);
-        model.likelihood - cost - if odd { CLOSE } else { 0.0 }
+        model.likelihood - cost - if odd { policy::CLOSE } else { 0.0 }
     }
 
     /// Whether a term acts on an axle whose road has noise.
@@ -147,7 +137,7 @@ impl Search<'_> {
 
     /// Whether the held-out squares of some track show what `larger` has beyond `model`.
     pub fn shows(&self, model: &Model, larger: &Model) -> bool {
-        self.removes(model, larger, SHOWN)
+        self.removes(model, larger, policy::SECOND_REMOVES)
     }
 
     /// Whether `larger` removes that share of the held-out squares of some track.

@@ -1,7 +1,7 @@
 //! Naming what is left out: forward selection with an exact refit of every candidate, a backward
 //! pass, and an exchange pass that also gives the rivals.
 
-use super::criteria::{ADEQUATE, CLOSE, Search, added};
+use super::criteria::{Search, added};
 use super::extend::{Reach, is_far};
 use super::null::Null;
 use super::refit::LEADERS;
@@ -9,17 +9,8 @@ use super::score_test::{Signatures, stands_out};
 use crate::EngineError;
 use crate::diagnosis::fit::polish::polish;
 use crate::diagnosis::fit::{Model, Term};
+use crate::diagnosis::policy;
 use crate::diagnosis::residual::coherence;
-
-/// Share of its gain (for each sample) that an effect must repeat on the held-out part.
-pub const HELD: f64 = 0.3;
-/// Share of the held-out squares that tells of a slow effect, which noise of a slow colour explains as well.
-const SLOWLY: f64 = 0.8;
-/// Times the gain that chance could bring that an effect must make which the held-out part cannot
-/// confirm, since it belongs to a moment of the fitted part.
-const UNCONFIRMED: f64 = 2.0;
-/// Effects that may act at once.
-pub const MOST_TERMS: usize = 3;
 
 /// What one round of the forward selection saw.
 #[derive(Clone, Debug)]
@@ -50,7 +41,7 @@ impl Search<'_> {
         let mut proven = self.plain.clone();
         // The model with the noise under which promises are looked for, where that is not its own.
         let mut pale: Option<Model> = None;
-        while model.terms.len() < MOST_TERMS && !self.is_spent() {
+        while model.terms.len() < policy::MOST_TERMS && !self.is_spent() {
             self.check()?;
             self.tell_progress();
             let goes_on = 'round: {
@@ -78,7 +69,7 @@ impl Search<'_> {
                 for leader in leaders {
                     if accepted
                         .first()
-                        .is_some_and(|first| leader.likelihood < first.likelihood - CLOSE)
+                        .is_some_and(|first| leader.likelihood < first.likelihood - policy::CLOSE)
                     {
                         break;
                     }
@@ -154,7 +145,7 @@ impl Search<'_> {
         let scene = self.fitter.scene;
         let driven: Vec<usize> = (self.residuals(model).into_iter())
             .filter(|(t, residual, _)| {
-                coherence::of_track(&scene.tracks[*t], residual).score > coherence::DRIVEN
+                coherence::of_track(&scene.tracks[*t], residual).score > policy::DRIVEN
             })
             .map(|(t, ..)| t)
             .collect();
@@ -182,14 +173,21 @@ impl Search<'_> {
         } else if slow {
             2.0
         } else {
-            2.0 + HELD * (larger.likelihood - proven.likelihood) * share
+            2.0 + policy::HELD * (larger.likelihood - proven.likelihood) * share
         };
         let beyond_chance = null.p_value(gain) <= self.alpha
             && (!local
-                || gain > UNCONFIRMED * null.bound(self.alpha) * self.unevenness(model, larger));
+                || gain
+                    > policy::UNCONFIRMED
+                        * null.bound(self.alpha)
+                        * self.unevenness(model, larger));
         let counts = model.terms.is_empty() && !slow || self.counts(model, larger);
         let repeats = self.held_score(larger) - self.held_score(proven) > wanted;
-        let told = if slow { SLOWLY } else { ADEQUATE };
+        let told = if slow {
+            policy::SLOWLY
+        } else {
+            policy::ADEQUATE
+        };
         beyond_chance && counts && (repeats || self.removes(proven, larger, told))
     }
 
@@ -204,7 +202,7 @@ impl Search<'_> {
 
     /// Standard deviations that a score must reach to be significant among all offers.
     pub fn score_bound(&self, offers: &[Signatures]) -> f64 {
-        (2.0 * Null::new(offers, self.seed, MOST_TERMS + 1).bound(self.alpha)).sqrt()
+        (2.0 * Null::new(offers, self.seed, policy::MOST_TERMS + 1).bound(self.alpha)).sqrt()
     }
 
     /// Drops terms that the others have made superfluous.

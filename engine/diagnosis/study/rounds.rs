@@ -9,14 +9,13 @@ use crate::diagnosis::fit::physical::is_physical;
 use crate::diagnosis::fit::polish::until_still;
 use crate::diagnosis::fit::tangent::Tangent;
 use crate::diagnosis::fit::{COARSE, Effort, FINE, Fitted, Fitter, Model, Point, Term, Unit};
+use crate::diagnosis::policy;
 use crate::diagnosis::search::Search;
 use crate::diagnosis::search::criteria::cost;
 use crate::diagnosis::search::extend::{is_far, joined};
 use crate::diagnosis::search::null::Null;
 use crate::diagnosis::search::refit::{HOPE, LEADERS};
-use crate::diagnosis::search::rounds::{HELD, MOST_TERMS};
 use crate::diagnosis::search::score_test::{Along, Signatures, signatures, stands_out};
-use crate::diagnosis::verdict::choose::TIE;
 use crate::numerics::autoregressive::Colour;
 use crate::report::diagnosis::{Place, SwitchedOff};
 
@@ -91,7 +90,7 @@ impl Rides<'_> {
             },
             tied: Vec::new(),
         };
-        while found.joint.terms().len() < MOST_TERMS {
+        while found.joint.terms().len() < policy::MOST_TERMS {
             self.searches[0].check()?;
             let round = found.joint.terms().len();
             let Some((best, tied)) = self.round(&found.joint, &candidates, round)? else {
@@ -138,7 +137,7 @@ impl Rides<'_> {
             let fitted = best_merit - merit(j);
             fitted.min(fitted + best_held - self.held(j))
         };
-        found.retain(|j| behind(j) < TIE);
+        found.retain(|j| behind(j) < policy::TIE);
         found.sort_by(|a, b| merit(b).total_cmp(&merit(a)));
         Ok(Some((best, found)))
     }
@@ -244,7 +243,7 @@ impl Rides<'_> {
         let gain = larger.likelihood() - joint.likelihood();
         let held: usize = self.searches.iter().map(|s| s.held.len()).sum();
         let share = held as f64 / self.samples() as f64;
-        let repeats = self.held(larger) - self.held(joint) > 2.0 + HELD * gain * share;
+        let repeats = self.held(larger) - self.held(joint) > 2.0 + policy::HELD * gain * share;
         let first = &self.searches[0];
         let physical = is_physical(first.fitter.scene, &first.plain, &larger.models[0]);
         let mut each = self.searches.iter().zip(&joint.models).zip(&larger.models);

@@ -14,33 +14,10 @@ use super::general_laws::generalised;
 use crate::diagnosis::dataset::Scene;
 use crate::diagnosis::fit::polish::reduce;
 use crate::diagnosis::fit::{Effort, FINE, Fitted, Fitter, Model, Term};
+use crate::diagnosis::policy;
 use crate::diagnosis::search::Search;
 use crate::diagnosis::search::extend::Reach;
 use crate::report::diagnosis::Support;
-
-/// Contiguous blocks of the ride on which models are compared, and the share of those that speak in which an effect must lead.
-const BLOCKS: usize = 10;
-pub const LEAD: f64 = 0.8;
-/// Part of the mean squares of a block below which a block says nothing.
-const SILENT: f64 = 0.1;
-// The bounds below were set on four recordings of ../shared/real, whose effects take off 0.93, 0.98, 0.93 and 0.86, lead by 2.2, 5.7,
-// 3.9 and 6.7 and disagree by 0.10, 0.17, 0.03 and 0.12, and on strange physics of seed 103: friction that falls with the rate, by dry friction, takes
-// off 0.76, and a hysteresis leaves 0.67 of that; a stop with impact, by a stop, takes off 0.83 and leads by 1.7; on a bench whose sensor sits on another mass than the
-// force, a sensor's gain takes off 0.84, whatever its lead.
-/// Share of the held-out squares that an effect must take off a model without it.
-pub const MATERIAL: f64 = 0.85;
-/// Times the held-out squares of the model that the best model with another effect in the place must leave.
-pub const AHEAD: f64 = 2.0;
-/// Share of the held-out squares that an effect may leave where it is further ahead in proportion: of the banded dampers of
-/// ../shared/real with parts cut off hysteresis leaves 0.14 to 0.24 and leads by 4 to 6.
-const MOST_LEFT: f64 = 0.25;
-/// What a general law, or one of which the effect is a limit, may leave of the model's held-out squares before it is that
-/// law which acts.
-pub const OUTGROWN: f64 = 0.75;
-/// The same where a wider law explains the ride to within its noise, so that hardly more than noise is left.
-pub const NEARLY_ALL: f64 = 0.95;
-/// Largest difference between what loud and quiet blocks say of a parameter, beside its value.
-const AGREES: f64 = 0.35;
 
 /// An effect of a model with the evidence for it, and whether that is enough.
 pub struct Claim {
@@ -105,8 +82,8 @@ fn claim(
     let removed = 1.0 - with.held / without.held;
     let ratio = rival.as_ref().map(|(_, held)| held / with.held);
     let holds_as_limit = is_material(removed, ratio, term)
-        && led as f64 >= LEAD * speaking as f64
-        && disagreement.is_some_and(|d| d <= AGREES);
+        && led as f64 >= policy::LEAD * speaking as f64
+        && disagreement.is_some_and(|d| d <= policy::AGREES);
     Some(Claim {
         term,
         holds: holds_as_limit && general >= outgrown * with.held,
@@ -127,10 +104,10 @@ fn claim(
 pub fn is_material(removed: f64, ratio: Option<f64>, term: Term) -> bool {
     let ratio = ratio.unwrap_or(f64::INFINITY);
     let leaves = match term.kind.spec().on_sensor {
-        true => 1.0 - MATERIAL,
-        false => ((1.0 - MATERIAL) * ratio / AHEAD).min(MOST_LEFT),
+        true => 1.0 - policy::MATERIAL,
+        false => ((1.0 - policy::MATERIAL) * ratio / policy::AHEAD).min(policy::MOST_LEFT),
     };
-    ratio >= AHEAD && 1.0 - removed <= leaves
+    ratio >= policy::AHEAD && 1.0 - removed <= leaves
 }
 
 /// In how many blocks a model errs less than one without an effect, and how many have anything to say: where both err little
@@ -138,7 +115,7 @@ pub fn is_material(removed: f64, ratio: Option<f64>, term: Term) -> bool {
 fn leads(with: &[f64], without: &[f64]) -> (usize, usize) {
     let mean = without.iter().sum::<f64>() / without.len().max(1) as f64;
     let pairs = with.iter().zip(without);
-    let loud = |(with, without): &(&f64, &f64)| with.max(**without) > SILENT * mean;
+    let loud = |(with, without): &(&f64, &f64)| with.max(**without) > policy::SILENT * mean;
     let most = 2 * pairs.clone().filter(loud).count() > with.len();
     let speaking = pairs.filter(|pair| !most || loud(pair));
     let led = speaking.clone().filter(|(with, without)| with < without);
@@ -205,7 +182,7 @@ impl Errors {
             if sum.is_finite() { sum } else { f64::INFINITY }
         };
         Self {
-            blocks: blocks(whole, BLOCKS).map(sum).collect(),
+            blocks: blocks(whole, policy::BLOCKS).map(sum).collect(),
             held: sum(search.held.clone()).max(f64::MIN_POSITIVE),
         }
     }
@@ -274,7 +251,7 @@ fn refitted(fitter: &Fitter, fit: &Fitted, without: &[Range<usize>]) -> Option<F
 
 /// The quiet blocks of the fitted part, to leave the loud ones, and the other way round.
 fn halves(fitter: &Fitter, axle: Axle) -> [Vec<Range<usize>>; 2] {
-    let mut blocks: Vec<Range<usize>> = blocks(fitter.samples, BLOCKS).collect();
+    let mut blocks: Vec<Range<usize>> = blocks(fitter.samples, policy::BLOCKS).collect();
     let track = fitter.scene.tracks.iter().find(|t| t.axle == axle);
     let measured = track.map_or(&[][..], |t| &t.measured);
     let mean = measured.iter().sum::<f64>() / measured.len().max(1) as f64;
@@ -283,7 +260,7 @@ fn halves(fitter: &Fitter, axle: Axle) -> [Vec<Range<usize>>; 2] {
         some.iter().map(|z| (z - mean).powi(2)).sum()
     };
     blocks.sort_by(|a, b| loudness(a).total_cmp(&loudness(b)));
-    let loud = blocks.split_off(BLOCKS / 2);
+    let loud = blocks.split_off(policy::BLOCKS / 2);
     [blocks, loud]
 }
 
@@ -300,10 +277,6 @@ fn jackknife(values: &[f64]) -> f64 {
     let squares: f64 = values.iter().map(|x| (x - mean).powi(2)).sum();
     ((count - 1.0) / count * squares).sqrt()
 }
-
-/// Standard errors, of five folds, that an effect's size must be away from none (Student's t with four degrees of freedom,
-/// two-sided 1 %).
-const AWAY: f64 = 4.6;
 
 /// A model fitted without each of some contiguous blocks in turn, by its fits.
 pub struct Jackknife(Vec<Vec<Fitted>>);
@@ -330,7 +303,7 @@ impl Jackknife {
             .filter_map(|(fit, folds)| Some((size(fit)?, folds)))
             .any(|(all, folds)| {
                 let sizes: Vec<f64> = folds.iter().filter_map(size).collect();
-                all.abs() > AWAY * jackknife(&sizes)
+                all.abs() > policy::AWAY * jackknife(&sizes)
             })
     }
 
@@ -389,13 +362,19 @@ mod tests {
         };
         let friction =
             |left: f64, ratio| is_material(1.0 - left, ratio, term(Kind::CoulombFriction));
-        let just = 1.0 - MATERIAL;
-        assert!(friction(0.99 * just, Some(AHEAD)) && !friction(1.01 * just, Some(AHEAD)));
-        assert!(!friction(0.0, Some(0.99 * AHEAD)));
+        let just = 1.0 - policy::MATERIAL;
         assert!(
-            friction(1.49 * just, Some(1.5 * AHEAD)) && !friction(1.51 * just, Some(1.5 * AHEAD))
+            friction(0.99 * just, Some(policy::AHEAD))
+                && !friction(1.01 * just, Some(policy::AHEAD))
         );
-        assert!(friction(0.99 * MOST_LEFT, None) && !friction(1.01 * MOST_LEFT, None));
+        assert!(!friction(0.0, Some(0.99 * policy::AHEAD)));
+        assert!(
+            friction(1.49 * just, Some(1.5 * policy::AHEAD))
+                && !friction(1.51 * just, Some(1.5 * policy::AHEAD))
+        );
+        assert!(
+            friction(0.99 * policy::MOST_LEFT, None) && !friction(1.01 * policy::MOST_LEFT, None)
+        );
         assert!(!is_material(
             1.0 - 1.01 * just,
             None,
@@ -406,7 +385,7 @@ mod tests {
     #[test]
     fn quiet_blocks_neither_lead_nor_follow() {
         let without = [100.0, 90.0, 110.0, 1.0];
-        let silent = 0.999 * SILENT * without.iter().sum::<f64>() / 4.0;
+        let silent = 0.999 * policy::SILENT * without.iter().sum::<f64>() / 4.0;
         assert_eq!(leads(&[10.0, 9.0, 120.0, silent], &without), (2, 3));
         assert_eq!(leads(&[10.0, 9.0, 120.0, 1.002 * silent], &without), (2, 4));
         // One loud block alone is no comparison.
@@ -419,7 +398,7 @@ mod tests {
     #[test]
     fn blocks_hold_every_sample_once() {
         for samples in [10, 17, 4321] {
-            let all: Vec<usize> = blocks(samples, BLOCKS).flatten().collect();
+            let all: Vec<usize> = blocks(samples, policy::BLOCKS).flatten().collect();
             assert_eq!(all, (0..samples).collect::<Vec<_>>());
         }
     }

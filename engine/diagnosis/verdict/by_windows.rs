@@ -2,12 +2,13 @@
 
 use super::affirm::{Claim, reported};
 use super::partly::{Partly, Predictions, Rest, of_squares, search_by_squares};
-use super::windows::{FLOOR, MARGIN, Sights, Supported, look_twice, parameters};
+use super::windows::{Sights, Supported, look_twice, parameters};
 use crate::EngineError;
 use crate::bicycle::PerAxle;
 use crate::diagnosis::dataset::Scene;
 use crate::diagnosis::dataset::windows::dominant_period;
 use crate::diagnosis::fit::{Effort, Fitted, Model, Point, Term};
+use crate::diagnosis::policy;
 use crate::diagnosis::search::Search;
 use crate::diagnosis::search::in_windows::Seen;
 use crate::diagnosis::search::weak_form;
@@ -50,7 +51,7 @@ fn missed(scene: &Scene, t: usize) -> Option<f64> {
 
 /// Whether no road drives any axle, and the plain model misses hardly anything of the force on them.
 pub fn misses_little(record: &Scene) -> bool {
-    let little = |t| missed(record, t).is_some_and(|missed| missed < FLOOR);
+    let little = |t| missed(record, t).is_some_and(|missed| missed < policy::MISSES_LITTLE);
     let mut tracks = record.tracks.iter().enumerate();
     tracks.all(|(t, track)| !track.has_road && little(t))
 }
@@ -86,7 +87,7 @@ pub fn simpler(
         let as_well = pairs.clone().count() > 0
             && pairs
                 .clone()
-                .all(|(simple, known)| simple.left() <= MARGIN * known.left());
+                .all(|(simple, known)| simple.left() <= policy::MARGIN * known.left());
         if others && fewer && as_well {
             return Ok(beside(search, model, fit, &sights.models[0]));
         }

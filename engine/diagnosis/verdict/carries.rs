@@ -2,11 +2,9 @@
 
 use crate::bicycle::Axle;
 use crate::diagnosis::effects::Kind;
+use crate::diagnosis::policy;
 use crate::number::Quantity;
 use crate::report::diagnosis::{Diagnosis, EffectReport, Verdict};
-
-/// Share of the motion (RMS) that a model may leave and still be said to follow it: a fifth of its power is explained.
-pub const FOLLOWS: f64 = 0.9;
 
 /// Why the record carries no verdict, and what to record instead; nothing where it does. `moves`: RMS of what each axle
 /// does (m), or of the force that answers (N).
@@ -24,7 +22,7 @@ fn unfollowed(d: &Diagnosis, moves: &dyn Fn(Axle) -> f64) -> Option<String> {
     let left = |(axle, held): (Axle, &crate::report::diagnosis::HeldOut)| {
         let ([plain, ..], unit) = held.errors();
         let left = plain?;
-        (left > FOLLOWS * moves(axle)).then_some((axle, left, unit))
+        (left > policy::FOLLOWS * moves(axle)).then_some((axle, left, unit))
     };
     let (axle, left, unit) = d.held_out.iter().find_map(left)?;
     let size = |rms: f64| Quantity::rough(rms, 3, unit);
@@ -134,8 +132,8 @@ mod tests {
     #[test]
     fn what_follows_nothing_is_no_ground_for_a_verdict() {
         let left = |share: f64| why(Verdict::NothingMissing, share * 3e-3, Some(1.0), Vec::new());
-        assert_eq!(left(0.997 * FOLLOWS), None);
-        let nothing = left(1.003 * FOLLOWS).unwrap_or_default();
+        assert_eq!(left(0.997 * policy::FOLLOWS), None);
+        let nothing = left(1.003 * policy::FOLLOWS).unwrap_or_default();
         assert!(
             nothing.contains("hardly anything") && nothing.contains("2.71 mm of 3 mm"),
             "{nothing}"

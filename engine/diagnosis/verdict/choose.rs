@@ -4,15 +4,8 @@ use crate::EngineError;
 use crate::diagnosis::fit::Model;
 use crate::diagnosis::fit::physical::is_physical;
 use crate::diagnosis::fit::refine::finer;
+use crate::diagnosis::policy;
 use crate::diagnosis::search::{Named, Round, Search};
-
-/// A model explains a ride as well as another if it is behind by no more than this in log likelihood.
-pub const TIE: f64 = 4.0;
-/// A model stands in for one outside its physical ranges if it is behind by no more than this in log
-/// likelihood.
-const NEARLY: f64 = 70.0;
-/// Ties that are told.
-const MOST_TIES: usize = 2;
 
 /// The model that the search led to.
 pub struct Chosen {
@@ -42,13 +35,15 @@ pub fn choose(search: &Search) -> Result<Chosen, EngineError> {
     let model = if possible(&found) {
         found
     } else {
-        let near = rivals.iter().find(|r| ties(search, &found, r, NEARLY));
+        let near = rivals
+            .iter()
+            .find(|r| ties(search, &found, r, policy::NEARLY_PHYSICAL));
         near.cloned().unwrap_or(found)
     };
     let tied = rivals
         .into_iter()
-        .filter(|r| r.terms != model.terms && ties(search, &model, r, TIE))
-        .take(MOST_TIES)
+        .filter(|r| r.terms != model.terms && ties(search, &model, r, policy::TIE))
+        .take(policy::MOST_TIES)
         .collect();
     let finest = finer(&search.fitter, &model);
     let holds_out = search.held_score(&finest).is_finite();

@@ -6,8 +6,8 @@ use crate::diagnosis::effects::Kind;
 use crate::diagnosis::fit::polish::{polish, reduce};
 use crate::diagnosis::fit::tangent::tangent_for;
 use crate::diagnosis::fit::{Effort, FINE, Model, Term};
+use crate::diagnosis::policy;
 use crate::diagnosis::search::Search;
-use crate::diagnosis::search::criteria::ADEQUATE;
 use crate::diagnosis::search::extend::{Reach, extend};
 use crate::diagnosis::search::score_test::{Along, signatures};
 
@@ -35,8 +35,6 @@ pub const WIDER: [(Kind, Kind); 2] = [
     (Kind::Hysteresis, Kind::RateHysteresis),
     (Kind::SprungMass, Kind::HardeningMass),
 ];
-/// Gain in log likelihood by which a general curve must lead.
-const LEAD: f64 = 10.0;
 
 /// Whether on every axle that has a name one effect alone takes nearly all off the held-out squares: what a
 /// general curve adds to that is physics of another size.
@@ -52,7 +50,7 @@ pub fn dominates(search: &Search, model: &Model) -> bool {
                 } else {
                     reduce(&search.fitter, model, &terms, search.thorough(model))
                 };
-                alone.is_some_and(|m| search.left(axle, &m) <= 1.0 - ADEQUATE)
+                alone.is_some_and(|m| search.left(axle, &m) <= 1.0 - policy::ADEQUATE)
             })
     })
 }
@@ -107,7 +105,7 @@ pub fn is_outgrown(search: &Search, model: &Model) -> bool {
 
 /// Whether a wider model leads by a clear gain, and on the held-out part too.
 fn leads(search: &Search, model: &Model, wider: &Model) -> bool {
-    wider.likelihood > model.likelihood + LEAD
+    wider.likelihood > model.likelihood + policy::CURVE_LEADS
         && search.held_score(wider) > search.held_score(model)
 }
 

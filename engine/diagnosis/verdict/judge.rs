@@ -4,6 +4,7 @@ use super::partly::Predictions;
 use crate::bicycle::PerAxle;
 use crate::diagnosis::dataset::Scene;
 use crate::diagnosis::fit::{COARSE, Fitter, Model, Motion};
+use crate::diagnosis::policy;
 use crate::diagnosis::residual::omnibus::{Leftover, leftover};
 use crate::diagnosis::residual::replicate::{exceeds, is_noisy};
 use crate::diagnosis::residual::resonance::{Inputs, Resonance, resonance};
@@ -14,17 +15,6 @@ use crate::numerics::statistics::normal_tail;
 use crate::output_error::{self, Split, rms_valid};
 use crate::report::diagnosis::HeldOut;
 use crate::settings::Settings;
-
-/// Gain in log likelihood by forces in the residual's spectrum from which a force counts as left.
-const RESONANT: f64 = 30.0;
-/// Share of the residual's power that these forces must have where nothing is named: the noise of a
-/// jittering clock comes in bursts, and its spectrum scatters more than Whittle's likelihood knows.
-const MATTERS: f64 = 0.27;
-/// Deviations of the residual's kurtosis from which it is no noise of a sensor.
-const BURSTS: f64 = 6.0;
-
-/// Share of the noise that a model must leave: one that leaves less shows that the noise is not what it was said to be.
-const NOISE_AGREES: f64 = 0.9;
 
 /// Judges one track: is anything left, and what was the noise.
 pub struct Judged {
@@ -109,17 +99,17 @@ pub fn judge(
             })
     };
     let structured = found.is_structured(settings.alpha);
-    let forced = resonance.gain > RESONANT
-        && (named || resonance.share > MATTERS)
+    let forced = resonance.gain > policy::RESONANT
+        && (named || resonance.share > policy::RESONANT_SHARE)
         && stands_out(resonance.gain, &|residual| resonates(residual).gain);
     let road = &track.input.road_slope;
     let rate: Vec<f64> = road.iter().zip(&motions[t].w).map(|(u, w)| u - w).collect();
     let comes_and_goes =
         |residual: &[f64]| bursts::score(residual, &rate, &track.valid, scene.step);
     let bursts = comes_and_goes(&found.residual);
-    let bursting = bursts > BURSTS && stands_out(bursts, &comes_and_goes);
+    let bursting = bursts > policy::BURSTS && stands_out(bursts, &comes_and_goes);
     let driven = coherence::of_track(track, &found.residual);
-    let goes_along = driven.score > coherence::DRIVEN;
+    let goes_along = driven.score > policy::DRIVEN;
     // A model that runs away on the held-out part explains nothing.
     let runs_away = !(found.held_before + extended).is_finite();
     let remains = structured || forced || bursting || goes_along || runs_away;
@@ -164,7 +154,7 @@ pub fn judge(
 /// agrees with what is left.
 fn explained(plain: f64, extended: f64, noise: f64) -> Option<f64> {
     let explainable = plain * plain - noise * noise;
-    let agrees = extended > NOISE_AGREES * noise && explainable > 0.01 * plain * plain;
+    let agrees = extended > policy::NOISE_AGREES * noise && explainable > 0.01 * plain * plain;
     let removed = plain * plain - extended * extended;
     finite(removed / explainable)
         .filter(|_| agrees)

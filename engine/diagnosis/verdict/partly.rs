@@ -8,22 +8,15 @@ use crate::diagnosis::dataset::Scene;
 use crate::diagnosis::fit::physical::is_physical;
 use crate::diagnosis::fit::polish::reduce;
 use crate::diagnosis::fit::{Fitter, Model, Term};
+use crate::diagnosis::policy;
 use crate::diagnosis::search::Search;
-use crate::diagnosis::search::criteria::ADEQUATE;
 use crate::diagnosis::search::extend::Reach;
 use crate::diagnosis::search::refit::first_of_each;
 
 /// Models that are followed up in each round: the best of one alone often stands in for two others.
 const WIDTH: usize = 2;
-/// Share of the held-out squares that one more effect must take off to be looked at.
-const FURTHER: f64 = 0.4;
 /// Sets of effects that are examined at most.
 const EXAMINED: usize = 2;
-/// Effects in a set at most: what needs three laws on an incomplete model may be anything.
-const MOST: usize = 2;
-
-/// Share of the held-out squares of another shape that the nearest one must leave to be shown in its place.
-const NEARER: f64 = 0.7;
 
 /// Effects that are affirmed although something else is left, or at least are the nearest shape.
 pub struct Partly {
@@ -86,7 +79,7 @@ pub fn partly(
         }
     }
     let squares = |m: &Model| again.held_squares(m).into_iter().product::<f64>();
-    let nearer = |looked: &Examined| squares(&looked.model) < NEARER * squares(found);
+    let nearer = |looked: &Examined| squares(&looked.model) < policy::NEARER * squares(found);
     let place = (looked.iter().position(holds)).or_else(|| looked.iter().position(nearer));
     let kept = place.map(|i| looked.swap_remove(i));
     let kept = kept.map(|wide| as_limit(&again, &wide, &tried, rest.outgrown).unwrap_or(wide));
@@ -103,10 +96,10 @@ pub fn of_core(search: &Search, record: &Scene, model: &Model, core: &[Term]) ->
     let scene = of_squares(record);
     let again = search_by_squares(search, &scene, &remains, search.until)?;
     let core = reduce(&again.fitter, model, core, search.thorough(model))?;
-    let core = examined(&again, &core, &[], affirm::OUTGROWN)?;
+    let core = examined(&again, &core, &[], policy::OUTGROWN)?;
     let explains = (scene.tracks.iter().zip(&remains))
         .filter(|(_, remains)| **remains)
-        .all(|(track, _)| again.left(track.axle, &core.model) <= 1.0 - ADEQUATE);
+        .all(|(track, _)| again.left(track.axle, &core.model) <= 1.0 - policy::ADEQUATE);
     let holds = explains && core.claims.iter().all(|c| c.holds);
     holds.then(|| core.told(&again))
 }
@@ -167,7 +160,7 @@ fn rounds(search: &Search) -> Result<Vec<Vec<Left>>, EngineError> {
     let mut rounds: Vec<Vec<Left>> = Vec::new();
     let mut front = vec![search.plain.clone()];
     let mut least = 1.0;
-    while rounds.len() < MOST && !search.is_spent() {
+    while rounds.len() < policy::MOST_BESIDE_A_REST && !search.is_spent() {
         search.check()?;
         let reach = match rounds.is_empty() {
             true => Reach::Far,
@@ -182,7 +175,7 @@ fn rounds(search: &Search) -> Result<Vec<Vec<Left>>, EngineError> {
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
         first_of_each(&mut found, |(_, m)| &m.terms);
         match found.first() {
-            Some((best, _)) if *best <= (1.0 - FURTHER) * least => least = *best,
+            Some((best, _)) if *best <= (1.0 - policy::FURTHER) * least => least = *best,
             _ => break,
         }
         front = found.iter().take(WIDTH).map(|(_, m)| m.clone()).collect();
@@ -200,7 +193,7 @@ fn chosen(last: &[Left]) -> Vec<Model> {
             let differ = || m.terms.iter().zip(&model.terms).filter(|(a, b)| a != b);
             differ().count() == 1
                 && differ().all(|(a, b)| affirm::is_limit(*a, *b))
-                && left * affirm::OUTGROWN <= *least
+                && left * policy::OUTGROWN <= *least
         });
         let model = narrower.map_or(model, |(_, m)| m);
         if chosen.iter().all(|m| m.terms != model.terms) {

@@ -2,34 +2,17 @@
 
 use rayon::prelude::*;
 
-use super::affirm::{self, AHEAD, LEAD, OUTGROWN, is_material};
+use super::affirm::{self, is_material};
 use super::general_laws::{CURVES, DAMPERS, WIDER};
 use crate::EngineError;
 use crate::diagnosis::dataset::{Track, Windows};
 use crate::diagnosis::effects::Kind;
 use crate::diagnosis::fit::{Fitted, Term};
 use crate::diagnosis::law::{MAX_PARAMETERS, Scale};
+use crate::diagnosis::policy;
 use crate::diagnosis::search::Search;
 use crate::diagnosis::search::in_windows::{InWindows, Seen};
 
-/// Share of what a model leaves of held-out windows, above the noise, that one more effect must take.
-const TAKE: f64 = 0.25;
-/// The same of what the plain model leaves: less is no physics of this record.
-const MATTERS: f64 = 0.01;
-/// Blocks of neighbouring windows, part of their mean error below which a block says nothing, and share of the others in which an
-/// effect must lead.
-const BLOCKS: usize = 10;
-const LOUD: f64 = 0.1;
-/// Times the error of the best that another set may leave and be as good.
-pub const MARGIN: f64 = 1.25;
-/// Effects on an axle at most.
-const MOST: usize = 3;
-
-/// Share of the force that the plain model must miss for windows to affirm anything: less is no physics of this record, and a
-/// sensor's own law does as much.
-pub const FLOOR: f64 = 0.02;
-/// Length, beside the ordinary one, of the windows that must support an effect again.
-const SHORTER: f64 = 0.5;
 /// Single effects that are tried again in other windows, and beside others.
 const AGAIN: usize = 6;
 const BESIDE: usize = 12;
@@ -61,16 +44,16 @@ impl Supported {
     /// Whether that is enough to affirm it.
     pub fn holds(&self) -> bool {
         let [all, led] = self.blocks;
-        self.share >= TAKE
-            && led as f64 >= LEAD * all as f64
-            && self.rival.is_none_or(|(_, ratio)| ratio >= MARGIN)
+        self.share >= policy::TAKE
+            && led as f64 >= policy::LEAD * all as f64
+            && self.rival.is_none_or(|(_, ratio)| ratio >= policy::MARGIN)
     }
 }
 
 impl Supported {
     /// Whether that holds in ordinary windows, where no other effect may come near.
     fn leads(&self) -> bool {
-        self.holds() && self.rival.is_none_or(|(_, ratio)| ratio >= AHEAD)
+        self.holds() && self.rival.is_none_or(|(_, ratio)| ratio >= policy::AHEAD)
     }
 }
 
@@ -101,8 +84,8 @@ impl Sights {
                 some.map(|(_, left)| *left).fold(f64::INFINITY, f64::min)
             };
             let other = least(&of_another);
-            other <= (1.0 - TAKE) * sight.plain.left()
-                && least(&|term| terms.contains(term)) > MARGIN * other
+            other <= (1.0 - policy::TAKE) * sight.plain.left()
+                && least(&|term| terms.contains(term)) > policy::MARGIN * other
         })
     }
 }
@@ -117,13 +100,13 @@ pub fn look_twice(
 ) -> Result<Option<Sights>, EngineError> {
     let scene = search.fitter.scene;
     let of_length = |times| Windows::of(&scene.tracks[track], scene.samples, times);
-    if missed.is_some_and(|missed| missed < FLOOR) {
+    if missed.is_some_and(|missed| missed < policy::MISSES_LITTLE) {
         return Ok(None);
     }
     let Some(ordinary) = of_length(1.0) else {
         return Ok(None);
     };
-    let shorter = of_length(SHORTER).filter(|w| w.length() < ordinary.length());
+    let shorter = of_length(policy::SHORTER).filter(|w| w.length() < ordinary.length());
     let Some(others) = shorter.or_else(|| ordinary.between(scene.samples)) else {
         return Ok(None);
     };
@@ -207,7 +190,7 @@ fn upheld(
         let mut terms: Vec<Term> = all.iter().filter(|t| !replaced(t)).copied().collect();
         terms.extend(all.first().map(|t| Term { kind: law, ..*t }));
         let room = (left - noise).max(0.0);
-        set(&terms).is_some_and(|general| general < left - (1.0 - OUTGROWN) * room)
+        set(&terms).is_some_and(|general| general < left - (1.0 - policy::OUTGROWN) * room)
     };
     let damps = |term: &Term| DAMPERS.contains(&term.kind);
     let is_curve = all.iter().any(damps) && CURVES.iter().any(|law| outgrown(&damps, *law));
@@ -256,7 +239,7 @@ fn look(
     };
     let mut found = plain.clone();
     let mut tables: Vec<Vec<Seen>> = Vec::new();
-    while found.terms().len() < MOST {
+    while found.terms().len() < policy::MOST_BY_WINDOWS {
         search.check()?;
         if search.is_spent() {
             return Ok(None);
@@ -307,13 +290,15 @@ impl Look<'_> {
     fn next<'t>(&self, found: &Seen, table: &'t [Seen]) -> Option<&'t Seen> {
         let enough = |s: &&Seen| {
             let taken = found.left() - s.left();
-            taken >= TAKE * found.left() && taken >= MATTERS * self.plain.left() && leads(s, found)
+            taken >= policy::TAKE * found.left()
+                && taken >= policy::OF_THE_RECORD * self.plain.left()
+                && leads(s, found)
         };
         let best = table.iter().find(enough)?.left();
         let near = table
             .iter()
             .filter(enough)
-            .filter(|s| s.left() < MARGIN * best);
+            .filter(|s| s.left() < policy::MARGIN * best);
         near.min_by_key(|s| parameters(s.terms()))
     }
 
@@ -373,19 +358,19 @@ fn led(with: &Seen, without: &Seen) -> [usize; 2] {
     let [with, without] = [with, without].map(|seen| blocks(&seen.errors));
     let mean = without.iter().sum::<f64>() / without.len().max(1) as f64;
     let pairs = with.iter().zip(&without);
-    let loud = pairs.filter(|(_, without)| **without >= LOUD * mean);
+    let loud = pairs.filter(|(_, without)| **without >= policy::SILENT * mean);
     let led = loud.clone().filter(|(with, without)| with < without);
     [loud.count(), led.count()]
 }
 
 fn leads(with: &Seen, without: &Seen) -> bool {
     let [all, led] = led(with, without);
-    led as f64 >= LEAD * all as f64
+    led as f64 >= policy::LEAD * all as f64
 }
 
 /// Sums over blocks of neighbouring windows.
 fn blocks(errors: &[f64]) -> Vec<f64> {
-    affirm::blocks(errors.len(), BLOCKS.min(errors.len()))
+    affirm::blocks(errors.len(), policy::BLOCKS.min(errors.len()))
         .map(|block| errors[block].iter().sum())
         .collect()
 }
@@ -434,8 +419,8 @@ mod tests {
     #[test]
     fn another_effect_contradicts_at_both_lengths_alone() {
         let (cubic, friction) = (Kind::CubicStiffness, Kind::CoulombFriction);
-        let ahead = [(cubic, 0.2), (friction, 1.01 * MARGIN * 0.2)];
-        let near = [(cubic, 0.2), (friction, 0.99 * MARGIN * 0.2)];
+        let ahead = [(cubic, 0.2), (friction, 1.01 * policy::MARGIN * 0.2)];
+        let near = [(cubic, 0.2), (friction, 0.99 * policy::MARGIN * 0.2)];
         let contradict = |of_length: [&[(Kind, f64)]; 2], own: Kind| {
             let sights = Sights {
                 of_length: of_length.map(sight).into(),
@@ -449,7 +434,7 @@ mod tests {
         assert!(!contradict([&ahead, &near], friction));
         assert!(!contradict([&ahead, &ahead], cubic));
         // Neither what takes too little, nor a wider law, nor one with more numbers.
-        let little = [(cubic, 1.01 * (1.0 - TAKE)), (friction, 1.0)];
+        let little = [(cubic, 1.01 * (1.0 - policy::TAKE)), (friction, 1.0)];
         assert!(!contradict([&little, &little], friction));
         let wider = [(Kind::Hysteresis, 0.1), (friction, 0.5)];
         assert!(!contradict([&wider, &wider], friction));
