@@ -18,6 +18,7 @@ use crate::diagnosis::verdict::choose::{Chosen, choose};
 use crate::diagnosis::verdict::general_laws::{dominates, is_curve, is_outgrown};
 use crate::diagnosis::verdict::judge::{Judged, judge};
 use crate::diagnosis::verdict::partly::{self, Partly, Rest, partly};
+use crate::diagnosis::verdict::windows::Sights;
 use crate::numerics::spectrum::most_white;
 use crate::output_error::rms_valid;
 use crate::report::diagnosis::{Place, SearchCost, Verdict};
@@ -41,6 +42,8 @@ pub struct Decision {
     pub tied: Vec<Model>,
     /// What was examined without a likelihood, each with its jackknife errors, and these of k and B.
     pub claims: Vec<(Claim, Vec<f64>)>,
+    /// What windows of each track's record say, where they were asked.
+    pub sighted: Vec<Option<Sights>>,
     /// Effects that the likelihood names on an axle which they complete, while something is left on the other.
     pub certain: Vec<Term>,
     pub base_errors: PerAxle<[f64; 2]>,
@@ -177,6 +180,7 @@ fn second_look(
     for (t, named) in named {
         decision = decision.with_axle(t, named, prepared);
     }
+    decision.sighted = sighted;
     decision.cost.is_spent |= work.done() > until || cut_short;
     let errs_more = decision.verdict == Verdict::Unnamed
         && !decision.model.terms.is_empty()
@@ -306,6 +310,7 @@ fn by_likelihood(
         rounds,
         tied,
         claims: Vec::new(),
+        sighted: Vec::new(),
         certain: Vec::new(),
         base_errors: PerAxle::default(),
         is_outgrown_a_little: little,

@@ -4,7 +4,7 @@ use super::axle::{OnAxle, Teller};
 use super::dataset::Scene;
 use super::decide::Decision;
 use super::explain::detectable::detectable;
-use super::explain::{next_ride, show, words};
+use super::explain::{next_ride, show, windows, words};
 use super::fit::{Fitted, Model, Term, motions};
 use super::prepare::Prepared;
 use super::search::Search;
@@ -17,6 +17,7 @@ use crate::number::significant;
 use crate::output_error::spread_valid;
 use crate::report::diagnosis::{Diagnosis, EffectName, EffectReport, SwitchedOff, Verdict};
 use crate::report::identifiable::NO_VERDICT;
+use crate::report::windows::Windows;
 use crate::settings::Settings;
 
 /// Share of an axle's samples that may be missing without a warning.
@@ -62,6 +63,7 @@ pub fn tell(
         warnings: warnings(prepared, decision, &axles, settings),
         location: axles.map(|_, on| on.location.clone()),
         held_out: axles.map(|_, on| on.held_out.clone()),
+        windows: in_windows(prepared.record(), decision),
         next_ride: next_ride::propose(search, &decision.model, tied),
         detectable: detectable(search, &decision.model),
         switched_off,
@@ -78,6 +80,17 @@ pub fn tell(
         sentence: words::sentence(&diagnosis),
         ..diagnosis
     }
+}
+
+/// What windows of each axle's record say, where they were asked.
+fn in_windows(record: &Scene, decision: &Decision) -> PerAxle<Vec<Windows>> {
+    let mut found = PerAxle::default();
+    for (track, sighted) in record.tracks.iter().zip(&decision.sighted) {
+        if let Some(sights) = sighted {
+            found.set(track.axle, windows::windows(record, track, sights));
+        }
+    }
+    found
 }
 
 /// The diagnosis of a record that carries no verdict: nothing that pretends otherwise is left in it.

@@ -4,6 +4,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::collections::BTreeMap;
 
 use super::Estimate;
+use super::windows::Windows;
 use crate::bicycle::{Axle, PerAxle};
 use crate::number::Quantity;
 
@@ -99,6 +100,9 @@ pub struct Diagnosis {
     #[serde(rename = "where")]
     pub location: PerAxle<Location>,
     pub held_out: PerAxle<HeldOut>,
+    /// What short windows of a bench's record say, by length, the longer first; absent where none were asked.
+    #[serde(default)]
+    pub windows: PerAxle<Vec<Windows>>,
     pub next_ride: Option<NextRide>,
     /// What this ride would have shown.
     pub detectable: Vec<Detectable>,
@@ -187,6 +191,7 @@ impl Diagnosis {
             warnings: Vec::new(),
             location: PerAxle::default(),
             held_out: PerAxle::default(),
+            windows: PerAxle::default(),
             next_ride: None,
             detectable: Vec::new(),
             switched_off: Vec::new(),

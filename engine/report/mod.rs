@@ -11,6 +11,7 @@ mod series;
 pub mod stages;
 pub mod study;
 mod summary;
+pub mod windows;
 
 use serde::{Deserialize, Serialize};
 

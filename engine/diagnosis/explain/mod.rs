@@ -7,4 +7,5 @@ pub mod input_noise;
 pub mod locate;
 pub mod next_ride;
 pub mod show;
+pub mod windows;
 pub mod words;

@@ -49,6 +49,19 @@ pub struct Shot {
     pub left: f64,
 }
 
+/// A window as a model predicts it that was not fitted to it.
+#[derive(Clone, Debug)]
+pub struct Prediction {
+    pub span: Range<usize>,
+    /// Where its first half says that it starts: height and velocity (m, m/s; none where motion is prescribed), and the states of effects.
+    pub start: [Option<f64>; 2],
+    pub hidden: Vec<f64>,
+    /// What the sensor reads at rest (m).
+    pub zero: f64,
+    /// Mean squared error of its second half, beside the record's variance; infinite where the model runs away.
+    pub left: f64,
+}
+
 /// What the fit knows: the common numbers, and each window's own.
 #[derive(Clone)]
 struct Known {
@@ -94,23 +107,40 @@ impl<'a> Shooting<'a> {
         })
     }
 
-    /// Mean squared errors of windows that no fit has seen, beside the record's variance: the first half of each gives its
-    /// starting state, and the second is judged.
-    pub fn held_out(&self, unit: &Unit, point: &Point, windows: &[usize]) -> Vec<f64> {
+    /// Predictions of windows that no fit has seen: the first half of each gives its starting state, and the second is judged.
+    pub fn held_out(&self, unit: &Unit, point: &Point, windows: &[usize]) -> Vec<Prediction> {
         let setting = self.setting(unit, point, false);
         let judged = |window: &usize| self.judged(&setting, point, &self.spans[*window]);
         windows.par_iter().map(judged).collect()
     }
 
-    fn judged(&self, setting: &Setting, point: &Point, span: &Range<usize>) -> f64 {
+    fn judged(&self, setting: &Setting, point: &Point, span: &Range<usize>) -> Prediction {
         let half = span.start..span.start + span.len() / 2;
         let known = Known {
             point: point.clone(),
             own: vec![self.state(setting, &half)],
         };
         let spans = [half.clone()];
-        let Some((known, _)) = self.minimised(setting, &spans, known, SETTLES) else {
-            return f64::INFINITY;
+        let own = |known: &Known, wanted: &dyn Fn(&Slot) -> bool| -> Vec<f64> {
+            let slots = setting.own.iter().zip(&known.own[0]);
+            slots.filter(|(s, _)| wanted(s)).map(|(_, x)| *x).collect()
+        };
+        let prediction = |known: &Known, zero: f64, left: f64| Prediction {
+            span: span.clone(),
+            start: [4, 5].map(|q| {
+                let is_it = |slot: &Slot| matches!(slot, Slot::Base(_, p) if *p == q);
+                own(known, &is_it).first().copied()
+            }),
+            hidden: own(known, &|slot| matches!(slot, Slot::Initial(..))),
+            zero,
+            left: if left.is_finite() {
+                left
+            } else {
+                f64::INFINITY
+            },
+        };
+        let Some((known, _)) = self.minimised(setting, &spans, known.clone(), SETTLES) else {
+            return prediction(&known, 0.0, f64::INFINITY);
         };
         let points = std::array::from_fn(|_| known.of_window(setting, 0));
         let track = self.data();
@@ -132,11 +162,7 @@ impl<'a> Shooting<'a> {
             .map(|e| (e - zero).powi(2))
             .collect();
         let left = squares.iter().sum::<f64>() / squares.len().max(1) as f64 / self.variance;
-        if left.is_finite() {
-            left
-        } else {
-            f64::INFINITY
-        }
+        prediction(&known, zero, left)
     }
 
     fn setting<'u>(&self, unit: &'u Unit, point: &Point, with_common: bool) -> Setting<'u> {

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::Search;
 use super::weak_form;
 use crate::diagnosis::dataset::Windows;
-use crate::diagnosis::fit::shooting::{Shooting, Shot};
+use crate::diagnosis::fit::shooting::{Prediction, Shooting, Shot};
 use crate::diagnosis::fit::{Fitted, Point, Term, Unit};
 use crate::diagnosis::law::{MAX_PARAMETERS, Values};
 use crate::report::diagnosis::Place;
@@ -144,6 +144,12 @@ impl<'a> InWindows<'a> {
         self.best(self.unit(&fit.unit.terms), vec![fit.point.clone()])
     }
 
+    /// All windows as the numbers predict them that are fitted to all.
+    pub fn predictions(&self, seen: &Seen) -> Vec<Prediction> {
+        let all: Vec<usize> = (0..self.count()).collect();
+        self.shooting.held_out(&seen.unit, &seen.point, &all)
+    }
+
     /// Starts of the effect itself.
     fn own_starts(&self, unit: &Unit, at: usize) -> Vec<Values> {
         let spec = unit.terms[at].kind.spec();
@@ -196,7 +202,7 @@ impl<'a> InWindows<'a> {
             let judged = self.shooting.held_out(&unit, &point, &held);
             held.iter()
                 .zip(judged)
-                .for_each(|(w, error)| errors[*w] = error);
+                .for_each(|(w, prediction)| errors[*w] = prediction.left);
             point
         });
         Some(Seen {

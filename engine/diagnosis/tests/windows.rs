@@ -3,7 +3,7 @@
 use super::*;
 use crate::diagnosis::dataset::Windows;
 use crate::diagnosis::dataset::windows::dominant_period;
-use crate::diagnosis::fit::shooting::Shooting;
+use crate::diagnosis::fit::shooting::{Prediction, Shooting};
 
 /// N/m^3
 const K3: f64 = 3e9;
@@ -32,7 +32,9 @@ fn windows_tell_a_law_and_predict_what_they_were_not_fitted_to() {
     };
     let (even, odd): (Vec<usize>, Vec<usize>) =
         (0..windows.spans.len()).partition(|window| window % 2 == 0);
-    let mean = |errors: Vec<f64>| errors.iter().sum::<f64>() / errors.len() as f64;
+    let mean = |predictions: Vec<Prediction>| {
+        predictions.iter().map(|p| p.left).sum::<f64>() / predictions.len() as f64
+    };
     let held_out = |terms: Vec<Term>| {
         let start = Point {
             base: vec![[1.2 * K / MASS, B / MASS, 1.0 / MASS, 0.0, 0.0, 0.0]],

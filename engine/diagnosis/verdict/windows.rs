@@ -7,6 +7,7 @@ use super::general_laws::{CURVES, DAMPERS, WIDER};
 use crate::EngineError;
 use crate::diagnosis::dataset::{Track, Windows};
 use crate::diagnosis::effects::Kind;
+use crate::diagnosis::fit::shooting::Prediction;
 use crate::diagnosis::fit::{Fitted, Term};
 use crate::diagnosis::law::{MAX_PARAMETERS, Scale};
 use crate::diagnosis::policy;
@@ -19,7 +20,8 @@ const BESIDE: usize = 12;
 
 /// What windows of one length say of an axle.
 pub struct Sight {
-    /// Length of a window (s).
+    /// Dominant period, and length of a window (s).
+    pub period: f64,
     pub length: f64,
     pub plain: Seen,
     /// The model that was found.
@@ -64,6 +66,8 @@ pub struct Sights {
     pub agreed: Vec<Supported>,
     /// The model with these effects alone, by length.
     pub models: Vec<Seen>,
+    /// The first of these on each of its windows.
+    pub predictions: Vec<Prediction>,
     /// A model that is known, by length.
     pub known: Vec<Seen>,
 }
@@ -140,6 +144,10 @@ pub fn look_twice(
     let of_known = |fit: &Fitted| axles.iter().map(|axle| axle.known(fit)).collect();
     let known: Option<Vec<Seen>> = known.and_then(of_known);
     Ok(models.map(|models| Sights {
+        predictions: match agreed.is_empty() {
+            true => Vec::new(),
+            false => axles[0].predictions(&models[0]),
+        },
         known: known.unwrap_or_default(),
         of_length: sights,
         agreed,
@@ -257,6 +265,7 @@ fn look(
     }
     let effects = look.supported(&found, &tables);
     Ok(Some(Sight {
+        period: windows.period,
         length: windows.length() as f64 * search.fitter.scene.step,
         plain,
         effects,
@@ -405,6 +414,7 @@ mod tests {
             errors: vec![1.0; 4],
         };
         Sight {
+            period: 1.0,
             length: 1.0,
             found: plain.clone(),
             plain,
@@ -426,6 +436,7 @@ mod tests {
                 of_length: of_length.map(sight).into(),
                 agreed: Vec::new(),
                 models: Vec::new(),
+                predictions: Vec::new(),
                 known: Vec::new(),
             };
             sights.contradict(&[term(own)])

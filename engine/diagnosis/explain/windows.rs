@@ -1,0 +1,68 @@
+//! What windows of a record say, as it is reported.
+
+use crate::diagnosis::dataset::{Scene, Track};
+use crate::diagnosis::fit::shooting::Prediction;
+use crate::diagnosis::verdict::windows::{Sight, Sights, Supported};
+use crate::finite::finite;
+use crate::report::diagnosis::Predicted;
+use crate::report::windows::{SingleEffect, WindowEffect, WindowStart, Windows};
+
+/// Single effects that are reported.
+const SINGLE: usize = 8;
+
+/// By length; the longer windows come first.
+pub fn windows(scene: &Scene, track: &Track, sights: &Sights) -> Vec<Windows> {
+    let of_length = |(i, sight): (usize, &Sight)| {
+        let starts = match i {
+            0 => &sights.predictions[..],
+            _ => &[],
+        };
+        let spread = track.spread();
+        Windows {
+            period_s: sight.period,
+            length_s: sight.length,
+            count: sight.plain.errors.len(),
+            predicted: match track.input.prescribed {
+                true => Predicted::Force,
+                false => Predicted::Displacement,
+            },
+            plain_rms_m: finite(spread * sight.plain.left().sqrt()),
+            extended_rms_m: finite(spread * sight.found.left().sqrt()),
+            effects: sight.effects.iter().map(|e| effect(scene, e)).collect(),
+            single: (sight.single.iter().take(SINGLE))
+                .map(|(term, left)| SingleEffect {
+                    id: term.id(scene).to_owned(),
+                    left_share: finite(left / sight.plain.left()),
+                })
+                .collect(),
+            starts: starts.iter().map(|p| start(p, spread)).collect(),
+        }
+    };
+    sights.of_length.iter().enumerate().map(of_length).collect()
+}
+
+fn effect(scene: &Scene, effect: &Supported) -> WindowEffect {
+    let [blocks, blocks_led] = effect.blocks;
+    WindowEffect {
+        id: effect.term.id(scene).to_owned(),
+        removed_share: finite(effect.share).unwrap_or_default(),
+        blocks,
+        blocks_led,
+        rival: effect.rival.map(|(term, _)| term.id(scene).to_owned()),
+        rival_ratio: effect.rival.and_then(|(_, ratio)| finite(ratio)),
+        holds: effect.holds(),
+    }
+}
+
+fn start(prediction: &Prediction, spread: f64) -> WindowStart {
+    let [height_m, velocity_m_s] = prediction.start;
+    WindowStart {
+        first_sample: prediction.span.start,
+        samples: prediction.span.len(),
+        height_m,
+        velocity_m_s,
+        hidden: prediction.hidden.clone(),
+        zero_m: prediction.zero,
+        rms_m: finite(spread * prediction.left.sqrt()),
+    }
+}

@@ -1,0 +1,186 @@
+"""Verdicts on real recordings, whole and with parts cut off, with their reports kept: what each costs, and what each threshold trades.
+
+usage: sweep.py VELOID REAL FOLDER [--only TEXT] [--whole] [--jobs N]
+       sweep.py --roc FOLDER
+
+REAL holds cases.json and the recordings. Reports that FOLDER has already are not made again."""
+
+import argparse
+import concurrent.futures
+import json
+import pathlib
+import re
+import statistics
+import subprocess
+import time
+
+CUTS = (0.05, 0.1, 0.15, 0.2)
+PARTS = [(0, 1), *((c, 1) for c in CUTS), *((0, 1 - c) for c in CUTS)]
+
+
+def rows(real, case):
+    """The first data row that a case uses, and the one behind its last."""
+    arguments = case.get("arguments", [])
+    if "--rows" in arguments:
+        return [int(x) for x in arguments[arguments.index("--rows") + 1].split(":")]
+    lines = (real / case["file"]).read_text(errors="replace").splitlines()
+    return 0, sum(1 for line in lines if re.match(r"\s*[-+.\d]", line))
+
+
+def command(veloid, real, case, part, bike):
+    first, last = rows(real, case)
+    arguments = list(case.get("arguments", []))
+    if "--rows" in arguments:
+        at = arguments.index("--rows")
+        del arguments[at : at + 2]
+    count = last - first
+    arguments += ["--rows", f"{first + int(part[0] * count)}:{first + int(part[1] * count)}"]
+    for channel, column in case["map"].items():
+        arguments += ["--map", f"{channel}={column}"]
+    return [veloid, "identify", real / case["file"], "--bike", bike, "--json", "-", *arguments]
+
+
+def ask(veloid, real, folder, case, part):
+    name = case.get("name", case["file"])
+    kept = folder / f"{re.sub(r'[^a-z0-9]+', '_', name.lower())}_{part[0]:.2f}_{part[1]:.2f}.json"
+    if not kept.exists():
+        bike = kept.with_suffix(".bike")
+        bike.write_text(json.dumps({"bike": "bench", "mass_front_kg": case["mass"]}))
+        begun = time.monotonic()
+        done = subprocess.run(command(veloid, real, case, part, bike), capture_output=True, text=True)
+        diagnosis = json.loads(done.stdout)["diagnosis"] if done.returncode == 0 else None
+        kept.write_text(
+            json.dumps(
+                {
+                    "name": name,
+                    "part": part,
+                    "expected": case["expected"],
+                    "acceptable": case["acceptable"],
+                    "seconds": time.monotonic() - begun,
+                    "refused": done.returncode == 2,
+                    "message": (done.stderr.strip().splitlines() or [""])[-1],
+                    "diagnosis": diagnosis,
+                }
+            )
+        )
+        bike.unlink()
+    return json.loads(kept.read_text())
+
+
+def affirmed(diagnosis):
+    if diagnosis["verdict"] not in ("named", "named_in_part", "ambiguous"):
+        return set()
+    return {e["id"] for e in diagnosis["effects"] if e["affirmed"]}
+
+
+def answer(asked):
+    """As ../shared/real/sweep.py counts: right, missed or wrong."""
+    diagnosis, wanted, may = asked["diagnosis"], set(asked["expected"]), set(asked["acceptable"])
+    if diagnosis is None:
+        if not asked["refused"]:
+            return "wrong"
+        return "missed" if wanted else "right"
+    if diagnosis["verdict"] == "nothing_missing" and "nothing_missing" in wanted:
+        return "right"
+    sets = [affirmed(diagnosis)]
+    if diagnosis["verdict"] == "ambiguous":
+        sets += [{e["id"] for e in other} for other in diagnosis["alternatives"]]
+    sets = [s for s in sets if s] or [set()]
+    fits = [not s - wanted - may and (bool(s & wanted) or not (wanted or s)) for s in sets]
+    if len(sets) <= 3 and any(fits):
+        return "right"
+    return "wrong" if all(s - wanted - may for s in sets) else "missed"
+
+
+def show(asked):
+    diagnosis = asked["diagnosis"]
+    if diagnosis is None:
+        return asked["message"]
+    return f"{diagnosis['verdict']} {' + '.join(sorted(affirmed(diagnosis)))}"
+
+
+def table(all_asked):
+    names = dict.fromkeys(a["name"] for a in all_asked)
+    total = dict.fromkeys(("right", "missed", "wrong"), 0)
+    print("| recording | right | missed | wrong | median s |\n|---|---|---|---|---|")
+    for name in names:
+        own = [a for a in all_asked if a["name"] == name]
+        count = {said: sum(answer(a) == said for a in own) for said in total}
+        total = {said: total[said] + count[said] for said in total}
+        median = statistics.median(a["seconds"] for a in own)
+        print(f"| {name} | {count['right']} | {count['missed']} | {count['wrong']} | {median:.1f} |")
+    seconds = [a["seconds"] for a in all_asked]
+    print(f"| all | {total['right']} | {total['missed']} | {total['wrong']} | {statistics.median(seconds):.1f}, worst {max(seconds):.0f} |\n")
+    for a in all_asked:
+        if answer(a) != "right":
+            print(f"{answer(a):7} {a['name']} {a['part'][0]:.2f} to {a['part'][1]:.2f}: {show(a)}")
+
+
+# A threshold, what of an effect's `support` it is asked of, and whether more is better.
+GATES = [
+    ("AHEAD (rival_ratio)", "rival_ratio", [1.25, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0], True),
+    ("MATERIAL (removed_share)", "removed_share", [0.5, 0.6, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95], True),
+    ("LEAD (blocks_led / blocks)", "lead", [0.5, 0.6, 0.7, 0.8, 0.9, 1.0], True),
+    ("AGREES (disagreement)", "disagreement", [0.1, 0.2, 0.35, 0.5, 0.7], False),
+]
+
+
+def evidence(all_asked):
+    """Every effect that was examined: the rig, whether it is there, and its support."""
+    for a in all_asked:
+        for e in (a["diagnosis"] or {"effects": []})["effects"]:
+            if support := e.get("support"):
+                support["lead"] = support["blocks_led"] / max(support["blocks"], 1)
+                there = e["id"] in a["expected"]
+                if there or e["id"] not in a["acceptable"]:
+                    yield a["name"].split("/")[0], there, support
+
+
+def passes(support, key, bound, more):
+    value = support.get(key)
+    return value is None or (value >= bound if more else value <= bound)
+
+
+def roc(all_asked):
+    """What each threshold alone lets pass, and what it would be if it were set without one rig."""
+    found = list(evidence(all_asked))
+    rigs = sorted({rig for rig, *_ in found})
+    print(f"{sum(there for _, there, _ in found)} examined effects that are there, {sum(not there for _, there, _ in found)} that are not, on {len(rigs)} rigs")
+    for title, key, bounds, more in GATES:
+        print(f"\n| {title} | there, pass | not there, pass |\n|---|---|---|")
+        for bound in bounds:
+            counts = [sum(passes(s, key, bound, more) for _, there, s in found if there == t) for t in (True, False)]
+            print(f"| {bound} | {counts[0]} | {counts[1]} |")
+
+        def best(without):
+            def score(bound):
+                rest = [(there, passes(s, key, bound, more)) for rig, there, s in found if rig != without]
+                share = lambda t: sum(p for there, p in rest if there == t) / max(sum(there == t for there, _ in rest), 1)
+                return share(True) - share(False)
+
+            return max(bounds, key=score)
+
+        print("without one rig, by Youden's index:", ", ".join(f"{rig} {best(rig)}" for rig in rigs))
+
+
+def main():
+    asked = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    asked.add_argument("place", nargs="+", help="VELOID REAL FOLDER, or FOLDER with --roc")
+    asked.add_argument("--only", default="")
+    asked.add_argument("--whole", action="store_true")
+    asked.add_argument("--jobs", type=int, default=2)
+    asked.add_argument("--roc", action="store_true")
+    asked = asked.parse_args()
+    if asked.roc:
+        roc([json.loads(p.read_text()) for p in sorted(pathlib.Path(asked.place[0]).glob("*.json"))])
+        return
+    veloid, real, folder = asked.place[0], pathlib.Path(asked.place[1]), pathlib.Path(asked.place[2])
+    folder.mkdir(parents=True, exist_ok=True)
+    cases = json.loads((real / "cases.json").read_text())["cases"]
+    parts = PARTS[:1] if asked.whole else PARTS
+    jobs = [(c, p) for c in cases if asked.only in c.get("name", c["file"]) for p in parts]
+    with concurrent.futures.ThreadPoolExecutor(asked.jobs) as pool:
+        table(list(pool.map(lambda job: ask(veloid, real, folder, *job), jobs)))
+
+
+main()
