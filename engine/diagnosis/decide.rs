@@ -126,8 +126,10 @@ fn second_look(
         Doubt::OnBench => Vec::new(),
         Doubt::Not | Doubt::Swallowed => named_by_axle(&first, prepared, search, settings)?,
     };
-    // Where the likelihood is not to be trusted, or a wider law explains the ride, something may be left on all tracks.
+    // Where the likelihood is not to be trusted, or what explains the ride is a wider law or nothing physical, something may be left on all
+    // tracks.
     let explained = first.judged.iter().all(|j| !j.remains) && doubt == Doubt::Not;
+    let by_wider_law = explained && is_physical(&prepared.scene, &search.plain, &first.model);
     let rest = Rest {
         remains: (first.judged.iter())
             .enumerate()
@@ -136,7 +138,7 @@ fn second_look(
                 (j.remains || doubt != Doubt::Not || explained) && !is_named
             })
             .collect(),
-        outgrown: match explained {
+        outgrown: match by_wider_law {
             true => policy::NEARLY_ALL,
             false => policy::OUTGROWN,
         },
@@ -150,7 +152,7 @@ fn second_look(
     // What a wider law explains to within the noise is the likelihood's affair.
     let work = &prepared.scene.work;
     let allowed = work.done() + WINDOWS * search.budget.steps;
-    let sighted = match explained {
+    let sighted = match by_wider_law {
         true => Vec::new(),
         false => by_windows::sighted(search, record, &rest, allowed)?,
     };

@@ -149,3 +149,5 @@ pub const SWALLOWED: f64 = 0.01;
 pub const BARE_LEAVES: f64 = 0.5;
 /// Times the held-out error (RMS) of a model with a spring that one without may leave and be preferred: it has a number less.
 pub const AS_GOOD: f64 = 1.1;
+/// Standard errors by which a stiffness must be above zero for a spring to be there.
+pub const SHOWN: f64 = 2.0;

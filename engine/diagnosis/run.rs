@@ -11,6 +11,7 @@ use crate::bicycle::Bike;
 use crate::diagnosis::policy;
 use crate::output_error::spread_valid;
 use crate::progress::Progress;
+use crate::report::Estimate;
 use crate::report::diagnosis::{Base, Diagnosis, HeldOut, SearchCost, Verdict};
 use crate::report::stages::Conclusion;
 use crate::ride::Ride;
@@ -135,11 +136,14 @@ fn better(sprung: Diagnosis, bare: Diagnosis) -> Diagnosis {
         let left = |held: &HeldOut| held.extended_rms_m.unwrap_or(f64::INFINITY);
         d.held_out.iter().map(|(_, held)| left(held)).product()
     };
+    // A spring that the record does not show is no base to build on.
+    let shows_spring = |e: &Estimate| e.k_std_n_m.is_some_and(|std| e.k_n_m > policy::SHOWN * std);
+    let no_spring = !sprung.extended.iter().all(|(_, e)| shows_spring(e));
     let errs_little = error(&bare) <= policy::AS_GOOD * error(&sprung);
     let wins = match says(&bare).cmp(&says(&sprung)) {
         std::cmp::Ordering::Greater => !bare.effects.is_empty() || errs_little,
-        std::cmp::Ordering::Equal => says(&bare) > 0 && errs_little,
-        std::cmp::Ordering::Less => false,
+        std::cmp::Ordering::Equal => says(&bare) > 0 && (errs_little || no_spring),
+        std::cmp::Ordering::Less => says(&bare) > 0 && no_spring,
     };
     let [first, second] = [sprung.search_cost, bare.search_cost];
     let told = if wins { bare } else { sprung };
@@ -195,5 +199,22 @@ mod tests {
         assert_eq!(base((unnamed, 1.0), (nothing, 2.0)), Base::SpringAndDamper);
         assert_eq!(base((unnamed, 1.0), (nothing, 1.0)), Base::Damper);
         assert_eq!(base((named, 2.0), (unnamed, 1.0)), Base::SpringAndDamper);
+    }
+
+    #[test]
+    fn a_spring_that_the_record_does_not_show_is_no_base() {
+        let base = |k: f64, without: Verdict| {
+            let mut sprung = told(Base::SpringAndDamper, Verdict::Named, 1.0);
+            sprung.extended.front = Some(Estimate {
+                k_n_m: k,
+                k_std_n_m: Some(1.0),
+                ..Estimate::default()
+            });
+            better(sprung, told(Base::Damper, without, 2.0)).base
+        };
+        let in_part = Verdict::NamedInPart;
+        assert_eq!(base(1.01 * policy::SHOWN, in_part), Base::SpringAndDamper);
+        assert_eq!(base(0.99 * policy::SHOWN, in_part), Base::Damper);
+        assert_eq!(base(0.0, Verdict::Unnamed), Base::SpringAndDamper);
     }
 }

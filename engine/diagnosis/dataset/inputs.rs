@@ -175,7 +175,7 @@ pub struct Scene {
     pub crank: Vec<f64>,
     /// Sine and cosine of twice the crank angle.
     pub double_crank: Vec<[f64; 2]>,
-    has_speed: bool,
+    pub has_speed: bool,
     varying_speed: bool,
     has_cadence: bool,
     /// Whether anything holds the masses in their places: what wanders may then be a sensor.

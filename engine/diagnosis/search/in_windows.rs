@@ -18,6 +18,8 @@ const TRIES: usize = 5;
 const FITTED: usize = 2;
 const STEPS: usize = 10;
 const FOLD_STEPS: usize = 6;
+/// Times what the best start leaves that another may leave and be fitted to all windows as well.
+const FOLLOWED: f64 = 1.5;
 /// Starts that are tried at most.
 const MOST_STARTS: usize = 8;
 /// Of these solutions of a regression at most.
@@ -190,6 +192,8 @@ impl<'a> InWindows<'a> {
         let mut ranked: Vec<Shot> = starts.par_iter().filter_map(tried).collect();
         ranked.sort_by(|a, b| a.left.total_cmp(&b.left));
         ranked.truncate(FITTED);
+        let worth = FOLLOWED * ranked.first().map_or(0.0, |first| first.left);
+        ranked.retain(|shot| shot.left <= worth);
         let fitted = |shot: &Shot| self.shooting.fit(&unit, &shot.point, &all, STEPS);
         let fits = ranked.par_iter().filter_map(fitted);
         let shot = fits.min_by(|a, b| a.left.total_cmp(&b.left))?;

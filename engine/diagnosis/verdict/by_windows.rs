@@ -25,7 +25,7 @@ pub fn sighted(
 ) -> Result<Vec<Option<Sights>>, EngineError> {
     let benches = record.tracks.iter().zip(&rest.remains);
     let asked: Vec<bool> = benches
-        .map(|(t, remains)| *remains && !t.has_road)
+        .map(|(t, remains)| *remains && !(t.has_road && record.has_speed))
         .collect();
     let nothing = || Ok(asked.iter().map(|_| None).collect());
     if !asked.contains(&true) {

@@ -7,6 +7,7 @@ use super::general_laws::{CURVES, DAMPERS, WIDER};
 use crate::EngineError;
 use crate::diagnosis::dataset::{Track, Windows};
 use crate::diagnosis::effects::Kind;
+use crate::diagnosis::fit::physical::has_physical_effects;
 use crate::diagnosis::fit::shooting::Prediction;
 use crate::diagnosis::fit::{Fitted, Term};
 use crate::diagnosis::law::{MAX_PARAMETERS, Scale};
@@ -241,6 +242,7 @@ fn look(
         return Ok(None);
     };
     let mut look = Look {
+        search,
         axle,
         plain: plain.clone(),
         single: Vec::new(),
@@ -275,6 +277,7 @@ fn look(
 }
 
 struct Look<'a> {
+    search: &'a Search<'a>,
     axle: &'a InWindows<'a>,
     plain: Seen,
     single: Vec<(Term, f64)>,
@@ -289,7 +292,11 @@ impl Look<'_> {
                 .filter(|term| !found.terms().contains(term))
                 .collect(),
         };
-        let with = |term: &Term| self.axle.with(found, *term);
+        let scene = self.search.fitter.scene;
+        let with = |term: &Term| {
+            let seen = self.axle.with(found, *term)?;
+            has_physical_effects(scene, &seen.unit, &seen.point).then_some(seen)
+        };
         let mut table: Vec<Seen> = candidates.par_iter().filter_map(with).collect();
         table.sort_by(|a, b| a.left().total_cmp(&b.left()));
         table
