@@ -76,7 +76,6 @@ fn claim(
         .iter()
         .filter_map(|m| unweighted(fitter, m))
         .map(|m| Errors::of(search, &m, axle).held)
-        .chain(nearest(true).map(|(_, held)| held))
         .fold(f64::INFINITY, f64::min);
     let disagreement = disagreement(search, model, term, axle);
     let removed = 1.0 - with.held / without.held;

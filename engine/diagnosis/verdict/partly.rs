@@ -168,7 +168,7 @@ fn rounds(search: &Search) -> Result<Vec<Vec<Left>>, EngineError> {
         };
         let refits = |m: &Model| search.refits(m, &search.offers(m, &m.terms), reach);
         let mut found: Vec<Left> = (front.iter().flat_map(refits))
-            .filter(|m| is_physical(search.fitter.scene, &search.plain, m))
+            .filter(|m| is_physical(search.fitter.scene, &search.plain, m) && !has_limit(m))
             .map(left)
             .filter(|(left, _)| left.is_finite())
             .collect();
@@ -182,6 +182,13 @@ fn rounds(search: &Search) -> Result<Vec<Vec<Left>>, EngineError> {
         rounds.push(found);
     }
     Ok(rounds)
+}
+
+/// Whether a law and its limit act at once: neither can be told by what the model leaves without it.
+fn has_limit(model: &Model) -> bool {
+    let terms = &model.terms;
+    let is_limit = |narrow: &Term| terms.iter().any(|wide| affirm::is_limit(*narrow, *wide));
+    terms.iter().any(is_limit)
 }
 
 /// The sets to examine: the best of the last round, with laws that are limits of others in the place of these where they leave
