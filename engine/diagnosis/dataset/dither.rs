@@ -18,8 +18,10 @@ use crate::simulate::sensitivity::Plain;
 /// noise, and that it has under ours.
 const BORNE: f64 = 10.0;
 const HIDDEN: f64 = 0.25;
-/// Most noise that is laid over a record, as a share of the deflection (RMS), unless what lies between the samples asks for more.
+/// Most noise that is laid over a record, as a share of the deflection's standard deviation, unless what lies between the samples asks for more.
 const MOST: f64 = 0.03;
+/// The same in any case: what is left of a mass that drifts, since no spring holds it, would be drowned by noise that hides a drift.
+const MOST_EVER: f64 = 0.3;
 /// Errors of a cubic spline fall with the fourth power of the step, where it follows the road at all.
 const FOURTH: f64 = 1.0 / 16.0;
 /// Images of a spectrum, to either side of the multiples of the sampling rate, that a spline leaves: those beyond fall with the fourth
@@ -81,7 +83,9 @@ fn lacking(record: &AxleRecord, fit: &AxleFit, bike: &Bike, step: f64, fitted: u
     }
     let deflection: Vec<f64> = record.road.iter().zip(&once).map(|(u, z)| u - z).collect();
     // Without a mass the road is none, and this the force that answers to the deflection.
-    let wanted = noise(HIDDEN).min((MOST * rms(&deflection)).max(noise(BORNE)));
+    let moves = spread(&deflection);
+    let least = noise(BORNE).min(MOST_EVER * moves);
+    let wanted = noise(HIDDEN).min((MOST * moves).max(least));
     (wanted * wanted - own * own).max(0.0).sqrt()
 }
 
@@ -127,7 +131,8 @@ fn spline_error(record: &[f64], step: f64, gain: &dyn Fn(f64) -> f64) -> f64 {
             .sum();
         (1.0 - spline_gain(hz * step)).powi(2) * gain(hz) + images
     };
-    let bins = spectrum.hz.iter().zip(&spectrum.density);
+    // A mass without a spring answers to what is constant without bound.
+    let bins = spectrum.hz.iter().zip(&spectrum.density).skip(1);
     let power: f64 = bins
         .map(|(hz, density)| (density - floor).max(0.0) * error(*hz))
         .sum();
@@ -162,6 +167,12 @@ fn moved(record: &AxleRecord, plain: &Plain, step: f64, every: usize) -> Vec<f64
 fn distance(fine: &[f64], coarse: &[f64]) -> f64 {
     let pairs = fine.iter().step_by(2).zip(coarse);
     rms(&pairs.map(|(a, b)| a - b).collect::<Vec<_>>())
+}
+
+/// Standard deviation.
+fn spread(x: &[f64]) -> f64 {
+    let mean = x.iter().sum::<f64>() / x.len().max(1) as f64;
+    rms(&x.iter().map(|x| x - mean).collect::<Vec<_>>())
 }
 
 fn rms(x: &[f64]) -> f64 {

@@ -175,7 +175,7 @@ pub struct Scene {
     pub crank: Vec<f64>,
     /// Sine and cosine of twice the crank angle.
     pub double_crank: Vec<[f64; 2]>,
-    pub has_speed: bool,
+    has_speed: bool,
     varying_speed: bool,
     has_cadence: bool,
     /// Whether anything holds the masses in their places: what wanders may then be a sensor.
@@ -377,6 +377,11 @@ impl Scene {
             (track.measured.iter_mut().zip(noise)).for_each(|(z, n)| *z -= n);
         }
         scene
+    }
+
+    /// Whether a road passes below an axle: a base that moves without a speed is a bench's.
+    pub fn is_ridden(&self, track: &Track) -> bool {
+        track.has_road && self.has_speed
     }
 
     /// What is lacking on this axle for an effect, in words; nothing if it can be spoken about.

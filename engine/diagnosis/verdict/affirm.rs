@@ -83,9 +83,12 @@ fn claim(
     let holds_as_limit = is_material(removed, ratio, term)
         && led as f64 >= policy::LEAD * speaking as f64
         && disagreement.is_some_and(|d| d <= policy::AGREES);
+    let left = [general, with.held, without.held];
+    let scene = fitter.scene;
+    let ridden = (scene.tracks.iter()).any(|t| t.axle == axle && scene.is_ridden(t));
     Some(Claim {
         term,
-        holds: holds_as_limit && general >= outgrown * with.held,
+        holds: holds_as_limit && !is_outgrown(left, outgrown, ridden),
         holds_as_limit,
         support: Support {
             removed_share: finite(removed)?,
@@ -97,6 +100,12 @@ fn claim(
             window_s: None,
         },
     })
+}
+
+/// Whether a general law in the place of an effect takes a good part off what that leaves, which on a bench is more than a trifle of what
+/// was there without it. Squares that the general law, the effect and the model without it leave.
+fn is_outgrown([general, with, without]: [f64; 3], outgrown: f64, ridden: bool) -> bool {
+    general < outgrown * with && (ridden || with - general > policy::OUTGROWS * without)
 }
 
 /// Whether an effect takes off so much, beside what the next one leaves in its place, that it acts whatever else is missing.
@@ -340,6 +349,18 @@ mod tests {
     use super::*;
     use crate::diagnosis::effects::Kind;
     use crate::report::diagnosis::Place;
+
+    #[test]
+    fn a_general_law_outgrows_only_by_more_than_a_trifle() {
+        let outgrown = policy::OUTGROWN;
+        let share = policy::OUTGROWS / (1.0 - 0.5 * outgrown);
+        let grows =
+            |left: f64, of: f64, ridden| is_outgrown([left * of, of, 1.0], outgrown, ridden);
+        assert!(grows(0.5 * outgrown, 1.01 * share, false));
+        assert!(!grows(1.01 * outgrown, 10.0 * share, false));
+        assert!(!grows(0.5 * outgrown, 0.99 * share, false));
+        assert!(grows(0.5 * outgrown, 0.99 * share, true));
+    }
 
     #[test]
     fn the_jackknife_of_a_mean_is_its_standard_error() {

@@ -15,7 +15,7 @@ use crate::diagnosis::search::weak_form;
 use crate::finite::finite;
 use crate::report::diagnosis::Support;
 
-/// What windows see of every track where something is left and no road drives the axle: what a tyre does to a road is damped, so that one
+/// What windows see of every track where something is left and that no road passes below: what a tyre does to a road is damped, so that one
 /// simulation of all of it does not drift.
 pub fn sighted(
     search: &Search,
@@ -25,7 +25,7 @@ pub fn sighted(
 ) -> Result<Vec<Option<Sights>>, EngineError> {
     let benches = record.tracks.iter().zip(&rest.remains);
     let asked: Vec<bool> = benches
-        .map(|(t, remains)| *remains && !(t.has_road && record.has_speed))
+        .map(|(t, remains)| *remains && !record.is_ridden(t))
         .collect();
     let nothing = || Ok(asked.iter().map(|_| None).collect());
     if !asked.contains(&true) {
@@ -68,7 +68,7 @@ pub fn simpler(
         let ([t], [_, _, ..]) = (&fit.unit.tracks[..], &fit.unit.terms[..]) else {
             continue;
         };
-        if scene.tracks[*t].has_road {
+        if scene.is_ridden(&scene.tracks[*t]) {
             continue;
         }
         let remains: Vec<bool> = (0..scene.tracks.len()).map(|other| other == *t).collect();
