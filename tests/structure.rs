@@ -10,8 +10,9 @@ use std::path::{Path, PathBuf};
 use proc_macro2::{Delimiter, Spacing, TokenStream, TokenTree};
 
 /// The folders of engine/diagnosis, from the top down; each may use those before it.
-const DIAGNOSIS: [&str; 9] = [
-    "law", "effects", "dataset", "fit", "residual", "search", "verdict", "explain", "study",
+const DIAGNOSIS: [&str; 10] = [
+    "policy", "law", "effects", "dataset", "fit", "residual", "search", "verdict", "explain",
+    "study",
 ];
 
 #[test]

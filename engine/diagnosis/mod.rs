@@ -1,6 +1,6 @@
 //! When simulation and recording differ: detect, locate, name, model, show.
 //!
-//! The folders lead one way down, each using only those before it: `law`, `effects`, `dataset`, `fit`, `residual`, `search`,
+//! The folders lead one way down, each using only those before it: `policy` (every threshold that decides), `law`, `effects`, `dataset`, `fit`, `residual`, `search`,
 //! `verdict`, `explain`, and last `study`, which asks the same of several rides. `run` goes through them all: `prepare`, `decide`, `tell`.
 
 mod axle;

@@ -2,8 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::diagnosis::Predicted;
-
 /// What windows of one length say of an axle. Errors are those on the second halves of windows that a model was not fitted to;
 /// shares are of their squares.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -13,9 +11,7 @@ pub struct Windows {
     pub period_s: f64,
     pub length_s: f64,
     pub count: usize,
-    /// Of what the errors are: where that is a force, they are in N, whatever their names say.
-    pub predicted: Predicted,
-    /// RMS error of the plain model, and of the one with `effects`; null where it runs away.
+    /// RMS error of the plain model, and of the one with `effects`, in N where `held_out.predicted` is a force; null where it runs away.
     pub plain_rms_m: Option<f64>,
     pub extended_rms_m: Option<f64>,
     /// The model that these windows lead to, whether the verdict follows or not.

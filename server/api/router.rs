@@ -14,6 +14,7 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use utoipa_swagger_ui::{Config, SwaggerUi};
 use veloid_engine::report::diagnosis::{Excerpt, Predicted, ResidualSpectrum, Surface};
+use veloid_engine::report::windows::{SingleEffect, WindowEffect, WindowStart};
 
 use super::problem::{Kind, Problem};
 use super::security::secured;
@@ -35,7 +36,7 @@ use crate::pages::layout::Fault;
         license(name = "MIT OR Apache-2.0", identifier = "MIT OR Apache-2.0"),
     ),
     // What only stands inside of a generic type is not found by itself.
-    components(schemas(Excerpt, Predicted, ResidualSpectrum, Surface)),
+    components(schemas(Excerpt, Predicted, ResidualSpectrum, SingleEffect, Surface, WindowEffect, WindowStart)),
     tags(
         (name = "rides", description = "Upload and fetch rides"),
         (name = "jobs", description = "Follow, cancel and retry identifications; fetch their results"),

@@ -4,7 +4,6 @@ use crate::diagnosis::dataset::{Scene, Track};
 use crate::diagnosis::fit::shooting::Prediction;
 use crate::diagnosis::verdict::windows::{Sight, Sights, Supported};
 use crate::finite::finite;
-use crate::report::diagnosis::Predicted;
 use crate::report::windows::{SingleEffect, WindowEffect, WindowStart, Windows};
 
 /// Single effects that are reported.
@@ -22,10 +21,6 @@ pub fn windows(scene: &Scene, track: &Track, sights: &Sights) -> Vec<Windows> {
             period_s: sight.period,
             length_s: sight.length,
             count: sight.plain.errors.len(),
-            predicted: match track.input.prescribed {
-                true => Predicted::Force,
-                false => Predicted::Displacement,
-            },
             plain_rms_m: finite(spread * sight.plain.left().sqrt()),
             extended_rms_m: finite(spread * sight.found.left().sqrt()),
             effects: sight.effects.iter().map(|e| effect(scene, e)).collect(),
