@@ -20,3 +20,10 @@ pub fn normal_tail(x: f64) -> f64 {
     let tail = 0.5 * series * (-0.5 * x * x).exp();
     if x >= 0.0 { tail } else { 1.0 - tail }
 }
+
+/// Mean square about the mean; 0 of nothing.
+pub fn variance(values: &[f64]) -> f64 {
+    let n = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n
+}

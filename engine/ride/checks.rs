@@ -2,8 +2,9 @@
 
 use super::channel::Channel;
 use super::recording::{Recording, Track};
-use super::values::{is_constant, size, variance};
+use super::values::{is_constant, size};
 use crate::number::significant;
+use crate::numerics::statistics::variance;
 
 /// Fewest equal samples at an extreme that count as clipped.
 const FLAT_RUN: usize = 3;

@@ -4,8 +4,8 @@
 use std::ops::Range;
 
 use super::checks::swings;
-use super::values::variance;
 use super::{AxleRecord, Ride};
+use crate::numerics::statistics::variance;
 
 /// Part of the largest swing below which a decay has faded: a hundredth of its energy is left. On a beam with magnets
 /// (../shared/real) a model with hardening errs by 18 % of the held-out swing where the record ends here, and by more than all

@@ -70,6 +70,7 @@ pub use sensor_clock::{ClockOffset, SensorClock};
 
 use crate::EngineError;
 use crate::bicycle::{Bike, PerAxle};
+use crate::numerics::statistics::variance;
 
 /// A ride after reading: SI units, one clock, no blanks.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -145,7 +146,7 @@ impl AxleRecord {
         let z = &self.displacement;
         let finest = z.windows(2).map(|p| (p[1] - p[0]).abs());
         let finest = finest.filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
-        let alike = ALIKE * values::variance(z).sqrt();
+        let alike = ALIKE * variance(z).sqrt();
         let still = z.iter().take_while(|x| (*x - z[0]).abs() <= alike).count();
         let width = alike.max(finest);
         (still >= STILL && width.is_finite()).then(|| [width, width / (still as f64 * step_s)])

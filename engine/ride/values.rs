@@ -7,12 +7,6 @@ pub(super) fn is_constant(values: &[f64]) -> bool {
     values.iter().all(|v| *v == values[0])
 }
 
-pub(super) fn variance(values: &[f64]) -> f64 {
-    let n = values.len().max(1) as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n
-}
-
 /// A value with its unit, lengths in mm.
 pub(super) fn size(channel: Channel, value: f64) -> String {
     match channel.dimension().si_name() {

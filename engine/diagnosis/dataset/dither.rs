@@ -9,6 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::bicycle::{Bike, PerAxle};
 use crate::numerics::random::normal;
 use crate::numerics::spectrum::{Spectrum, deviation, white_floor};
+use crate::numerics::statistics::variance;
 use crate::output_error::AxleFit;
 use crate::ride::{AxleRecord, Ride};
 use crate::simulate::linear::{Input, force_answer, road_answer, simulate};
@@ -83,7 +84,7 @@ fn lacking(record: &AxleRecord, fit: &AxleFit, bike: &Bike, step: f64, fitted: u
     }
     let deflection: Vec<f64> = record.road.iter().zip(&once).map(|(u, z)| u - z).collect();
     // Without a mass the road is none, and this the force that answers to the deflection.
-    let moves = spread(&deflection);
+    let moves = variance(&deflection).sqrt();
     let least = noise(BORNE).min(MOST_EVER * moves);
     let wanted = noise(HIDDEN).min((MOST * moves).max(least));
     (wanted * wanted - own * own).max(0.0).sqrt()
@@ -167,12 +168,6 @@ fn moved(record: &AxleRecord, plain: &Plain, step: f64, every: usize) -> Vec<f64
 fn distance(fine: &[f64], coarse: &[f64]) -> f64 {
     let pairs = fine.iter().step_by(2).zip(coarse);
     rms(&pairs.map(|(a, b)| a - b).collect::<Vec<_>>())
-}
-
-/// Standard deviation.
-fn spread(x: &[f64]) -> f64 {
-    let mean = x.iter().sum::<f64>() / x.len().max(1) as f64;
-    rms(&x.iter().map(|x| x - mean).collect::<Vec<_>>())
 }
 
 fn rms(x: &[f64]) -> f64 {

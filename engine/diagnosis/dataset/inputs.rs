@@ -12,6 +12,7 @@ use crate::diagnosis::law::{Need, OwnLaw, Scale};
 use crate::numerics::random::normal;
 use crate::numerics::spectrum::{measured_noise, white_floor};
 use crate::numerics::spline::{cubic, slopes};
+use crate::numerics::statistics::variance;
 use crate::output_error::AxleFit;
 use crate::report::diagnosis::Predicted;
 use crate::ride::{AxleRecord, Ride};
@@ -73,10 +74,7 @@ impl Track {
 
     /// Standard deviation of what is measured.
     pub fn spread(&self) -> f64 {
-        let count = self.measured.len().max(1) as f64;
-        let mean = self.measured.iter().sum::<f64>() / count;
-        let squares: f64 = self.measured.iter().map(|z| (z - mean).powi(2)).sum();
-        (squares / count).sqrt()
+        variance(&self.measured).sqrt()
     }
 
     /// Puts another record of the road under the axle.

@@ -1,11 +1,12 @@
 //! Short windows of a record, from which models are judged where one simulation of all of it would only show its drift: where a
 //! mass is damped lightly or no spring holds it, the error of a long simulation is one of phase.
 
-use crate::diagnosis::policy;
 use std::ops::Range;
 
 use super::inputs::Track;
+use crate::diagnosis::policy;
 use crate::numerics::spectrum::median_frequency;
+use crate::numerics::statistics::variance;
 
 /// Samples that a window has at least.
 const LEAST: usize = 16;
@@ -101,12 +102,7 @@ pub fn dominant_period(track: &Track) -> Option<f64> {
 
 /// The windows of a free decay in which something swings.
 fn swinging(track: &Track, spans: Vec<Range<usize>>) -> Vec<Range<usize>> {
-    let deviation = |span: &Range<usize>| {
-        let part = &track.measured[span.clone()];
-        let mean = part.iter().sum::<f64>() / part.len() as f64;
-        let squares: f64 = part.iter().map(|z| (z - mean).powi(2)).sum();
-        (squares / part.len() as f64).sqrt()
-    };
+    let deviation = |span: &Range<usize>| variance(&track.measured[span.clone()]).sqrt();
     let loudest = spans.iter().map(deviation).fold(0.0, f64::max);
     let swings = |span: &Range<usize>| deviation(span) >= policy::SWINGS * loudest;
     let some: Vec<Range<usize>> = spans.iter().filter(|s| swings(s)).cloned().collect();

@@ -121,26 +121,8 @@ impl<'a> Shooting<'a> {
             own: vec![self.state(setting, &half)],
         };
         let spans = [half.clone()];
-        let own = |known: &Known, wanted: &dyn Fn(&Slot) -> bool| -> Vec<f64> {
-            let slots = setting.own.iter().zip(&known.own[0]);
-            slots.filter(|(s, _)| wanted(s)).map(|(_, x)| *x).collect()
-        };
-        let prediction = |known: &Known, zero: f64, left: f64| Prediction {
-            span: span.clone(),
-            start: [4, 5].map(|q| {
-                let is_it = |slot: &Slot| matches!(slot, Slot::Base(_, p) if *p == q);
-                own(known, &is_it).first().copied()
-            }),
-            hidden: own(known, &|slot| matches!(slot, Slot::Initial(..))),
-            zero,
-            left: if left.is_finite() {
-                left
-            } else {
-                f64::INFINITY
-            },
-        };
         let Some((known, _)) = self.minimised(setting, &spans, known.clone(), SETTLES) else {
-            return prediction(&known, 0.0, f64::INFINITY);
+            return Prediction::new(setting, span, &known.own[0], 0.0, f64::INFINITY);
         };
         let points = std::array::from_fn(|_| known.of_window(setting, 0));
         let track = self.data();
@@ -162,7 +144,7 @@ impl<'a> Shooting<'a> {
             .map(|e| (e - zero).powi(2))
             .collect();
         let left = squares.iter().sum::<f64>() / squares.len().max(1) as f64 / self.variance;
-        prediction(&known, zero, left)
+        Prediction::new(setting, span, &known.own[0], zero, left)
     }
 
     fn setting<'u>(&self, unit: &'u Unit, point: &Point, with_common: bool) -> Setting<'u> {
@@ -415,6 +397,27 @@ impl<'a> Shooting<'a> {
         Known {
             point: known.point.with(&setting.common, &next),
             own,
+        }
+    }
+}
+
+impl Prediction {
+    /// `own`: the window's own numbers.
+    fn new(setting: &Setting, span: &Range<usize>, own: &[f64], zero: f64, left: f64) -> Self {
+        let own = || setting.own.iter().zip(own);
+        let of_base =
+            |q: usize| own().find(|(slot, _)| matches!(slot, Slot::Base(_, p) if *p == q));
+        let of_effects = own().filter(|(slot, _)| matches!(slot, Slot::Initial(..)));
+        Self {
+            span: span.clone(),
+            start: [4, 5].map(|q| of_base(q).map(|(_, value)| *value)),
+            hidden: of_effects.map(|(_, value)| *value).collect(),
+            zero,
+            left: if left.is_finite() {
+                left
+            } else {
+                f64::INFINITY
+            },
         }
     }
 }

@@ -1,9 +1,9 @@
 //! What the residual's spectrum says: does it resonate like the axle, as the answer to a force left
 //! out would, or is it noise of the sensors?
 
-use crate::diagnosis::policy;
 use std::ops::Range;
 
+use crate::diagnosis::policy;
 use crate::numerics::spectrum::Spectrum;
 use crate::simulate::linear::{force_answer, road_answer};
 

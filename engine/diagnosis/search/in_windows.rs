@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::Search;
 use super::weak_form;
 use crate::diagnosis::dataset::Windows;
+use crate::diagnosis::fit::physical::has_physical_effects;
 use crate::diagnosis::fit::shooting::{Prediction, Shooting, Shot};
 use crate::diagnosis::fit::{Fitted, Point, Term, Unit};
 use crate::diagnosis::law::{MAX_PARAMETERS, Values};
@@ -144,6 +145,10 @@ impl<'a> InWindows<'a> {
     /// A model that fits of the whole record have led to.
     pub fn known(&self, fit: &Fitted) -> Option<Seen> {
         self.best(self.unit(&fit.unit.terms), vec![fit.point.clone()])
+    }
+
+    pub fn is_physical(&self, seen: &Seen) -> bool {
+        has_physical_effects(self.search.fitter.scene, &seen.unit, &seen.point)
     }
 
     /// All windows as the numbers predict them that are fitted to all.

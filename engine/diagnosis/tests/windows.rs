@@ -3,7 +3,9 @@
 use super::*;
 use crate::diagnosis::dataset::Windows;
 use crate::diagnosis::dataset::windows::dominant_period;
+use crate::diagnosis::fit::physical::has_physical_effects;
 use crate::diagnosis::fit::shooting::{Prediction, Shooting};
+use crate::diagnosis::policy;
 
 /// N/m^3
 const K3: f64 = 3e9;
@@ -79,4 +81,34 @@ fn the_force_that_is_missed_grows_with_what_is_missing() {
         none < 0.5 * some && some < 0.7 * much,
         "{none} {some} {much}"
     );
+}
+
+#[test]
+fn a_tyre_that_relaxes_keeps_a_part_of_its_stiffness() {
+    let scene = stiffening(0.0);
+    let relaxing = Term {
+        kind: Kind::ViscoelasticTyre,
+        place: Place::Front,
+    };
+    let unit = Unit {
+        tracks: vec![0],
+        terms: vec![relaxing],
+    };
+    let is_physical = |stiffness: f64| {
+        let branch = 0.2 * K;
+        let point = Point {
+            base: vec![[
+                stiffness * branch / MASS,
+                B / MASS,
+                1.0 / MASS,
+                0.0,
+                0.0,
+                0.0,
+            ]],
+            values: vec![[branch, 0.05, 0.0, 0.0]],
+            initial: vec![[0.0; 2]],
+        };
+        has_physical_effects(&scene, &unit, &point)
+    };
+    assert!(is_physical(1.01 * policy::STATIC) && !is_physical(0.99 * policy::STATIC));
 }

@@ -65,13 +65,9 @@ fn claim(
         .min_by(|a, b| (a.2.held / a.1.1.held).total_cmp(&(b.2.held / b.1.1.held)))?;
     let (led, speaking) = leads(&with.blocks, &without.blocks);
     let rivals = rivals(search, model, term, less, tried, axle);
-    // A law that is a limit of this one says no other thing.
-    let nearest = |limits: bool| {
-        let some =
-            (rivals.iter()).filter(|(r, _)| is_limit(term, *r) == limits && !is_limit(*r, term));
-        some.min_by(|a, b| a.1.total_cmp(&b.1)).copied()
-    };
-    let rival = nearest(false);
+    // A law that is a limit of this one, or of which this is one, says no other thing.
+    let others = (rivals.iter()).filter(|(r, _)| !is_limit(term, *r) && !is_limit(*r, term));
+    let rival = others.min_by(|a, b| a.1.total_cmp(&b.1)).copied();
     let general = generalised(search, model, term)
         .iter()
         .filter_map(|m| unweighted(fitter, m))

@@ -184,7 +184,7 @@ fn rounds(search: &Search) -> Result<Vec<Vec<Left>>, EngineError> {
     Ok(rounds)
 }
 
-/// Whether a law and its limit act at once: neither can be told by what the model leaves without it.
+/// Whether a law and its limit act at once: what the model leaves without one of them says nothing of either.
 fn has_limit(model: &Model) -> bool {
     let terms = &model.terms;
     let is_limit = |narrow: &Term| terms.iter().any(|wide| affirm::is_limit(*narrow, *wide));

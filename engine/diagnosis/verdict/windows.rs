@@ -7,7 +7,6 @@ use super::general_laws::{CURVES, DAMPERS, WIDER};
 use crate::EngineError;
 use crate::diagnosis::dataset::{Track, Windows};
 use crate::diagnosis::effects::Kind;
-use crate::diagnosis::fit::physical::has_physical_effects;
 use crate::diagnosis::fit::shooting::Prediction;
 use crate::diagnosis::fit::{Fitted, Term};
 use crate::diagnosis::law::{MAX_PARAMETERS, Scale};
@@ -242,7 +241,6 @@ fn look(
         return Ok(None);
     };
     let mut look = Look {
-        search,
         axle,
         plain: plain.clone(),
         single: Vec::new(),
@@ -277,7 +275,6 @@ fn look(
 }
 
 struct Look<'a> {
-    search: &'a Search<'a>,
     axle: &'a InWindows<'a>,
     plain: Seen,
     single: Vec<(Term, f64)>,
@@ -292,10 +289,9 @@ impl Look<'_> {
                 .filter(|term| !found.terms().contains(term))
                 .collect(),
         };
-        let scene = self.search.fitter.scene;
         let with = |term: &Term| {
-            let seen = self.axle.with(found, *term)?;
-            has_physical_effects(scene, &seen.unit, &seen.point).then_some(seen)
+            let seen = self.axle.with(found, *term);
+            seen.filter(|seen| self.axle.is_physical(seen))
         };
         let mut table: Vec<Seen> = candidates.par_iter().filter_map(with).collect();
         table.sort_by(|a, b| a.left().total_cmp(&b.left()));
