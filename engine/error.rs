@@ -1,11 +1,12 @@
-use crate::bicycle::Axle;
+use crate::bicycle::{Axle, BikeError};
+use crate::document::NotFinite;
 
 /// Why an identification could not be carried out. Every message is fit to be shown to the user.
 #[derive(Debug, thiserror::Error)]
 pub enum EngineError {
     /// The bike file lacks something that this ride needs, or holds an impossible value.
     #[error("bike file: {0}")]
-    Bike(String),
+    Bike(#[from] BikeError),
     /// A setting is outside its allowed range.
     #[error("setting {name}: {problem}")]
     Setting {
@@ -31,13 +32,8 @@ pub enum EngineError {
         problem: String,
     },
     /// A mistake of this program: a result holds a number that is none.
-    #[error("{stage}: {place} is not a finite number")]
-    NotFinite {
-        /// Whose result it is.
-        stage: &'static str,
-        /// Way to the number, with points between the keys.
-        place: String,
-    },
+    #[error(transparent)]
+    NotFinite(#[from] NotFinite),
     /// The caller asked to stop.
     #[error("cancelled")]
     Cancelled,

@@ -13,57 +13,46 @@
 #![warn(missing_docs)]
 
 pub mod bicycle;
-mod checked;
 #[allow(missing_docs)]
 pub mod diagnosis;
+pub mod document;
 mod error;
-mod finite;
-#[cfg(test)]
-mod hostile;
-mod identify;
-pub mod json;
-mod laser_error;
 mod latent_road;
 #[allow(missing_docs)]
 pub mod least_squares;
-mod mass_error;
 mod mistakes;
-#[allow(missing_docs)]
-pub mod number;
 mod numerics;
-mod observe;
 #[allow(missing_docs)]
 pub mod observer;
 #[allow(missing_docs)]
 pub mod output_error;
+mod pipeline;
 mod progress;
+#[allow(missing_docs)]
+pub mod replay;
 #[allow(missing_docs)]
 pub mod report;
 pub mod ride;
-mod road_doubt;
-mod road_noise;
-mod sensor_noise;
+#[allow(missing_docs)]
+pub mod roll;
 mod settings;
 pub mod simulate;
 #[cfg(test)]
 #[path = "../tests/skips.rs"]
 mod skips;
-mod study;
 #[allow(missing_docs)]
 pub mod swarm;
-mod synchronise;
-mod unseen;
+#[allow(missing_docs)]
+pub mod uncertainty;
 
 pub use bicycle::Bike;
 pub use diagnosis::impose::{Imposed, ride as simulate};
+pub use document::is_unseen;
 pub use error::EngineError;
-pub use identify::{assemble, conclude, diagnose, identify, observe};
+pub use pipeline::{Ridden, assemble, conclude, diagnose, identify, observe, read, study};
 pub use progress::{Progress, Silent};
 pub use report::Report;
 pub use report::diagnosis::Diagnosis;
 pub use report::stages::{Conclusion, Observed};
 pub use ride::Ride;
 pub use settings::{Objective, Settings};
-pub use study::{Ridden, study};
-pub use synchronise::read;
-pub use unseen::is_unseen;

@@ -1,8 +1,6 @@
 use serde::{Deserialize, Serialize};
 
 use crate::EngineError;
-use crate::diagnosis::effects::Kind;
-use crate::diagnosis::law::OwnLaw;
 
 /// What the swarm minimises: paper, eqs. (25), (26), with three readings of its velocity and
 /// acceleration errors.
@@ -99,8 +97,8 @@ impl Default for Settings {
 const MAX_SIMULATIONS: usize = 2_000_000;
 
 impl Settings {
-    /// Rejects values that are out of range or would take the machine hostage.
-    pub fn validate(&self) -> Result<(), EngineError> {
+    /// Rejects numbers that are out of range or would take the machine hostage.
+    pub(crate) fn within_range(&self) -> Result<(), EngineError> {
         within("trials", self.trials as f64, 1.0, 100.0)?;
         within("particles", self.particles as f64, 2.0, 10_000.0)?;
         within("iterations", self.iterations as f64, 1.0, 10_000.0)?;
@@ -115,7 +113,6 @@ impl Settings {
         within("held_out", self.held_out, 0.1, 0.7)?;
         within("materiality", self.materiality, 0.0, 1.0)?;
         within("search_budget", self.search_budget, 100.0, 1e6)?;
-        self.own_law()?;
         for weight in self.weights {
             within("weights", weight, 0.0, 1e12)?;
         }
@@ -137,21 +134,6 @@ impl Settings {
         }
         Ok(())
     }
-
-    /// The user's own law.
-    pub(crate) fn own_law(&self) -> Result<Option<OwnLaw>, EngineError> {
-        let Some(text) = &self.law else {
-            return Ok(None);
-        };
-        let law = OwnLaw::read(text).map_err(|e| out_of_range("law", e.to_string()))?;
-        match Kind::by_id(&law.id) {
-            Some(_) => {
-                let problem = format!("id: '{}' is an effect of the library already", law.id);
-                Err(out_of_range("law", problem))
-            }
-            None => Ok(Some(law)),
-        }
-    }
 }
 
 pub(crate) fn within(
@@ -169,6 +151,6 @@ pub(crate) fn within(
     ))
 }
 
-fn out_of_range(name: &'static str, problem: String) -> EngineError {
+pub(crate) fn out_of_range(name: &'static str, problem: String) -> EngineError {
     EngineError::Setting { name, problem }
 }

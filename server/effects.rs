@@ -1,7 +1,7 @@
 //! The library of effects as the command line and the pages tell it.
 
 use veloid_engine::diagnosis::effects::catalogue::{Entry, catalogue, typical};
-use veloid_engine::number::significant;
+use veloid_engine::document::format_number::significant;
 
 pub struct EffectView {
     pub id: &'static str,

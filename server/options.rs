@@ -9,8 +9,9 @@ use serde_json::{Map, Value};
 use utoipa::openapi::schema::AdditionalProperties;
 use utoipa::openapi::{Object, RefOr, Schema};
 use utoipa::{PartialSchema, ToSchema};
+use veloid_engine::document::json;
 use veloid_engine::ride::ReadOptions;
-use veloid_engine::{EngineError, Settings, json};
+use veloid_engine::{EngineError, Settings};
 
 use crate::unique::{Unique, shown};
 

@@ -1,5 +1,5 @@
 use serde_json::Value;
-use veloid_engine::number::Number;
+use veloid_engine::document::format_number::Number;
 
 use crate::harness::{Folder, Server, identify};
 use crate::ride;

@@ -1,4 +1,4 @@
-//! The files of engine/ and server/ use each other in one direction only, and so do the folders of the diagnosis.
+//! The files of engine/ and server/ use each other in one direction only, and so do their folders at every level.
 //!
 //! What a file uses is read off its paths, in `use` lines and inline, each followed through re-exports to the file
 //! that defines the item. Not counted: declarations of modules, re-exports, crate roots and `#[cfg(test)]`. Not seen: methods
@@ -20,6 +20,31 @@ fn no_circle_of_files() {
     let circles = ["engine", "server"].map(|root| Sources::read(root).circles());
     let circles = circles.concat();
     assert!(circles.is_empty(), "\n{}", circles.join("\n"));
+}
+
+#[test]
+fn no_circle_of_folders() {
+    let circles = ["engine", "server"].map(|root| Sources::read(root).circles_of_folders());
+    let circles = circles.concat();
+    assert!(circles.is_empty(), "\n{}", circles.join("\n"));
+}
+
+#[test]
+fn circles_of_folders_are_found_at_every_level() {
+    let files = [
+        ("x/lib.rs", "mod a; mod b;"),
+        ("x/a/mod.rs", "mod c; mod d; pub use c::e::E;"),
+        ("x/a/c/mod.rs", "pub mod e; pub mod f;"),
+        ("x/a/c/e.rs", "pub struct E;"),
+        ("x/a/c/f.rs", "use super::super::d::D;"),
+        ("x/a/d.rs", "pub struct D(super::E);"),
+        ("x/b.rs", "use crate::a::E;"),
+    ];
+    assert!(Sources::of("x", &files).circles().is_empty());
+    assert_eq!(
+        Sources::of("x", &files).circles_of_folders(),
+        ["circle in x/a: c d\n  x/a/c/f.rs -> x/a/d.rs\n  x/a/d.rs -> x/a/c/e.rs"]
+    );
 }
 
 #[test]
@@ -315,33 +340,53 @@ impl Sources {
     /// Files that use each other, directly or through others.
     fn circles(&self) -> Vec<String> {
         let uses = self.uses();
-        let mut reach: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
-        for (from, _) in &uses {
-            let mut open = vec![from.as_str()];
-            let seen = reach.entry(from).or_default();
-            while let Some(at) = open.pop() {
-                for (_, to) in uses.iter().filter(|(f, _)| f == at) {
-                    if seen.insert(to) {
-                        open.push(to);
-                    }
-                }
-            }
-        }
-        let circle = |file: &str| -> Vec<&str> {
-            let both = |to: &&str| reach.get(to).is_some_and(|back| back.contains(file));
-            reach[file].iter().copied().filter(both).collect()
-        };
-        let circles: BTreeSet<Vec<&str>> = reach.keys().map(|file| circle(file)).collect();
-        let told = |files: Vec<&str>| {
+        let edges = uses.iter().map(|(from, to)| (from.as_str(), to.as_str()));
+        let report = |files: BTreeSet<&str>| {
             let inside = uses
                 .iter()
-                .filter(|(f, t)| files.contains(&&f[..]) && files.contains(&&t[..]));
+                .filter(|(f, t)| files.contains(&f[..]) && files.contains(&t[..]));
             let steps: Vec<String> = inside.map(|(f, t)| format!("  {f} -> {t}")).collect();
             eprintln!("{}", steps.join("\n"));
-            format!("circle of {} files: {}", files.len(), files.join(" "))
+            let names: Vec<&str> = files.iter().copied().collect();
+            format!("circle of {} files: {}", files.len(), names.join(" "))
         };
-        let circles = circles.into_iter().filter(|files| !files.is_empty());
-        circles.map(told).collect()
+        knots(edges).into_iter().map(report).collect()
+    }
+
+    /// Entries of a folder, each with all that lies within, that use each other.
+    fn circles_of_folders(&self) -> Vec<String> {
+        let uses = self.uses();
+        let folders: BTreeSet<&Path> = uses
+            .iter()
+            .flat_map(|(from, to)| [from, to])
+            .flat_map(|file| Path::new(file).ancestors().skip(1))
+            .filter(|folder| !folder.as_os_str().is_empty())
+            .collect();
+        let mut circles = Vec::new();
+        for folder in folders {
+            let steps: Vec<(&str, &str, String)> = uses
+                .iter()
+                .filter_map(|(from, to)| {
+                    let (a, b) = (entry(folder, from)?, entry(folder, to)?);
+                    (a != b).then(|| (a, b, format!("  {from} -> {to}")))
+                })
+                .collect();
+            for knot in knots(steps.iter().map(|(a, b, _)| (*a, *b))) {
+                let names: Vec<&str> = knot.iter().copied().collect();
+                let inside: Vec<&str> = steps
+                    .iter()
+                    .filter(|(a, b, _)| knot.contains(a) && knot.contains(b))
+                    .map(|(_, _, step)| step.as_str())
+                    .collect();
+                circles.push(format!(
+                    "circle in {}: {}\n{}",
+                    folder.display(),
+                    names.join(" "),
+                    inside.join("\n")
+                ));
+            }
+        }
+        circles
     }
 
     /// Files of a folder's folders that use what stands below them, the files beside these folders included.
@@ -372,6 +417,39 @@ impl Sources {
         wrong.extend(unknown);
         wrong
     }
+}
+
+/// What a file belongs to within a folder: `a` for `a.rs` and all of `a/`.
+fn entry<'a>(folder: &Path, file: &'a str) -> Option<&'a str> {
+    let inside = Path::new(file).strip_prefix(folder).ok()?;
+    let first = inside.iter().next()?.to_str()?;
+    Some(first.strip_suffix(".rs").unwrap_or(first))
+}
+
+/// Sets of nodes of a graph that each reach all others of their set and themselves.
+fn knots<'a>(edges: impl Iterator<Item = (&'a str, &'a str)>) -> BTreeSet<BTreeSet<&'a str>> {
+    let mut next: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for (from, to) in edges {
+        next.entry(from).or_default().insert(to);
+    }
+    let mut reach: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for from in next.keys() {
+        let mut open = vec![*from];
+        let seen = reach.entry(*from).or_default();
+        while let Some(at) = open.pop() {
+            for to in next.get(at).into_iter().flatten() {
+                if seen.insert(*to) {
+                    open.push(*to);
+                }
+            }
+        }
+    }
+    let knot = |from: &&'a str| -> BTreeSet<&'a str> {
+        let back = |to: &&str| reach.get(to).is_some_and(|back| back.contains(from));
+        reach[from].iter().copied().filter(back).collect()
+    };
+    let all = reach.keys().map(knot);
+    all.filter(|knot| !knot.is_empty()).collect()
 }
 
 /// The sources of a crate, its examples left out.

@@ -1,23 +1,22 @@
 //! The bicycle: masses, geometry and the parameters that the models need.
 
 mod axle;
+mod error;
 pub(crate) mod load;
-pub(crate) mod roll;
 
 use std::collections::BTreeMap;
 
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
-use crate::{EngineError, json};
+use crate::document::{is_unseen, json};
 
 pub use axle::{Axle, PerAxle};
+pub use error::BikeError;
+use error::{LARGEST_FILE, LONGEST_NAME};
 
 /// Standard gravity (m/s^2).
 pub const GRAVITY: f64 = 9.80665;
-
-/// Largest bike file (bytes).
-const LARGEST_FILE: usize = 64 << 10;
 
 /// The bike file. Masses are those carried by each wheel; lengths are horizontal distances from the
 /// centre of gravity. Keys that are absent or null are only missed where something needs them.
@@ -107,38 +106,36 @@ const INERTIA_KG_M2: [f64; 2] = [0.0, 1000.0];
 const PRODUCT_KG_M2: [f64; 2] = [-1000.0, 1000.0];
 const CASTER_RAD: [f64; 2] = [-1.5, 1.5];
 
-fn within(key: &str, value: f64, [low, high]: [f64; 2]) -> Result<(), EngineError> {
+fn within(key: &str, value: f64, [low, high]: [f64; 2]) -> Result<(), BikeError> {
     if (low..=high).contains(&value) {
         return Ok(());
     }
-    Err(EngineError::Bike(format!(
-        "{key} is {value:?}, expected {low} to {high}"
-    )))
+    Err(BikeError::OutOfRange {
+        key: key.to_owned(),
+        value,
+        low,
+        high,
+    })
 }
 
-/// Longest name of a bike (bytes), and most unknown keys that a message names.
-const LONGEST_NAME: usize = 200;
+/// Unknown keys that a message names at most.
 const MOST_NAMED: usize = 5;
 
 /// A name that can stand in an address and on a page as what it is: no step in a path, nothing unseen, and nothing
 /// that turns the direction of the text around it.
-fn check_name(name: &str) -> Result<(), EngineError> {
-    let problem = if name.len() > LONGEST_NAME {
-        format!(
-            "a name of {} bytes, expected at most {LONGEST_NAME}",
-            name.len()
-        )
-    } else if matches!(name.trim(), "." | "..") {
-        format!("the name '{}', which is a step in a path", name.trim())
-    } else if let Some(c) = name.chars().find(|c| crate::is_unseen(*c)) {
-        format!(
-            "U+{:04X} in the name, expected characters that can be seen",
-            c as u32
-        )
-    } else {
-        return Ok(());
-    };
-    Err(EngineError::Bike(format!("bike: {problem}")))
+fn check_name(name: &str) -> Result<(), BikeError> {
+    if name.len() > LONGEST_NAME {
+        let bytes = name.len();
+        return Err(BikeError::NameTooLong { bytes });
+    }
+    if matches!(name.trim(), "." | "..") {
+        let name = name.trim().to_owned();
+        return Err(BikeError::NameIsStep { name });
+    }
+    match name.chars().find(|c| is_unseen(*c)) {
+        Some(character) => Err(BikeError::NameUnseen { character }),
+        None => Ok(()),
+    }
 }
 
 /// At most 40 characters of a text from a file, for messages.
@@ -152,7 +149,7 @@ fn keys_of(document: &serde_json::Value) -> Vec<String> {
 }
 
 impl RollParameters {
-    fn validate(&self) -> Result<(), EngineError> {
+    fn validate(&self) -> Result<(), BikeError> {
         let values = [
             ("front_part_mass_kg", self.front_part_mass_kg, MASS_KG),
             ("rear_part_mass_kg", self.rear_part_mass_kg, MASS_KG),
@@ -211,35 +208,27 @@ impl RollParameters {
 impl Bike {
     /// Reads the bike file; the message names the key that is wrong, or those that are not known.
     /// Deserialising by itself is for what was stored, perhaps by another version: it passes over such keys.
-    pub fn from_json(text: &str) -> Result<Self, EngineError> {
+    pub fn from_json(text: &str) -> Result<Self, BikeError> {
         if text.len() > LARGEST_FILE {
-            return Err(EngineError::Bike(format!(
-                "{} bytes, expected at most {LARGEST_FILE}",
-                text.len()
-            )));
+            return Err(BikeError::TooLarge { bytes: text.len() });
         }
-        let keys: BTreeMap<String, IgnoredAny> =
-            json::from_text(text).map_err(EngineError::Bike)?;
-        let bike: Bike = json::from_text(text).map_err(EngineError::Bike)?;
+        let keys: BTreeMap<String, IgnoredAny> = json::from_text(text).map_err(BikeError::Json)?;
+        let bike: Bike = json::from_text(text).map_err(BikeError::Json)?;
         let own = serde_json::to_value(Self::default());
-        let known = keys_of(&own.map_err(|e| EngineError::Bike(e.to_string()))?);
+        let known = keys_of(&own.map_err(|e| BikeError::Json(e.to_string()))?);
         let unknown: Vec<String> = (keys.keys().filter(|key| !known.contains(key)))
             .map(|key| format!("'{}'", shown(key)))
             .take(MOST_NAMED)
             .collect();
         if !unknown.is_empty() {
-            return Err(EngineError::Bike(format!(
-                "unknown key {}, expected {}",
-                unknown.join(", "),
-                known.join(", ")
-            )));
+            return Err(BikeError::UnknownKeys { unknown, known });
         }
         bike.validate()?;
         Ok(bike)
     }
 
     /// Refuses what no bicycle, nor any test rig of a part of one, can be.
-    pub fn validate(&self) -> Result<(), EngineError> {
+    pub fn validate(&self) -> Result<(), BikeError> {
         check_name(&self.bike)?;
         let values = [
             ("mass_front_kg", self.mass_front_kg, MASS_KG),
@@ -259,9 +248,13 @@ impl Bike {
         for axle in Axle::BOTH {
             if let Some(std) = self.mass_std(axle) {
                 let key = format!("mass_{axle}_std_kg");
-                let mass = self.mass(axle).ok_or_else(|| {
-                    EngineError::Bike(format!("{key} is {std:?}, but mass_{axle}_kg is null"))
-                })?;
+                let mass = self
+                    .mass(axle)
+                    .ok_or_else(|| BikeError::DeviationOfNoMass {
+                        key: key.clone(),
+                        std,
+                        axle,
+                    })?;
                 within(&key, std, [0.0, MOST_UNSURE * mass])?;
             }
         }
@@ -285,13 +278,10 @@ impl Bike {
     }
 
     /// The mass on an axle; unknown only where a measured force tells it.
-    pub fn mass_or_force(&self, axle: Axle, has_force: bool) -> Result<Option<f64>, EngineError> {
+    pub fn mass_or_force(&self, axle: Axle, has_force: bool) -> Result<Option<f64>, BikeError> {
         let mass = self.mass(axle);
         if mass.is_none() && !has_force {
-            return Err(EngineError::Bike(format!(
-                "mass_{axle}_kg is null and the ride has no force_{} channel to estimate it from",
-                if axle == Axle::Front { "f" } else { "r" }
-            )));
+            return Err(BikeError::NoMass { axle });
         }
         Ok(mass)
     }

@@ -9,7 +9,7 @@ use crate::diagnosis::fit::estimate::estimate;
 use crate::diagnosis::prepare::Prepared;
 use crate::diagnosis::search::null::FINEST;
 use crate::diagnosis::verdict::judge::Judged;
-use crate::finite::finite;
+use crate::numerics::finite::finite;
 use crate::output_error::rms_valid;
 use crate::report::Estimate;
 use crate::report::diagnosis::{

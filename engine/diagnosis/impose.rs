@@ -203,12 +203,12 @@ fn wrong(problem: String) -> EngineError {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use crate::Silent;
     use crate::diagnosis::effects::ALL;
     use crate::diagnosis::law::Need;
     use crate::report::diagnosis::{Diagnosis, Verdict};
     use crate::settings::Settings;
     use crate::simulate::outing::{SpeedChange, Spring};
-    use crate::{Silent, identify};
 
     fn bike() -> Bike {
         Bike {
@@ -264,7 +264,7 @@ mod tests {
             ..Settings::default()
         };
         let ride = ride(&outing(), &bike(), std::slice::from_ref(effect)).unwrap();
-        identify::identify(&ride, &bike(), &settings, &Silent)
+        crate::identify(&ride, &bike(), &settings, &Silent)
             .unwrap()
             .diagnosis
             .unwrap()

@@ -6,6 +6,7 @@ use crate::EngineError;
 use crate::bicycle::{Bike, PerAxle};
 use crate::diagnosis::dataset::Scene;
 use crate::diagnosis::dataset::dither::{dither, lay_over};
+use crate::diagnosis::effects::users_law;
 use crate::diagnosis::fit::model::stable_substeps;
 use crate::diagnosis::fit::{Effort, FINE, Fitter, Model, Point, Unit};
 use crate::numerics::autoregressive::Colour;
@@ -69,7 +70,7 @@ impl Prepared {
         if base == Base::Damper {
             scene.remove_springs();
         }
-        if let Some(law) = settings.own_law()? {
+        if let Some(law) = users_law(settings)? {
             scene.set_law(&Arc::new(law));
         }
         let fitter = Fitter {

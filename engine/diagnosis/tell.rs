@@ -12,13 +12,13 @@ use super::search::null::FINEST;
 use super::verdict::carries::why_not;
 use super::verdict::judge::held_rms;
 use crate::bicycle::{Axle, Bike, PerAxle};
-use crate::finite::finite;
-use crate::number::significant;
+use crate::document::format_number::significant;
+use crate::numerics::finite::finite;
 use crate::output_error::spread_valid;
 use crate::report::diagnosis::{Diagnosis, EffectName, EffectReport, SwitchedOff, Verdict};
-use crate::report::identifiable::NO_VERDICT;
 use crate::report::windows::Windows;
 use crate::settings::Settings;
+use crate::uncertainty::identifiable::NO_VERDICT;
 
 /// Share of an axle's samples that may be missing without a warning.
 const LOST: f64 = 0.1;

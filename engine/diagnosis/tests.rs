@@ -21,6 +21,7 @@ use super::fit::{Fitter, Point, Term, Unit};
 use super::impose;
 use super::search::null::FINEST;
 use super::search::weak_form;
+use crate::Silent;
 use crate::bicycle::{Axle, Bike, PerAxle};
 use crate::numerics::lanes::LANES;
 use crate::numerics::spline::{cubic, slopes};
@@ -32,7 +33,6 @@ use crate::ride::{AxleRecord, Ride};
 use crate::settings::Settings;
 use crate::simulate::linear::simulate;
 use crate::simulate::outing::{Excitation, Normal, Outing};
-use crate::{Silent, identify};
 
 const K: f64 = 60e3;
 const B: f64 = 500.0;
@@ -128,7 +128,7 @@ fn diagnosed_on(ride: &Ride, bike: &Bike) -> Diagnosis {
         iterations: 2,
         ..Settings::default()
     };
-    let report = identify::identify(ride, bike, &settings, &Silent).unwrap();
+    let report = crate::identify(ride, bike, &settings, &Silent).unwrap();
     report.diagnosis.unwrap()
 }
 
@@ -138,7 +138,7 @@ fn val_the_plain_model_moves_as_the_exact_one() {
     let settings = Settings::default();
     let fits = output_error::fit(&ride, &bike(), &settings, &[PerAxle::default()]);
     let fits = fits.or_else(|_| {
-        let observed = identify::observe(&ride, &bike(), &settings)?;
+        let observed = crate::observe(&ride, &bike(), &settings)?;
         let start = starts_from(&observed.instrumental);
         output_error::fit(&ride, &bike(), &settings, &[start])
     });
@@ -182,7 +182,7 @@ fn val_the_weak_form_finds_a_spring_from_afar() {
     const K3: f64 = 2e10;
     let ride = ride(|_, d, _| K3 * d * d * d);
     let settings = Settings::default();
-    let observed = identify::observe(&ride, &bike(), &settings).unwrap();
+    let observed = crate::observe(&ride, &bike(), &settings).unwrap();
     let start = starts_from(&observed.instrumental);
     let fits = output_error::fit(&ride, &bike(), &settings, &[start]).unwrap();
     let samples = Split::of(&ride, &settings).train.end;
@@ -214,7 +214,7 @@ fn val_the_weak_form_finds_a_spring_from_afar() {
 fn friction_with_little_give_moves_an_axle_by_finite_amounts() {
     let ride = ride(|_, _, _| 0.0);
     let settings = Settings::default();
-    let observed = identify::observe(&ride, &bike(), &settings).unwrap();
+    let observed = crate::observe(&ride, &bike(), &settings).unwrap();
     let start = starts_from(&observed.instrumental);
     let fits = output_error::fit(&ride, &bike(), &settings, &[start]).unwrap();
     let end = Split::of(&ride, &settings).train.end;

@@ -10,7 +10,7 @@ use super::parameters::{CLASS_C, GAIN, Layout, SPEED, index};
 use super::record::{Record, Sensor};
 use super::windows::WINDOW_S;
 use crate::bicycle::{Axle, Bike};
-use crate::number::significant;
+use crate::document::format_number::significant;
 use crate::numerics::spectrum::deviation;
 use crate::output_error;
 use crate::report::{Correction, Estimate, LatentRoad, RoadSpectrum, SensorFound};

@@ -273,7 +273,7 @@ fn hostile_rides_do_no_harm() {
         let mut ride = plain.clone();
         way(&mut ride);
         let found = latent_road(&ride, &bike()).unwrap();
-        let gate = crate::checked::checked("observe", found);
+        let gate = crate::document::checked::<_, crate::EngineError>("observe", found);
         assert!(gate.is_ok(), "{name}: {gate:?}");
     }
     let mut short = plain;

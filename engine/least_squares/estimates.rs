@@ -2,7 +2,7 @@ use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use super::{Found, Point, Theta};
 use crate::bicycle::{Bike, PerAxle};
-use crate::finite::std_error;
+use crate::numerics::finite::std_error;
 use crate::report::{Estimate, RecursivePath};
 use crate::ride::Ride;
 

@@ -1,6 +1,6 @@
 #![allow(clippy::unwrap_used)]
 use crate::bicycle::{Axle, Bike};
-use crate::identify::observe;
+use crate::pipeline::observe;
 use crate::report::Estimate;
 use crate::report::stages::Observed;
 use crate::ride::Ride;

@@ -1,6 +1,6 @@
 //! Times in another unit than was said.
 
-use crate::number::significant;
+use crate::document::format_number::significant;
 use crate::report::{Mistake, MistakeKind};
 use crate::ride::Ride;
 

@@ -2,6 +2,7 @@
 
 pub mod autoregressive;
 pub mod elementary;
+pub mod finite;
 pub mod lanes;
 pub mod modulating;
 pub mod projection;

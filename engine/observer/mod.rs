@@ -23,10 +23,8 @@
 //! order e, e^(2/3) f^(1/3), e^(1/3) f^(2/3). On the paper's bicycle 0.05 mm give 0.2 mm, 0.03 m/s
 //! and 10 m/s^2 at most.
 
-mod accuracy;
 mod jerk;
 
-pub use accuracy::accuracy;
 pub use jerk::bound as jerk_bound;
 
 use rayon::prelude::*;

@@ -14,8 +14,8 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use crate::EngineError;
 use crate::bicycle::{Axle, Bike, PerAxle};
-use crate::finite::std_error;
 use crate::numerics::autoregressive::Colour;
+use crate::numerics::finite::std_error;
 use crate::numerics::spline::slopes;
 use crate::report::Estimate;
 use crate::ride::{AxleRecord, Ride};

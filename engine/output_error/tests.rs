@@ -1,7 +1,7 @@
 #![allow(clippy::unwrap_used)]
 use super::*;
-use crate::identify::observe;
 use crate::output_error::start::starts_from;
+use crate::pipeline::observe;
 use crate::ride::{ReadOptions, read};
 use crate::simulate::linear::simulate;
 use crate::simulate::outing::{Normal, Outing};

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use super::Estimate;
 use super::windows::Windows;
 use crate::bicycle::{Axle, PerAxle};
-use crate::number::Quantity;
+use crate::document::format_number::Quantity;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]

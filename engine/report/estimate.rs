@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::finite::finite;
+use crate::numerics::finite::finite;
 
 /// Stiffness and damping of one axle with their uncertainty.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -1,13 +1,9 @@
 //! The report: the one document that the CLI writes, the API serves and the pages show.
 
-mod comparison;
 pub mod diagnosis;
 mod estimate;
-pub mod identifiable;
-pub mod laser;
 mod latent_road;
 mod mistake;
-mod series;
 pub mod stages;
 pub mod study;
 mod summary;
@@ -22,7 +18,6 @@ use crate::settings::Settings;
 pub use estimate::Estimate;
 pub use latent_road::{Correction, LatentRoad, RoadSpectrum, SensorFound};
 pub use mistake::{Mistake, MistakeKind};
-pub use series::{Curve, Quantity, Series, Window};
 pub use summary::summary;
 
 /// Everything that one identification found out.

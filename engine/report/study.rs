@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::Estimate;
 use super::diagnosis::{EffectName, EffectReport, ParameterReport, SwitchedOff, Verdict};
 use crate::bicycle::{Axle, PerAxle};
-use crate::number::{Number, significant};
+use crate::document::format_number::{Number, significant};
 use crate::settings::Settings;
 
 /// Everything that one joint identification found out.

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::{Estimate, LatentRoad, Report};
 use crate::bicycle::{Axle, PerAxle};
-use crate::number::{Number, significant};
+use crate::document::format_number::{Number, significant};
 
 /// What was understood, every method's parameters, and the verdict.
 pub fn summary(report: &Report) -> String {

@@ -3,7 +3,7 @@
 use super::channel::Channel;
 use super::recording::{Recording, Track};
 use super::values::{is_constant, size};
-use crate::number::significant;
+use crate::document::format_number::significant;
 use crate::numerics::statistics::variance;
 
 /// Fewest equal samples at an extreme that count as clipped.

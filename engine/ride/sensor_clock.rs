@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::clock::Grid;
-use crate::number::Quantity;
+use crate::document::format_number::Quantity;
 
 /// Offsets (s) and drifts (ppm) that the clocks of two files are told within, where the road is rough enough.
 const PROMISED_S: f64 = 1e-3;

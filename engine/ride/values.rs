@@ -1,7 +1,7 @@
 //! The values of a channel.
 
 use super::channel::Channel;
-use crate::number::significant;
+use crate::document::format_number::significant;
 
 pub(super) fn is_constant(values: &[f64]) -> bool {
     values.iter().all(|v| *v == values[0])

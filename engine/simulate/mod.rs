@@ -8,4 +8,5 @@ pub mod outing;
 pub mod road;
 mod sensed;
 pub(crate) mod sensitivity;
+pub mod sensor_noise;
 pub(crate) mod start;

@@ -16,7 +16,7 @@ pub use benchmark::{Line, benchmark};
 
 use crate::EngineError;
 use crate::bicycle::{Bike, PerAxle};
-use crate::checked::checked;
+use crate::document::checked;
 use crate::progress::Progress;
 use crate::report::Trial;
 use crate::report::stages::Observed;
@@ -52,7 +52,7 @@ impl Swarm {
         let kernels = ride.axles.try_map(|axle, record| {
             let theta = unknowns.theta(axle, &middle);
             let target = Target::new(axle, record, ride, settings, theta)?;
-            Ok(Kernel::new(&target, Width::widest()).with_lags(theta))
+            Ok::<_, EngineError>(Kernel::new(&target, Width::widest()).with_lags(theta))
         })?;
         Ok(Self {
             unknowns,

@@ -1,6 +1,6 @@
 #![allow(clippy::unwrap_used)]
 use super::*;
-use crate::identify::observe;
+use crate::pipeline::observe;
 use crate::progress::Silent;
 use crate::settings::Objective;
 use crate::simulate::outing::{Excitation, Normal, Outing};

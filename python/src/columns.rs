@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 use veloid_engine::Ride;
 use veloid_engine::bicycle::Axle;
-use veloid_engine::report::Series;
+use veloid_engine::replay::Series;
 
 pub type Columns<'py> = Vec<(String, Bound<'py, PyByteArray>)>;
 

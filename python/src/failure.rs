@@ -46,7 +46,7 @@ impl Failure {
                 Problem::BadOption { .. } => ("OptionError", error.to_string()),
                 _ => ("RideError", error.to_string()),
             },
-            Self::Engine(EngineError::Bike(message)) => ("BikeError", message.clone()),
+            Self::Engine(EngineError::Bike(error)) => ("BikeError", error.to_string()),
             Self::Engine(error @ EngineError::Setting { .. }) => ("OptionError", error.to_string()),
             Self::Engine(error) => ("IdentificationError", error.to_string()),
             Self::Options(message) => ("OptionError", message.clone()),
@@ -64,16 +64,19 @@ impl Failure {
                 Problem::BadOption { name, .. } => [("key", name)].into_py_dict(py),
                 _ => place_in_file(py, error),
             },
-            Self::Engine(EngineError::Bike(message)) => {
-                [("key", bike_key(message))].into_py_dict(py)
+            Self::Engine(EngineError::Bike(error)) => {
+                [("key", bike_key(&error.to_string()))].into_py_dict(py)
             }
             Self::Engine(EngineError::Setting { name, .. }) => [("key", *name)].into_py_dict(py),
             Self::Engine(EngineError::Ride { axle, .. }) => {
                 [("axle", axle.name())].into_py_dict(py)
             }
-            Self::Engine(
-                EngineError::Diverged { stage, .. } | EngineError::NotFinite { stage, .. },
-            ) => [("stage", *stage)].into_py_dict(py),
+            Self::Engine(EngineError::Diverged { stage, .. }) => {
+                [("stage", *stage)].into_py_dict(py)
+            }
+            Self::Engine(EngineError::NotFinite(found)) => {
+                [("stage", found.stage)].into_py_dict(py)
+            }
             Self::Options(message) => {
                 let key = message.split_once(": ").map(|(key, _)| key);
                 [("key", key)].into_py_dict(py)

@@ -7,8 +7,9 @@ mod input;
 mod run;
 
 use pyo3::prelude::*;
-use veloid_engine::number::Number;
-use veloid_engine::report::{self, Quantity, Report};
+use veloid_engine::document::format_number::Number;
+use veloid_engine::replay::Quantity;
+use veloid_engine::report::{self, Report};
 use veloid_engine::simulate::outing::Outing;
 use veloid_engine::{Bike, Ride, Settings};
 

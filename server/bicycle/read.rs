@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use utoipa::ToSchema;
-use veloid_engine::EngineError;
 use veloid_engine::bicycle::Bike;
 
 use super::fields::{self, EQUAL, Field, NAME, WHEELBASE};
@@ -109,10 +108,7 @@ fn alone(part: &'static str, document: &Map<String, Value>) -> Map<String, Value
 
 fn bike(document: Map<String, Value>) -> Result<Bike, String> {
     let text = Value::Object(document).to_string();
-    Bike::from_json(&text).map_err(|error| match error {
-        EngineError::Bike(detail) => detail,
-        error => error.to_string(),
-    })
+    Bike::from_json(&text).map_err(|error| error.to_string())
 }
 
 /// The two lengths of a bike file on this wheelbase.

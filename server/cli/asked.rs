@@ -69,7 +69,7 @@ pub fn read_bike(path: &Path) -> Result<Bike, CliError> {
     let text = std::fs::read_to_string(path).map_err(CliError::of_file(path))?;
     Bike::from_json(&text).map_err(|source| CliError::Bike {
         path: path.to_owned(),
-        source,
+        source: source.into(),
     })
 }
 

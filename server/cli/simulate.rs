@@ -170,7 +170,7 @@ impl Simulate {
         let lasers = self.lasers()?;
         let logged = lasers.iter().map(|laser| laser.logged(&outing));
         let logged = logged.collect::<Result<Vec<_>, _>>()?;
-        bike.validate()?;
+        bike.validate().map_err(EngineError::from)?;
         if self.split {
             for (name, text) in split::files(&ride, &lasers, &logged) {
                 let path = split::beside(&self.ride, &name);

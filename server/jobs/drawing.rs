@@ -4,7 +4,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
-use veloid_engine::report::{Quantity, Report, Series, Window};
+use veloid_engine::replay::{Quantity, Series, Window};
+use veloid_engine::report::Report;
 use veloid_engine::ride::Ride;
 
 use super::unread::Unread;

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
-use veloid_engine::report::Window;
+use veloid_engine::replay::Window;
 use veloid_engine::ride::{self, Preview, Ride, RideFile, RideSummary};
 
 use super::at_hand::{SMALL, bytes};

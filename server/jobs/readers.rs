@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use rayon::ThreadPoolBuildError;
 use tokio_util::sync::CancellationToken;
-use veloid_engine::report::Window;
+use veloid_engine::replay::Window;
 use veloid_engine::ride::{Preview, Ride};
 
 use super::budget::Budget;

@@ -6,7 +6,7 @@ use askama::Template;
 use axum::extract::State;
 use axum::response::Html;
 use serde::Deserialize;
-use veloid_engine::number::{Quantity, fixed};
+use veloid_engine::document::format_number::{Quantity, fixed};
 
 use super::fleet::{changes, day, label};
 use super::layout::{Fault, Query, filled, html};

@@ -7,7 +7,7 @@ use axum::extract::{RawQuery, State};
 use axum::response::Html;
 use uuid::Uuid;
 use veloid_engine::bicycle::{Axle, PerAxle};
-use veloid_engine::number::{Quantity, fixed};
+use veloid_engine::document::format_number::{Quantity, fixed};
 use veloid_engine::report::{Estimate, Report};
 
 use super::estimate::best;

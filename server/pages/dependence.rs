@@ -3,7 +3,7 @@
 use askama::Template;
 use axum::extract::{RawQuery, State};
 use axum::response::Html;
-use veloid_engine::number::{Number, Quantity, WIDE, fixed};
+use veloid_engine::document::format_number::{Number, Quantity, WIDE, fixed};
 
 use super::fleet::chance;
 use super::layout::{Fault, html};

@@ -3,7 +3,7 @@
 use askama::Template;
 use axum::extract::State;
 use axum::response::Html;
-use veloid_engine::number::Quantity;
+use veloid_engine::document::format_number::Quantity;
 
 use super::layout::{Fault, Path, html};
 use super::words;

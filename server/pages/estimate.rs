@@ -2,9 +2,9 @@
 
 use veloid_engine::bicycle::PerAxle;
 use veloid_engine::report::diagnosis::Verdict;
-use veloid_engine::report::identifiable::NO_VERDICT;
-use veloid_engine::report::laser::misleading;
 use veloid_engine::report::{Estimate, LatentRoad, Report};
+use veloid_engine::uncertainty::identifiable::NO_VERDICT;
+use veloid_engine::uncertainty::laser::misleading;
 
 /// Without a road by the only method that needs none; else with the effects in the model where there are any, or by output
 /// error; without intervals where the record carries no verdict.

@@ -3,7 +3,7 @@
 use askama::Template;
 use axum::extract::State;
 use axum::response::Html;
-use veloid_engine::number::{Quantity, fixed, significant};
+use veloid_engine::document::format_number::{Quantity, fixed, significant};
 
 use super::layout::{Fault, Path, html};
 use super::{verdict, words};

@@ -4,7 +4,7 @@ use askama::Template;
 use axum::extract::{OriginalUri, State};
 use axum::response::Html;
 use serde::Deserialize;
-use veloid_engine::number::{Quantity, fixed};
+use veloid_engine::document::format_number::{Quantity, fixed};
 use veloid_engine::report::diagnosis::Verdict;
 
 use super::layout::{Fault, Query, filled, html};

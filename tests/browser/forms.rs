@@ -1,7 +1,7 @@
 //! Every form on a server with a history: each field filled and blank, each choice, back and reload.
 
 use serde_json::{Value, json};
-use veloid_engine::number::Number;
+use veloid_engine::document::format_number::Number;
 
 use super::chromium::{Browser, Look};
 use super::finished;

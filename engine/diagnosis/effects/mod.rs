@@ -12,8 +12,10 @@ use crate::diagnosis::law::{
 };
 
 pub mod catalogue;
+mod from_settings;
 mod own_law;
 
+pub use from_settings::users_law;
 pub use own_law::Shape;
 
 /// Work that is compiled for each effect.

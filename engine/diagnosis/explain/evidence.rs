@@ -3,7 +3,7 @@
 
 use crate::diagnosis::dataset::Track;
 use crate::diagnosis::fit::Motion;
-use crate::finite::finite;
+use crate::numerics::finite::finite;
 use crate::numerics::spectrum::Spectrum;
 use crate::report::Estimate;
 use crate::report::diagnosis::{Excerpt, ResidualSpectrum, Surface};

@@ -3,7 +3,7 @@
 use crate::diagnosis::dataset::Scene;
 use crate::diagnosis::fit::Motion;
 use crate::diagnosis::residual::omnibus::Leftover;
-use crate::finite::finite;
+use crate::numerics::finite::finite;
 use crate::report::diagnosis::FreeForm;
 
 /// The missing force without a name, on a grid of deflection and rate and along the ride. Empty where the model

@@ -8,10 +8,10 @@ use crate::diagnosis::fit::estimate::estimate;
 use crate::diagnosis::fit::{Fitted, Model, Motion, Slot, Term};
 use crate::diagnosis::law::{Reported, Scale, Values};
 use crate::diagnosis::verdict::affirm::Claim;
-use crate::finite::{finite, std_error};
+use crate::numerics::finite::{finite, std_error};
 use crate::report::Estimate;
 use crate::report::diagnosis::{Consequences, EffectName, EffectReport, ParameterReport, Place};
-use crate::report::identifiable::identified;
+use crate::uncertainty::identifiable::identified;
 
 pub fn name(scene: &Scene, term: &Term) -> EffectName {
     EffectName {

@@ -3,7 +3,7 @@
 use crate::diagnosis::dataset::{Scene, Track};
 use crate::diagnosis::fit::shooting::Prediction;
 use crate::diagnosis::verdict::windows::{Sight, Sights, Supported};
-use crate::finite::finite;
+use crate::numerics::finite::finite;
 use crate::report::windows::{SingleEffect, WindowEffect, WindowStart, Windows};
 
 /// Single effects that are reported.

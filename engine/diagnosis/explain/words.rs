@@ -1,7 +1,7 @@
 //! The verdict in plain words.
 
 use crate::bicycle::{Axle, PerAxle};
-use crate::number::Quantity;
+use crate::document::format_number::Quantity;
 use crate::report::diagnosis::{Base, Diagnosis, HeldOut, Place, Verdict};
 
 fn at(place: Place) -> &'static str {

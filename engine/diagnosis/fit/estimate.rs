@@ -3,7 +3,7 @@
 use super::model::Model;
 use super::unit::Slot;
 use crate::diagnosis::dataset::Scene;
-use crate::finite::std_error;
+use crate::numerics::finite::std_error;
 use crate::report::Estimate;
 
 /// k, B and m of one track under a model.

@@ -15,7 +15,7 @@ use crate::diagnosis::fit::{Effort, FINE, Fitted, Model, Slot, Term};
 use crate::diagnosis::search::Search;
 use crate::diagnosis::search::criteria::cost;
 use crate::diagnosis::search::null::FINEST;
-use crate::finite::finite;
+use crate::numerics::finite::finite;
 use crate::numerics::statistics::chi_square_tail;
 use crate::report::diagnosis::{EffectName, EffectReport, ParameterReport, Verdict};
 use crate::report::study::{LeftAside, StudyAxle, StudyEffect, StudyReport, StudyRide};

@@ -42,7 +42,7 @@ fn val_a_bench_with_laser_and_accelerometer_is_measured_as_by_output_error() {
             iterations: 2,
             ..Settings::default()
         };
-        let report = identify::identify(&ride, &bike, &settings, &Silent).unwrap();
+        let report = crate::identify(&ride, &bike, &settings, &Silent).unwrap();
         let d = report.diagnosis.unwrap();
         assert_eq!(
             d.verdict,

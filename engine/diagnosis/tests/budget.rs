@@ -13,7 +13,7 @@ fn a_spent_budget_ends_the_search_the_same_way_each_time_and_says_so() {
             search_budget,
             ..Settings::default()
         };
-        let report = identify::identify(&strange, &bike(), &settings, &Silent).unwrap();
+        let report = crate::identify(&strange, &bike(), &settings, &Silent).unwrap();
         report.diagnosis.unwrap()
     };
     let said = |d: &Diagnosis| d.warnings.iter().any(|w| w.contains("search_budget"));

@@ -40,7 +40,7 @@ fn each_effect_is_material_by_itself() {
         materiality: 0.3,
         ..Settings::default()
     };
-    let report = identify::identify(&ride, &bike, &settings, &Silent).unwrap();
+    let report = crate::identify(&ride, &bike, &settings, &Silent).unwrap();
     let d = report.diagnosis.unwrap();
     let material = |place| {
         let mut effects = d.effects.iter();

@@ -17,7 +17,7 @@ fn with(law: &str) -> Settings {
 }
 
 fn told(ride: &Ride, law: &str) -> Diagnosis {
-    let report = identify::identify(ride, &bike(), &with(law), &Silent).unwrap();
+    let report = crate::identify(ride, &bike(), &with(law), &Silent).unwrap();
     report.diagnosis.unwrap()
 }
 
@@ -94,7 +94,7 @@ fn val_a_law_of_the_library_moves_the_same_when_it_is_written() {
         };
         let ride = outing.ride();
         let settings = Settings::default();
-        let observed = identify::observe(&ride, &bike(), &settings).unwrap();
+        let observed = crate::observe(&ride, &bike(), &settings).unwrap();
         let start = starts_from(&observed.instrumental);
         let fits = output_error::fit(&ride, &bike(), &settings, &[start]).unwrap();
         let mut scene = Scene::new(&ride, &bike(), &fits, 3000);

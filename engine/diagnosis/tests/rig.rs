@@ -42,7 +42,7 @@ fn told(text: &str) -> Report {
         iterations: 2,
         ..Settings::default()
     };
-    identify::identify(&ride, &bike, &settings, &Silent).unwrap()
+    crate::identify(&ride, &bike, &settings, &Silent).unwrap()
 }
 
 #[test]

@@ -14,7 +14,7 @@ const K3: f64 = 3e9;
 fn stiffening(k3: f64) -> Scene {
     let ride = ride(|_, d, _| k3 * d.powi(3));
     let settings = Settings::default();
-    let observed = identify::observe(&ride, &bike(), &settings).unwrap();
+    let observed = crate::observe(&ride, &bike(), &settings).unwrap();
     let start = starts_from(&observed.instrumental);
     let fits = output_error::fit(&ride, &bike(), &settings, &[start]).unwrap();
     let end = Split::of(&ride, &settings).train.end;

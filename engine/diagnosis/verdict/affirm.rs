@@ -7,8 +7,8 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::bicycle::{Axle, PerAxle};
-use crate::finite::finite;
 use crate::numerics::autoregressive::Colour;
+use crate::numerics::finite::finite;
 
 use super::general_laws::generalised;
 use crate::diagnosis::dataset::Scene;

@@ -12,7 +12,7 @@ use crate::diagnosis::policy;
 use crate::diagnosis::search::Search;
 use crate::diagnosis::search::in_windows::Seen;
 use crate::diagnosis::search::weak_form;
-use crate::finite::finite;
+use crate::numerics::finite::finite;
 use crate::report::diagnosis::Support;
 
 /// What windows see of every track where something is left and that no road passes below: what a tyre does to a road is damped, so that one

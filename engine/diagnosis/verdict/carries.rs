@@ -3,7 +3,7 @@
 use crate::bicycle::Axle;
 use crate::diagnosis::effects::Kind;
 use crate::diagnosis::policy;
-use crate::number::Quantity;
+use crate::document::format_number::Quantity;
 use crate::report::diagnosis::{Diagnosis, EffectReport, Verdict};
 
 /// Why the record carries no verdict, and what to record instead; nothing where it does. `moves`: RMS of what each axle

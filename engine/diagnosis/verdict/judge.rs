@@ -9,7 +9,7 @@ use crate::diagnosis::residual::omnibus::{Leftover, leftover};
 use crate::diagnosis::residual::replicate::{exceeds, is_noisy};
 use crate::diagnosis::residual::resonance::{Inputs, Resonance, resonance};
 use crate::diagnosis::residual::{bursts, coherence};
-use crate::finite::finite;
+use crate::numerics::finite::finite;
 use crate::numerics::spectrum::deviation;
 use crate::numerics::statistics::normal_tail;
 use crate::output_error::{self, Split, rms_valid};

@@ -5,7 +5,7 @@ use axum::response::Response;
 use serde::Deserialize;
 use utoipa::IntoParams;
 use uuid::Uuid;
-use veloid_engine::report::{Quantity, Window};
+use veloid_engine::replay::{Quantity, Window};
 
 use super::report::published;
 use super::view::no_such_job;

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use serde::Serialize;
-use veloid_engine::number::significant;
+use veloid_engine::document::format_number::significant;
 
 use super::figure::Figure;
 use super::machine::Machine;

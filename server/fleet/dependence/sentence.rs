@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use veloid_engine::number::{Number, Quantity, WIDE, fixed, powers};
+use veloid_engine::document::format_number::{Number, Quantity, WIDE, fixed, powers};
 
 use super::variables::{DATE, label, unit};
 use super::view::{Dependence, Influence};

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use veloid_engine::number::significant;
+use veloid_engine::document::format_number::significant;
 use veloid_engine::report::diagnosis::HeldOut;
 
 const ROW: f64 = 26.0;

@@ -1,7 +1,7 @@
 //! The report's diagnosis in words and tables.
 
 use veloid_engine::bicycle::Axle;
-use veloid_engine::number::{Quantity, fixed, powers, significant};
+use veloid_engine::document::format_number::{Quantity, fixed, powers, significant};
 use veloid_engine::report::Report;
 use veloid_engine::report::diagnosis::{
     Detectable, Diagnosis, EffectReport, HeldOut, NextRide, Place, Stronger, Support, Verdict,

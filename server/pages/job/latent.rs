@@ -1,6 +1,6 @@
 //! What was found out about a ride without a road sensor, in lines.
 
-use veloid_engine::number::{Quantity, significant};
+use veloid_engine::document::format_number::{Quantity, significant};
 use veloid_engine::report::{Correction, LatentRoad, SensorFound};
 
 /// Terms and what they are.

@@ -9,7 +9,7 @@ use askama::Template;
 use axum::extract::State;
 use axum::response::{Html, Redirect};
 use uuid::Uuid;
-use veloid_engine::number::{Quantity, fixed, significant};
+use veloid_engine::document::format_number::{Quantity, fixed, significant};
 use veloid_engine::report::Report;
 
 use super::facts::{self, Field};

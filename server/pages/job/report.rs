@@ -1,7 +1,7 @@
 //! The report's numbers as tables.
 
 use veloid_engine::bicycle::{Axle, PerAxle};
-use veloid_engine::number::{Quantity, fixed, significant};
+use veloid_engine::document::format_number::{Quantity, fixed, significant};
 use veloid_engine::report::{Estimate, LatentRoad, Report};
 
 use super::latent;

@@ -4,7 +4,7 @@
 //! its terms are moments (N m), so m33 divides the whole bracket, and m13 multiplies the lateral
 //! acceleration v_y', not v_y.
 
-use super::{Axle, Bike, GRAVITY, RollParameters};
+use crate::bicycle::{Axle, Bike, GRAVITY, RollParameters};
 use crate::observer::{States, differentiate, jerk_bound};
 use crate::report::RollReport;
 use crate::ride::Ride;

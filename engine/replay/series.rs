@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Estimate, Report};
 use crate::bicycle::{Axle, PerAxle};
 use crate::observer::differentiate;
+use crate::report::{Estimate, Report};
 use crate::ride::{AxleRecord, Ride};
 use crate::simulate::linear::{Input, simulate};
 use crate::simulate::start::start;

@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use super::Estimate;
-use crate::number::significant;
+use crate::document::format_number::significant;
+use crate::report::Estimate;
 
 /// Largest standard error beside the value itself: from about here on the 95 % interval holds zero and twice the value.
 const MOST: f64 = 0.5;

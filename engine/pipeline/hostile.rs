@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use proptest::sample::select;
 
 use crate::bicycle::Bike;
-use crate::identify::identify;
+use crate::pipeline::identify::identify;
 use crate::progress::Progress;
 use crate::ride::{RATES_HZ, ReadOptions, Ride, read};
 use crate::settings::Settings;

@@ -3,14 +3,14 @@
 //! again as the channel holds shows by how much (simulation and extrapolation: Cook & Stefanski 1994, J. Am. Stat. Assoc. 89:1314).
 
 use crate::bicycle::{Axle, Bike, PerAxle};
-use crate::number::significant;
+use crate::document::format_number::significant;
 use crate::numerics::spectrum::measured_noise;
-use crate::report::laser::widened;
 use crate::report::{Estimate, Parameters};
 use crate::ride::{AxleRecord, Ride, RoadDoubt};
-use crate::road_doubt::moved;
 use crate::settings::Settings;
 use crate::simulate::outing::Normal;
+use crate::uncertainty::laser::widened;
+use crate::uncertainty::road_variant::moved;
 
 /// Part of the deflection (RMS) below which noise of the road biases k by less than a ten-thousandth.
 const NEGLIGIBLE: f64 = 0.01;

@@ -1,4 +1,4 @@
-use super::States;
+use crate::observer::States;
 use crate::report::ObserverReport;
 
 /// Errors within this many RMS of the ride's second half count as converged.

@@ -1,9 +1,9 @@
 //! Intervals and verdicts of rides whose road was made from a laser: its clock and its noise are in question.
 
-use super::{Estimate, LatentRoad, Parameters};
 use crate::bicycle::{Axle, PerAxle};
-use crate::number::significant;
+use crate::document::format_number::significant;
 use crate::numerics::statistics::normal_tail;
+use crate::report::{Estimate, LatentRoad, Parameters};
 use crate::ride::SensorClock;
 
 /// Largest shares of k and of B that a laser's clock (by one standard error) and noise may move them by in a ride that carries a

@@ -8,19 +8,27 @@ use serde::ser::{
     SerializeTupleStruct, SerializeTupleVariant,
 };
 
-use crate::EngineError;
+/// A result holds a number that is none.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{stage}: {place} is not a finite number")]
+pub struct NotFinite {
+    /// Whose result it is.
+    pub stage: &'static str,
+    /// Way to the number, with points between the keys.
+    pub place: String,
+}
 
 /// The result itself, if all its numbers are finite.
 ///
 /// # Errors
 /// The place of the first number that is none.
-pub fn checked<T: Serialize>(stage: &'static str, result: T) -> Result<T, EngineError> {
+pub fn checked<T: Serialize, E: From<NotFinite>>(stage: &'static str, result: T) -> Result<T, E> {
     match result.serialize(Gate) {
         Ok(()) => Ok(result),
-        Err(Found(path)) => Err(EngineError::NotFinite {
+        Err(Found(path)) => Err(E::from(NotFinite {
             stage,
             place: path.into_iter().rev().collect::<Vec<_>>().join("."),
-        }),
+        })),
     }
 }
 
@@ -256,7 +264,7 @@ mod tests {
 
     fn place<T: Serialize>(result: T) -> Option<String> {
         match checked("observe", result) {
-            Err(EngineError::NotFinite { place, .. }) => Some(place),
+            Err(NotFinite { place, .. }) => Some(place),
             _ => None,
         }
     }

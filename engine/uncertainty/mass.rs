@@ -55,8 +55,8 @@ fn heavier(bike: &Bike) -> Option<Bike> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use crate::Silent;
     use crate::simulate::outing::Outing;
-    use crate::{Silent, identify};
 
     /// On a road k and B are as uncertain as the mass, in parts of themselves.
     #[test]
@@ -74,7 +74,7 @@ mod tests {
             ..Settings::default()
         };
         let ride = Outing::default().ride();
-        let told = |std| identify::identify(&ride, &bike(std), &settings, &Silent).unwrap();
+        let told = |std| crate::identify(&ride, &bike(std), &settings, &Silent).unwrap();
         let (exact, unsure) = (told(None), told(Some(0.46)));
         let [before, after] = [&exact, &unsure].map(|r| r.output_error.front.clone().unwrap());
         assert_eq!((before.k_n_m, before.b_n_s_m), (after.k_n_m, after.b_n_s_m));

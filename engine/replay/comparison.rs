@@ -1,8 +1,8 @@
 //! Table 1 of the paper: errors of the model simulated with each method's parameters.
 
-use super::series::simulated;
-use super::{Comparison, ComparisonRow, Estimate};
 use crate::bicycle::{Axle, PerAxle};
+use crate::replay::series::simulated;
+use crate::report::{Comparison, ComparisonRow, Estimate};
 use crate::ride::{AxleRecord, Ride};
 
 impl Comparison {

@@ -6,8 +6,8 @@ use proptest::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::*;
 use crate::bicycle::Axle;
+use crate::pipeline::identify::*;
 use crate::progress::Silent;
 use crate::ride::AxleRecord;
 use crate::simulate::outing::Outing;

@@ -3,8 +3,8 @@
 use crate::bicycle::{Bike, PerAxle};
 use crate::report::{Estimate, Parameters};
 use crate::ride::Ride;
-use crate::road_doubt::moved;
 use crate::settings::Settings;
+use crate::uncertainty::road_variant::moved;
 
 /// Errors of k and B that come from the road alone: output error again on the road as it may as well have been. Nothing where the
 /// road is in no doubt.

@@ -3,8 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use super::*;
 use crate::diagnosis::impose;
+use crate::pipeline::study::*;
 use crate::progress::Silent;
 use crate::report::diagnosis::{Place, Verdict};
 use crate::simulate::outing::{Outing, Spring};
@@ -81,7 +81,7 @@ fn val_a_spring_too_weak_for_one_ride_is_found_in_eight_and_measured() {
         iterations: 2,
         ..Settings::default()
     };
-    let alone = crate::identify(ride, bike, &settings, &Silent).unwrap();
+    let alone = crate::pipeline::identify(ride, bike, &settings, &Silent).unwrap();
     assert_eq!(alone.diagnosis.unwrap().verdict, Verdict::NothingMissing);
     let report = studied(&rides).unwrap();
     assert_eq!(report.verdict, Verdict::Named, "{}", report.sentence);

@@ -2,16 +2,17 @@
 
 use crate::EngineError;
 use crate::bicycle::load::wheel_load;
-use crate::bicycle::roll::roll;
 use crate::bicycle::{Axle, Bike, GRAVITY, PerAxle};
 use crate::latent_road::latent_road;
 use crate::least_squares::{Deflection, Found, Record, estimates, instrumental, least_squares};
 use crate::numerics::spline::slopes;
-use crate::observer::{States, accuracy, differentiate_all, jerk_bound};
+use crate::observer::{States, differentiate_all, jerk_bound};
 use crate::output_error;
+use crate::replay::accuracy;
 use crate::report::stages::Observed;
 use crate::report::{Estimate, ObserverReport};
 use crate::ride::{AxleRecord, Ride};
+use crate::roll::roll;
 use crate::settings::Settings;
 use crate::simulate::linear::Input;
 

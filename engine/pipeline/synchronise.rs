@@ -6,7 +6,7 @@ use crate::ride::{
     self, Arrays, ClockOffset, Content, ReadError, ReadOptions, Ride, RideFile, RoadDoubt,
     SensorClock,
 };
-use crate::sensor_noise::noise;
+use crate::simulate::sensor_noise::noise;
 
 /// Reads the files of a ride ([`ride::read_on_clocks`]) and brings every laser, with all else that its file holds, to the clock of
 /// the accelerometer on its axle, as far as the ride tells how they go beside each other.

@@ -4,10 +4,10 @@ use rayon::prelude::*;
 
 use crate::EngineError;
 use crate::bicycle::Bike;
-use crate::checked::checked;
 use crate::diagnosis::prepare::Prepared;
 use crate::diagnosis::study::{Ready, study as together};
-use crate::identify::{conclude, diagnose, observe};
+use crate::document::checked;
+use crate::pipeline::identify::{conclude, diagnose, observe};
 use crate::progress::Progress;
 use crate::report::diagnosis::{Base, Verdict};
 use crate::report::study::{LeftAside, StudyReport};

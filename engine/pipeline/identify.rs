@@ -5,23 +5,23 @@ use rayon::prelude::*;
 
 use crate::EngineError;
 use crate::bicycle::{Bike, PerAxle};
-use crate::checked::checked;
 use crate::diagnosis;
-use crate::laser_error::laser_error;
-use crate::mass_error::mass_error;
+use crate::document::checked;
 use crate::mistakes::mistakes;
 use crate::output_error;
 use crate::output_error::start::{start_from, starts_from};
 use crate::progress::Progress;
 use crate::report::diagnosis::Diagnosis;
-use crate::report::identifiable::{MISTAKEN, UNPLACED};
-use crate::report::laser::{are_unplaced, misleading, notes, unconfirmed, widened};
 use crate::report::stages::{Conclusion, Observed};
 use crate::report::{Comparison, Estimate, LatentRoad, Mistake, Report, SwarmReport, Trial};
 use crate::ride::Ride;
-use crate::road_noise::{borne, decides, road_noise_error, worth_telling};
 use crate::settings::Settings;
 use crate::swarm::Swarm;
+use crate::uncertainty::identifiable::{MISTAKEN, UNPLACED};
+use crate::uncertainty::laser::{are_unplaced, misleading, notes, unconfirmed, widened};
+use crate::uncertainty::laser_clock::laser_error;
+use crate::uncertainty::mass::mass_error;
+use crate::uncertainty::road_noise::{borne, decides, road_noise_error, worth_telling};
 
 /// Runs all stages; trials run in parallel on the current rayon pool.
 pub fn identify(
@@ -51,7 +51,10 @@ pub fn identify(
 
 /// Stage `observe`: what is visible at once.
 pub fn observe(ride: &Ride, bike: &Bike, settings: &Settings) -> Result<Observed, EngineError> {
-    checked("observe", crate::observe::observe(ride, bike, settings)?)
+    checked(
+        "observe",
+        crate::pipeline::observe::observe(ride, bike, settings)?,
+    )
 }
 
 /// Stage `conclude`: after the last trial. `trials` in the order of their index.

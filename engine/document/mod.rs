@@ -1,0 +1,10 @@
+//! Documents: what every one that is written passes, JSON that people write, and numbers and names as people read them.
+
+mod finite_gate;
+#[allow(missing_docs)]
+pub mod format_number;
+pub mod json;
+mod unseen;
+
+pub use finite_gate::{NotFinite, checked};
+pub use unseen::is_unseen;

@@ -1,0 +1,13 @@
+//! The order of the work: clocks are set right, the stages follow each other, several rides become a study.
+
+#[cfg(test)]
+mod hostile;
+mod identify;
+mod observe;
+mod study;
+mod synchronise;
+mod validate;
+
+pub use identify::{assemble, conclude, diagnose, identify, observe};
+pub use study::{Ridden, study};
+pub use synchronise::read;
