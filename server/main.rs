@@ -22,10 +22,12 @@ mod lru;
 mod metrics;
 mod options;
 mod pages;
+mod router;
 #[cfg(test)]
 #[path = "../tests/skips.rs"]
 mod skips;
 mod store;
+mod time;
 mod unique;
 mod webhooks;
 

@@ -2,16 +2,17 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::channel::Channel;
-use super::clock_notes::{apart, tell};
-use super::common::{Common, basis, has_only_accelerometers};
 use super::error::ReadError;
 use super::file::{FileSummary, RideFile, sha256_of};
-use super::format::of_bytes;
 use super::recording::Recording;
 use super::several::{Opened, join, open};
-use super::{Column, ReadOptions, Ride, RideSummary, SensorClock, axles, decay, sensed};
+use super::{Column, ReadOptions, Ride, RideSummary, SensorClock};
 use crate::bicycle::{Axle, Bike};
+use crate::ride::channels::channel::Channel;
+use crate::ride::formats::format::of_bytes;
+use crate::ride::signals::clock_notes::{apart, tell};
+use crate::ride::signals::common::{Common, basis, has_only_accelerometers};
+use crate::ride::signals::{axles, decay, sensed};
 
 /// Reads a ride of one file.
 ///

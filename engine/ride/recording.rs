@@ -4,19 +4,19 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use super::Column;
-use super::channel::Channel;
-use super::clock::{Clock, Fit, Pace, drop_at};
 use super::error::{Problem, ReadError};
 use super::file::FileSummary;
-use super::moment::EPOCHS_S;
 use super::options::ReadOptions;
-use super::rates::{RATES_HZ, USUAL_HZ};
-use super::resample::roughness;
-use super::sensor_clock::SensorClock;
-use super::table::{Spec, Table};
-use super::unit::Unit;
-use super::values::{is_constant, size};
-use super::wild;
+use crate::ride::channels::channel::Channel;
+use crate::ride::channels::table::{Spec, Table};
+use crate::ride::channels::unit::Unit;
+use crate::ride::channels::values::{is_constant, size};
+use crate::ride::channels::wild;
+use crate::ride::clocks::clock::{Clock, Fit, Pace, drop_at};
+use crate::ride::clocks::rates::{RATES_HZ, USUAL_HZ};
+use crate::ride::clocks::resample::roughness;
+use crate::ride::clocks::sensor_clock::SensorClock;
+use crate::ride::formats::moment::EPOCHS_S;
 
 /// Largest share of a channel's samples that may be missing.
 const MOST_MISSING: f64 = 0.25;

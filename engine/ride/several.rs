@@ -2,10 +2,10 @@
 
 use super::error::{Problem, ReadError};
 use super::file::{FileSummary, RideFile};
-use super::format::table;
 use super::options::ReadOptions;
 use super::recording::{Recording, list};
-use super::table::Table;
+use crate::ride::channels::table::Table;
+use crate::ride::formats::format::table;
 
 /// A file as a table.
 pub(super) struct Opened {

@@ -233,7 +233,7 @@ fn laser_and_accelerometer_make_road_and_displacement() {
     );
     assert!(warned(&ride, "2.7 samples a swing") && !warned(&ride, "sign"));
     // Both are the truth seen through one filter, so the model's equation holds between them.
-    let band = band::Band {
+    let band = crate::ride::signals::band::Band {
         low_hz: Some(0.5),
         high_hz: Some(0.42 * 30.0),
     };

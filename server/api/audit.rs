@@ -6,12 +6,13 @@ use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
 
+use super::App;
 use super::access::Caller;
 use super::extract::Query;
 use super::list::{Page, limit, without_cursor};
 use super::problem::Problem;
-use super::{App, time};
 use crate::store::audit::{self, AuditRow};
+use crate::time;
 
 /// Something that was done.
 #[derive(Serialize, ToSchema)]

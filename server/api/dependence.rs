@@ -10,11 +10,12 @@ use utoipa::IntoParams;
 use super::access::Caller;
 use super::extract::Query;
 use super::problem::{Kind, Problem};
-use super::{App, Server, names, time};
+use super::{App, Server, names};
 use crate::fleet::{DATE, Dependence, Question};
 use crate::store::bike;
 use crate::store::dependence::{Asked, rides};
 use crate::store::parameter::AXLES;
+use crate::time;
 use crate::unique::shown;
 
 /// Latest rides that are looked at.

@@ -2,7 +2,7 @@
 //! documentation, served as `/openapi.json` and committed as `openapi/openapi.json`.
 
 pub mod access;
-mod audit;
+pub mod audit;
 pub mod bikes;
 pub mod dependence;
 pub mod extract;
@@ -17,17 +17,13 @@ mod parameter_view;
 pub mod parameters;
 pub mod problem;
 pub mod rides;
-mod router;
-mod security;
 pub mod signs;
-mod telemetry;
-pub mod time;
-mod webhooks;
+pub mod webhooks;
 
 use std::sync::Arc;
 use tokio_util::sync::CancellationToken;
 
-pub use router::{document, router};
+pub use crate::router::{document, router};
 
 use self::access::Access;
 use self::long_readers::LongReaders;

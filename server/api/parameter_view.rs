@@ -4,9 +4,9 @@ use serde::Serialize;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-use super::time;
 use crate::facts::Facts;
 use crate::store::parameter::ParameterRow;
+use crate::time;
 
 /// One identified parameter.
 #[derive(Serialize, ToSchema)]

@@ -15,6 +15,7 @@ use crate::files::FileError;
 use crate::jobs::{Fault, OverBudget, Unreadable};
 use crate::options::OptionsError;
 use crate::store;
+use crate::time::TimeError;
 
 /// An error as RFC 9457 has it.
 #[derive(Clone, Debug, Serialize, ToSchema)]
@@ -245,6 +246,12 @@ impl From<FileError> for Problem {
                 Self::new(Kind::FileLost, detail)
             }
         }
+    }
+}
+
+impl From<TimeError> for Problem {
+    fn from(error: TimeError) -> Self {
+        Self::new(Kind::BadRequest, error.to_string())
     }
 }
 

@@ -9,10 +9,10 @@ use veloid_engine::is_unseen;
 use super::CliError;
 use super::storage::Storage;
 use crate::api::access::Token;
-use crate::api::time;
 use crate::store::key::{self, HOME, KeyRow, Scope, Scopes};
 use crate::store::now_ms;
 use crate::store::session::{self, SessionRow};
+use crate::time;
 
 const DAY_MS: i64 = 86_400_000;
 

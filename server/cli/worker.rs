@@ -20,6 +20,7 @@ use crate::files::Files;
 use crate::http::{self, HttpLimits};
 use crate::jobs::{self, Budget, Compute, Gate, Hub, Readers, RideCache, Work};
 use crate::metrics::METRICS;
+use crate::router::connection;
 use crate::store::Db;
 use crate::webhooks::Targets;
 
@@ -149,7 +150,7 @@ fn signs(db: Db, asks: bool) -> Router {
         .route("/healthz", get(|| async { "ok\n" }))
         .route("/readyz", get(ready))
         .route("/metrics", get(figures))
-        .layer(from_fn(access::sound))
+        .layer(from_fn(connection::sound))
 }
 
 /// Cores of this machine.

@@ -7,7 +7,7 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::weighted;
-use crate::api::time;
+use crate::time;
 
 /// Fewest rides on each side of a step.
 const SIDE: usize = 3;

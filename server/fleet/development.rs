@@ -4,7 +4,7 @@
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use crate::api::time;
+use crate::time;
 
 const DAY_MS: f64 = 86_400_000.0;
 /// Fewest rides, and fewest on each side of a step.

@@ -7,8 +7,8 @@ use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::pool::Pooled;
-use crate::api::time;
 use crate::store::parameter::EffectRow;
+use crate::time;
 
 /// A bicycle on which an effect was named.
 #[derive(Debug, Serialize, ToSchema)]

@@ -10,9 +10,9 @@ use super::change::Change;
 use super::development::Development;
 use super::pool::Pooled;
 use super::trend::Trend;
-use crate::api::time;
 use crate::store::Db;
 use crate::store::parameter::{self, BestRow};
+use crate::time;
 
 /// What is followed: axle and parameter.
 pub const FOLLOWED: [(&str, &str); 4] = [

@@ -5,7 +5,6 @@ use axum::extract::{RawQuery, State};
 use axum::response::Html;
 use veloid_engine::document::format_number::{Number, Quantity, WIDE, fixed};
 
-use super::fleet::chance;
 use super::layout::{Fault, html};
 use super::words;
 use crate::api::App;
@@ -14,6 +13,7 @@ use crate::api::dependence::{Params, answer};
 use crate::api::names::PARAMETERS;
 use crate::api::problem::{Kind, Problem};
 use crate::fleet::{DATE, Dependence, Influence, label};
+use crate::pages::bike::chance;
 use crate::store::parameter::AXLES;
 use crate::unique::shown;
 

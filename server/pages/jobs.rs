@@ -14,10 +14,10 @@ use crate::api::access::Caller;
 use crate::api::jobs::view::JobView;
 use crate::api::list::{Page, without_cursor};
 use crate::api::names::{EFFECTS, one_of};
-use crate::api::time;
 use crate::erasure::DAY_MS;
 use crate::store::bike;
 use crate::store::job::{self, State as JobState};
+use crate::time;
 
 const PAGE: i64 = 50;
 const STATES: [JobState; 5] = [

@@ -2,7 +2,7 @@
 
 pub mod assets;
 mod bicycle;
-mod bikes;
+pub mod bike;
 mod compare;
 mod deletion;
 mod dependence;
@@ -11,7 +11,7 @@ mod effects;
 mod estimate;
 mod facts;
 mod feed;
-mod fleet;
+pub mod fleet;
 mod job;
 mod jobs;
 pub mod layout;
@@ -44,7 +44,7 @@ fn with_query() -> Router<Arc<Server>> {
         .route("/sign-in", get(sign_in::form))
         .route("/jobs", get(jobs::list))
         .route("/compare", get(compare::compare))
-        .route("/bikes", get(bikes::bikes))
+        .route("/bikes", get(fleet::bikes))
         .route("/dependence", get(dependence::page))
         .route("/parameters", get(parameters::list))
 }
@@ -64,5 +64,5 @@ fn without_query() -> Router<Arc<Server>> {
         .route("/bikes/{bike}/restore", post(deletion::restore_bike))
         .route("/effects", get(effects::list))
         .route("/effects/{effect}", get(effect::page))
-        .route("/bikes/{bike}", get(fleet::bike))
+        .route("/bikes/{bike}", get(bike::bike))
 }

@@ -14,8 +14,8 @@ use crate::api::access::Caller;
 use crate::api::list::{Page, without_cursor};
 use crate::api::names::{EFFECTS, PARAMETERS};
 use crate::api::parameters::{MOST, Params, cursor, rows};
-use crate::api::time;
 use crate::store::parameter::{self, AXLES, Filter, METHODS, ParameterRow};
+use crate::time;
 
 const PAGE: i64 = 50;
 

@@ -1,7 +1,7 @@
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use crate::api::time;
+use crate::time;
 
 /// What is told of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,11 +6,12 @@ use std::fmt::Write;
 
 use super::*;
 use crate::bicycle::Bike;
+use crate::ride::Ride;
+use crate::ride::formats::track;
+#[cfg(feature = "spreadsheets")]
+use crate::ride::formats::{fit, xlsx};
 use crate::ride::options::FileOptions;
 use crate::ride::read::{preview, read, read_on_clocks};
-use crate::ride::{Ride, track};
-#[cfg(feature = "spreadsheets")]
-use crate::ride::{fit, xlsx};
 
 /// A column of waves at 100 Hz, time stamps written as told.
 fn csv(header: &str, rows: usize, stamp: impl Fn(usize) -> String) -> String {

@@ -62,7 +62,7 @@ impl Caller {
         self.key.map_or(Actor::Keyless, Actor::Key)
     }
 
-    pub(super) fn needs(&self, scope: Scope) -> Result<(), Problem> {
+    pub fn needs(&self, scope: Scope) -> Result<(), Problem> {
         if self.scopes.allow(scope) {
             return Ok(());
         }

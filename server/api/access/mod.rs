@@ -2,10 +2,7 @@
 
 mod bucket;
 mod caller;
-mod connection;
-mod credentials;
-mod door;
-mod headers;
+pub mod credentials;
 mod limits;
 mod session;
 mod token;
@@ -25,10 +22,7 @@ use crate::store::key::{self, KeyRow, Scope};
 use crate::store::{Db, now_ms};
 
 pub use caller::Caller;
-pub use connection::sound;
 pub use credentials::COOKIE;
-pub use door::enter;
-pub use headers::protect;
 pub use limits::Limits;
 pub use session::{sign_in, sign_out};
 pub use token::Token;
@@ -71,7 +65,7 @@ impl Access {
     }
 
     /// Whose request this is.
-    async fn caller(&self, db: &Db, headers: &HeaderMap) -> Result<Caller, Problem> {
+    pub async fn caller(&self, db: &Db, headers: &HeaderMap) -> Result<Caller, Problem> {
         let found = match (bearer(headers), cookie(headers)) {
             (Some(token), _) => Some((self.key(db, token).await?.ok_or_else(unknown)?, None)),
             // A browser whose session or key has ended is one without a key.
@@ -103,7 +97,7 @@ impl Access {
     }
 
     /// Takes a request off what the caller has left.
-    fn spend(&self, caller: &Caller) -> Result<(), Problem> {
+    pub fn spend(&self, caller: &Caller) -> Result<(), Problem> {
         let (Some(key), Some(rate)) = (caller.key, caller.requests_per_minute) else {
             return Ok(());
         };

@@ -2,8 +2,8 @@ use serde::Serialize;
 use utoipa::ToSchema;
 use veloid_engine::bicycle::Bike;
 
-use crate::api::time;
 use crate::store::bike::BikeRow;
+use crate::time;
 
 /// A bicycle of the fleet.
 #[derive(Serialize, ToSchema)]

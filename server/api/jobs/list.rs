@@ -6,13 +6,14 @@ use uuid::Uuid;
 use veloid_engine::report::diagnosis::Verdict;
 
 use super::view::JobView;
+use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::extract::Query;
 use crate::api::list::{Page, limit, without_cursor};
 use crate::api::names;
 use crate::api::problem::Problem;
-use crate::api::{App, time};
 use crate::store::job::{self, State as JobState};
+use crate::time;
 
 #[derive(Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]

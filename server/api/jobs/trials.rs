@@ -6,11 +6,12 @@ use uuid::Uuid;
 use veloid_engine::report::Trial;
 
 use super::view::no_such_job;
+use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::extract::Path;
 use crate::api::problem::Problem;
-use crate::api::{App, time};
 use crate::store::{job, trial};
+use crate::time;
 
 /// One swarm of a job.
 #[derive(Serialize, ToSchema)]

@@ -8,11 +8,11 @@ use veloid_engine::report::Estimate;
 use veloid_engine::ride::RideSummary;
 
 use crate::api::problem::Problem;
-use crate::api::time;
 use crate::facts::Facts;
 use crate::options::Options;
 use crate::store::Db;
 use crate::store::job::{self, Failure, JobRow, Stage, State};
+use crate::time;
 
 /// An identification: where it stands and what is known so far.
 #[derive(Clone, Serialize, ToSchema)]

@@ -8,8 +8,9 @@ use veloid_engine::report::diagnosis::Verdict;
 
 use crate::api::names::{EFFECTS, PARAMETERS};
 use crate::api::problem::{Kind, Problem};
-use crate::api::{Server, names, time};
+use crate::api::{Server, names};
 use crate::store::parameter::{self, AXLES, Filter, Key, METHODS, ParameterRow};
+use crate::time;
 
 /// Most rows of one answer.
 pub const MOST: i64 = 100_000;

@@ -2,13 +2,14 @@ use serde::Serialize;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
+use crate::api::Server;
 use crate::api::jobs::view::JobView;
 use crate::api::list::MOST;
 use crate::api::problem::Problem;
-use crate::api::{Server, time};
 use crate::facts::Facts;
 use crate::store::ride::FileRow;
 use crate::store::{job, ride};
+use crate::time;
 
 /// An uploaded ride.
 #[derive(Serialize, ToSchema)]

@@ -2,8 +2,8 @@ use serde::Serialize;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-use crate::api::time;
 use crate::store::webhook::WebhookRow;
+use crate::time;
 
 /// Where messages go, and of what.
 #[derive(Serialize, ToSchema)]

@@ -5,12 +5,12 @@ use nalgebra::{DMatrix, DVector};
 use super::variables::{DATE, label, unit};
 use super::view::{Dependence, Influence, Known, Place, Point, Predicted, Step};
 use super::{sentence, variables};
-use crate::api::time;
 use crate::fleet::development::Development;
 use crate::fleet::regression::{
     self, Coefficient, Confounding, Data, Fit, Prediction, Refusal, with_steps,
 };
 use crate::store::dependence::RideRow;
+use crate::time;
 
 /// Rides that the points of an answer show at most.
 const POINTS: usize = 1000;

@@ -6,9 +6,9 @@ use veloid_engine::document::format_number::{Number, Quantity, WIDE, fixed, powe
 
 use super::variables::{DATE, label, unit};
 use super::view::{Dependence, Influence};
-use crate::api::time;
 use crate::fleet::development::Kind;
 use crate::fleet::regression::{Coefficient, Prediction};
+use crate::time;
 
 /// Chance below which a fact is said to matter.
 const SURE: f64 = 0.05;

@@ -1,0 +1,219 @@
+//! The channels that a ride file may hold, and how their names stand in a header.
+
+use crate::bicycle::Axle;
+use crate::ride::channels::unit::{Dimension, Unit};
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Channel {
+    Time,
+    Road(Axle),
+    Displacement(Axle),
+    Deflection(Axle),
+    Force(Axle),
+    Acceleration(Axle),
+    Speed,
+    Cadence,
+    Roll,
+    Steer,
+    YawRate,
+    LateralSpeed,
+}
+
+use Axle::{Front, Rear};
+use Channel::*;
+
+impl Channel {
+    pub const ALL: [Channel; 17] = [
+        Time,
+        Road(Front),
+        Road(Rear),
+        Displacement(Front),
+        Displacement(Rear),
+        Deflection(Front),
+        Deflection(Rear),
+        Force(Front),
+        Force(Rear),
+        Acceleration(Front),
+        Acceleration(Rear),
+        Speed,
+        Cadence,
+        Roll,
+        Steer,
+        YawRate,
+        LateralSpeed,
+    ];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Time => "t",
+            Road(Front) => "u_f",
+            Road(Rear) => "u_r",
+            Displacement(Front) => "z_f",
+            Displacement(Rear) => "z_r",
+            Deflection(Front) => "d_f",
+            Deflection(Rear) => "d_r",
+            Force(Front) => "force_f",
+            Force(Rear) => "force_r",
+            Acceleration(Front) => "a_f",
+            Acceleration(Rear) => "a_r",
+            Speed => "v",
+            Cadence => "cadence",
+            Roll => "roll",
+            Steer => "steer",
+            YawRate => "yaw_rate",
+            LateralSpeed => "v_lat",
+        }
+    }
+
+    pub fn dimension(self) -> Dimension {
+        match self {
+            Time => Dimension::Time,
+            Road(_) | Displacement(_) | Deflection(_) => Dimension::Length,
+            Force(_) => Dimension::Force,
+            Acceleration(_) => Dimension::Acceleration,
+            Speed | LateralSpeed => Dimension::Speed,
+            Cadence => Dimension::Cadence,
+            Roll | Steer => Dimension::Angle,
+            YawRate => Dimension::AngularRate,
+        }
+    }
+
+    /// The channel called exactly `name`, in any case.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL
+            .into_iter()
+            .find(|c| c.name().eq_ignore_ascii_case(name.trim()))
+    }
+
+    /// Whether the identification stands on this channel.
+    pub fn is_essential(self) -> bool {
+        self.has_axle()
+    }
+
+    /// All names, for messages.
+    pub fn known() -> String {
+        Self::ALL.map(Self::name).join(", ")
+    }
+
+    fn has_axle(self) -> bool {
+        matches!(
+            self,
+            Road(_) | Displacement(_) | Deflection(_) | Force(_) | Acceleration(_)
+        )
+    }
+}
+
+/// A header cell taken apart.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Heading<'a> {
+    pub channel: Option<Channel>,
+    /// Header text without the unit.
+    pub name: &'a str,
+    /// Unit as written, where one is.
+    pub unit: Option<&'a str>,
+    /// Whether the unit follows an underscore, where a part of the name may be mistaken for one.
+    pub underscore: bool,
+}
+
+/// Takes `z_f`, `z_f [mm]`, `z_f (mm)`, `z_f:mm` or `z_f_mm` apart.
+///
+/// After an underscore only a unit of the right dimension counts, except on axle channels, where
+/// any ending is taken for a unit (`z_f_furlong` is refused later, `steer_torque` is another column).
+pub fn heading(cell: &str) -> Heading<'_> {
+    let cell = cell.trim();
+    let (name, unit) = split_unit(cell);
+    if unit.is_some() {
+        return Heading {
+            channel: Channel::named(name),
+            name,
+            unit,
+            underscore: false,
+        };
+    }
+    if let Some(channel) = Channel::named(cell) {
+        return Heading {
+            channel: Some(channel),
+            name: cell,
+            unit: None,
+            underscore: false,
+        };
+    }
+    let suffixed = Channel::ALL.into_iter().find_map(|channel| {
+        let head = cell.get(..channel.name().len())?;
+        let ending = cell.get(channel.name().len()..)?.strip_prefix('_')?;
+        let fits = head.eq_ignore_ascii_case(channel.name())
+            && (channel.has_axle() || Unit::parse(ending, channel.dimension()).is_some());
+        fits.then_some(Heading {
+            channel: Some(channel),
+            name: head,
+            unit: Some(ending),
+            underscore: true,
+        })
+    });
+    suffixed.unwrap_or(Heading {
+        channel: None,
+        name: cell,
+        unit: None,
+        underscore: false,
+    })
+}
+
+fn split_unit(cell: &str) -> (&str, Option<&str>) {
+    for (open, close) in [('[', ']'), ('(', ')')] {
+        if let Some(inside) = cell.strip_suffix(close)
+            && let Some((name, unit)) = inside.rsplit_once(open)
+        {
+            return (name.trim(), Some(unit.trim()));
+        }
+    }
+    match cell.split_once(':') {
+        Some((name, unit)) if !unit.trim().is_empty() => (name.trim(), Some(unit.trim())),
+        _ => (cell, None),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_way_to_write_a_unit() {
+        for cell in ["z_f [mm]", "z_f(mm)", " z_f:mm", "z_f_mm", "Z_F [ mm ]"] {
+            let h = heading(cell);
+            assert_eq!(
+                (h.channel, h.unit),
+                (Some(Displacement(Front)), Some("mm")),
+                "{cell}"
+            );
+        }
+        assert_eq!(heading("z_r").unit, None);
+        assert_eq!(heading("v_lat").channel, Some(LateralSpeed));
+        assert_eq!(heading("v_km_h").unit, Some("km_h"));
+        assert_eq!(heading("yaw_rate_deg_s").channel, Some(YawRate));
+        assert_eq!(heading("t_ms").channel, Some(Time));
+    }
+
+    #[test]
+    fn other_columns_stay_other() {
+        for cell in [
+            "steer_torque",
+            "t_gps",
+            "velocity",
+            "roll_rate",
+            "",
+            "V1 [V]",
+            "\u{b5}",
+        ] {
+            assert_eq!(heading(cell).channel, None, "{cell}");
+        }
+        assert_eq!(heading("V1 [V]").name, "V1");
+        assert_eq!(heading("z_f_furlong").unit, Some("furlong"));
+    }
+
+    #[test]
+    fn names_round_trip() {
+        for c in Channel::ALL {
+            assert_eq!(Channel::named(c.name()), Some(c));
+        }
+    }
+}

@@ -1,0 +1,225 @@
+//! Units that may stand in a header, and the factors that make them SI.
+
+/// What a channel measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dimension {
+    Time,
+    Length,
+    Speed,
+    Acceleration,
+    Force,
+    Angle,
+    AngularRate,
+    /// Crank rate, kept in revolutions per minute.
+    Cadence,
+}
+
+use Dimension::*;
+
+/// A unit as written in the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unit {
+    pub name: String,
+    /// Multiplies the file's numbers to make them SI (rpm for cadence).
+    pub scale: f64,
+}
+
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+const RPM: f64 = std::f64::consts::TAU / 60.0;
+const G: f64 = crate::bicycle::GRAVITY;
+
+const UNITS: &[(Dimension, &[&str], f64)] = &[
+    (Time, &["s", "sec", "secs", "second", "seconds"], 1.0),
+    (Time, &["ms", "msec", "millis"], 1e-3),
+    (Time, &["us", "usec"], 1e-6),
+    (Time, &["ns"], 1e-9),
+    (Time, &["min"], 60.0),
+    (Length, &["m", "metre", "meter"], 1.0),
+    (Length, &["mm"], 1e-3),
+    (Length, &["cm"], 1e-2),
+    (Length, &["um"], 1e-6),
+    (Length, &["in", "inch"], 0.0254),
+    (Length, &["ft"], 0.3048),
+    (Speed, &["m/s", "mps"], 1.0),
+    (Speed, &["mm/s"], 1e-3),
+    (Speed, &["km/h", "kmh", "kph"], 1.0 / 3.6),
+    (Speed, &["mph", "mi/h"], 0.44704),
+    (Speed, &["ft/s", "fps"], 0.3048),
+    (Acceleration, &["m/s2", "ms2", "ms-2", "mps2", "m/s/s"], 1.0),
+    (Acceleration, &["mm/s2"], 1e-3),
+    (Acceleration, &["cm/s2"], 1e-2),
+    (Acceleration, &["ft/s2"], 0.3048),
+    (Acceleration, &["g"], G),
+    (Acceleration, &["mg"], 1e-3 * G),
+    (Force, &["n", "newton"], 1.0),
+    (Force, &["kn"], 1e3),
+    (Force, &["lbf"], 4.448_221_615_260_5),
+    (Force, &["kgf"], G),
+    (Angle, &["rad"], 1.0),
+    (Angle, &["mrad"], 1e-3),
+    (Angle, &["deg"], DEGREE),
+    (AngularRate, &["rad/s"], 1.0),
+    (AngularRate, &["mrad/s"], 1e-3),
+    (AngularRate, &["deg/s", "dps"], DEGREE),
+    (AngularRate, &["rpm"], RPM),
+    (Cadence, &["rpm", "1/min", "rev/min"], 1.0),
+    (Cadence, &["hz", "1/s", "rps", "rev/s"], 60.0),
+    (Cadence, &["rad/s"], 1.0 / RPM),
+    (Cadence, &["deg/s"], DEGREE / RPM),
+];
+
+/// Units without a dimension of their own: a sensor's voltage stands for whatever it is mapped to.
+const PLAIN: &[(&str, f64)] = &[("v", 1.0), ("volt", 1.0), ("mv", 1e-3), ("si", 1.0)];
+
+impl Unit {
+    pub fn si(dimension: Dimension) -> Self {
+        Self {
+            name: dimension.si_name().to_owned(),
+            scale: 1.0,
+        }
+    }
+
+    /// Of stamps that nothing else can be.
+    pub fn milliseconds() -> Self {
+        Self {
+            name: "ms".to_owned(),
+            scale: 1e-3,
+        }
+    }
+
+    /// Of stamps that are times of day: they are in seconds since the first one.
+    pub fn time_of_day() -> Self {
+        Self {
+            name: "time of day".to_owned(),
+            scale: 1.0,
+        }
+    }
+
+    /// The unit written as `text`, if it measures `dimension`.
+    pub fn parse(text: &str, dimension: Dimension) -> Option<Self> {
+        let key = normalise(text);
+        let scale = UNITS
+            .iter()
+            .find(|(d, names, _)| *d == dimension && names.contains(&key.as_str()))
+            .map(|(_, _, scale)| *scale)
+            .or_else(|| PLAIN.iter().find(|(n, _)| *n == key).map(|(_, s)| *s))?;
+        Some(Self {
+            name: text.trim().to_owned(),
+            scale,
+        })
+    }
+
+    /// Whether `text` is a unit of anything.
+    pub fn is_one(text: &str) -> bool {
+        let key = normalise(text);
+        UNITS
+            .iter()
+            .any(|(_, names, _)| names.contains(&key.as_str()))
+            || PLAIN.iter().any(|(n, _)| *n == key)
+    }
+
+    pub fn is_voltage(&self) -> bool {
+        matches!(normalise(&self.name).as_str(), "v" | "volt" | "mv")
+    }
+}
+
+impl Dimension {
+    pub fn si_name(self) -> &'static str {
+        match self {
+            Time => "s",
+            Length => "m",
+            Speed => "m/s",
+            Acceleration => "m/s^2",
+            Force => "N",
+            Angle => "rad",
+            AngularRate => "rad/s",
+            Cadence => "rpm",
+        }
+    }
+
+    /// The units of this dimension, for messages.
+    pub fn expected(self) -> &'static str {
+        match self {
+            Time => "s, ms, us, ns or min",
+            Length => "m, mm, cm, um, in or ft",
+            Speed => "m/s, mm/s, km/h, mph or ft/s",
+            Acceleration => "m/s^2, mm/s^2, cm/s^2, ft/s^2, g or mg",
+            Force => "N, kN, lbf or kgf",
+            Angle => "rad, mrad or deg",
+            AngularRate => "rad/s, mrad/s, deg/s or rpm",
+            Cadence => "rpm, Hz, rad/s or deg/s",
+        }
+    }
+}
+
+/// Lower case, without blanks and carets, with ASCII in place of signs.
+fn normalise(text: &str) -> String {
+    let mut key = String::new();
+    for c in text.trim().chars().flat_map(char::to_lowercase) {
+        match c {
+            ' ' | '^' => {}
+            '\u{b5}' | '\u{3bc}' => key.push('u'),
+            '\u{b2}' => key.push('2'),
+            '\u{b0}' => key.push_str("deg"),
+            '_' => key.push('/'),
+            c => key.push(c),
+        }
+    }
+    key
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn scales_are_exact() {
+        let scale = |text, dimension| Unit::parse(text, dimension).map(|u| u.scale);
+        assert_eq!(scale("mm", Length), Some(1e-3));
+        assert_eq!(scale("\u{b5}m", Length), Some(1e-6));
+        assert_eq!(scale("in", Length), Some(0.0254));
+        assert_eq!(scale("km/h", Speed), Some(1.0 / 3.6));
+        assert_eq!(scale("km_h", Speed), Some(1.0 / 3.6));
+        assert_eq!(scale("m/s\u{b2}", Acceleration), Some(1.0));
+        assert_eq!(scale("m/s^2", Acceleration), Some(1.0));
+        assert_eq!(scale("g", Acceleration), Some(9.80665));
+        assert_eq!(scale("kN", Force), Some(1e3));
+        assert_eq!(scale("min", Time), Some(60.0));
+        assert_eq!(scale("\u{b0}/s", AngularRate), Some(DEGREE));
+        assert!((scale("rad/s", Cadence).unwrap() - 9.549_296_585_513_72).abs() < 1e-12);
+        assert_eq!(scale("V", Force), Some(1.0));
+    }
+
+    #[test]
+    fn other_dimensions_are_refused() {
+        for (text, dimension) in [
+            ("kg", Length),
+            ("m", Force),
+            ("furlong", Length),
+            ("", Time),
+        ] {
+            assert_eq!(Unit::parse(text, dimension), None, "{text}");
+        }
+        assert!(Unit::is_one("km/h") && Unit::is_one("V") && !Unit::is_one("z_f"));
+    }
+
+    #[test]
+    fn messages_list_only_units_that_are_known() {
+        for d in [
+            Time,
+            Length,
+            Speed,
+            Acceleration,
+            Force,
+            Angle,
+            AngularRate,
+            Cadence,
+        ] {
+            for unit in d.expected().replace(" or ", ", ").split(", ") {
+                assert!(Unit::parse(unit, d).is_some(), "{unit}");
+            }
+            assert_eq!(Unit::parse(d.si_name(), d).unwrap().scale, 1.0);
+        }
+    }
+}

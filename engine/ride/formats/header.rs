@@ -1,0 +1,262 @@
+//! From column names to channels and units.
+
+use crate::ride::channels::channel::{Channel, Heading, heading};
+use crate::ride::channels::table::Spec;
+use crate::ride::channels::unit::Unit;
+use crate::ride::error::{Problem, ReadError};
+use crate::ride::options::ReadOptions;
+
+/// Columns that a file offers. `names` are blank in a file without a header.
+pub struct Offered<'a> {
+    pub names: &'a [String],
+    /// A row of units below the header.
+    pub units: &'a [String],
+    /// Line of the header.
+    pub line: Option<usize>,
+}
+
+/// What was made of the columns.
+#[derive(Debug, Default)]
+pub struct Recognised {
+    pub specs: Vec<Spec>,
+    /// Channels of the mapping whose column is not here, but may be in another file.
+    pub unfound: Vec<String>,
+    pub ignored: Vec<String>,
+    pub warnings: Vec<String>,
+}
+
+impl Offered<'_> {
+    /// Chooses the columns that hold channels: by the mapping first, then by name.
+    pub fn recognise(&self, options: &ReadOptions) -> Result<Recognised, ReadError> {
+        let mut channels: Vec<Option<Channel>> = vec![None; self.names.len()];
+        let mut unfound = Vec::new();
+        for (name, column) in &options.map {
+            let channel = Channel::named(name).ok_or_else(|| Problem::UnknownChannel {
+                channel: name.clone(),
+                known: Channel::known(),
+            })?;
+            let Some(index) = self.find(column) else {
+                if options.elsewhere.contains(name) {
+                    unfound.push(name.clone());
+                    continue;
+                }
+                let missing = Problem::MissingColumn {
+                    channel: name.clone(),
+                    column: column.clone(),
+                    found: self.list(),
+                };
+                return Err(missing.into());
+            };
+            if let Some(other) = channels[index] {
+                return Err(self.blame(index, duplicate(other, index + 1)));
+            }
+            channels[index] = Some(channel);
+        }
+        let mapped = channels.clone();
+        let mut out = Recognised {
+            unfound,
+            ..Recognised::default()
+        };
+        for (index, name) in self.names.iter().enumerate() {
+            let h = heading(name);
+            let channel = mapped[index].or(h
+                .channel
+                .filter(|c| !(mapped.contains(&Some(*c)) || h.underscore && self.has_plain(*c))));
+            let Some(channel) = channel else {
+                if !name.is_empty() {
+                    out.ignored.push(name.clone());
+                }
+                continue;
+            };
+            if let Some(first) = out.specs.iter().find(|s| s.channel == channel) {
+                return Err(self.blame(index, duplicate(channel, first.number)));
+            }
+            let unit = self.unit(index, &h, channel, mapped[index].is_some())?;
+            if unit.is_voltage() {
+                out.warnings.push(format!(
+                    "{name}: volts are taken as {} of {}",
+                    channel.dimension().si_name(),
+                    channel.name()
+                ));
+            }
+            out.specs.push(Spec {
+                number: index + 1,
+                header: name.clone(),
+                channel,
+                unit,
+            });
+        }
+        Ok(out)
+    }
+
+    /// The unit in the header, else in the units row, else SI.
+    fn unit(
+        &self,
+        index: usize,
+        heading: &Heading<'_>,
+        channel: Channel,
+        mapped: bool,
+    ) -> Result<Unit, ReadError> {
+        let dimension = channel.dimension();
+        let in_header = heading.unit.filter(|unit| {
+            // The name of a mapped column is free text: its ending need not be a unit.
+            !(mapped && heading.underscore) || Unit::parse(unit, dimension).is_some()
+        });
+        let below = self.units.get(index).map(String::as_str);
+        let text = in_header.or(below).unwrap_or_default();
+        let text = text.trim_matches(['[', ']', '(', ')', ' ']);
+        if text.is_empty() || text == "-" {
+            return Ok(Unit::si(dimension));
+        }
+        Unit::parse(text, dimension).ok_or_else(|| {
+            self.blame(
+                index,
+                Problem::UnknownUnit {
+                    unit: text.to_owned(),
+                    channel: channel.name(),
+                    expected: dimension.expected(),
+                },
+            )
+        })
+    }
+
+    /// A column by its header text, by its name without the unit, or by its number.
+    fn find(&self, column: &str) -> Option<usize> {
+        let column = column.trim();
+        let by = |f: &dyn Fn(&str) -> bool| self.names.iter().position(|n| f(n));
+        if column.is_empty() {
+            return None;
+        }
+        by(&|n| n == column)
+            .or_else(|| by(&|n| n.eq_ignore_ascii_case(column)))
+            .or_else(|| by(&|n| heading(n).name.eq_ignore_ascii_case(column)))
+            .or_else(|| {
+                let number: usize = column.parse().ok()?;
+                (1..=self.names.len()).contains(&number).then(|| number - 1)
+            })
+    }
+
+    fn has_plain(&self, channel: Channel) -> bool {
+        self.names
+            .iter()
+            .any(|n| Channel::named(n) == Some(channel))
+    }
+
+    fn blame(&self, index: usize, problem: Problem) -> ReadError {
+        let error = ReadError::from(problem).in_column(index + 1, &self.names[index]);
+        match self.line {
+            Some(line) => error.at_line(line),
+            None => error,
+        }
+    }
+
+    /// The columns, for messages.
+    pub fn list(&self) -> String {
+        let mut shown: Vec<String> = (self.names.iter().enumerate().take(20))
+            .map(|(i, n)| match n.as_str() {
+                "" => (i + 1).to_string(),
+                n => n.chars().take(40).collect(),
+            })
+            .collect();
+        if self.names.len() > shown.len() {
+            shown.push(format!("{} more", self.names.len() - shown.len()));
+        }
+        shown.join(", ")
+    }
+}
+
+fn duplicate(channel: Channel, first: usize) -> Problem {
+    Problem::DuplicateColumn {
+        channel: channel.name().to_owned(),
+        first,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn recognise(names: &str, units: &str, map: &[(&str, &str)]) -> Result<Recognised, ReadError> {
+        let split = |s: &str| -> Vec<String> { s.split(',').map(|s| s.trim().into()).collect() };
+        let map = map
+            .iter()
+            .map(|(a, b)| ((*a).into(), (*b).into()))
+            .collect();
+        let options = ReadOptions {
+            map,
+            ..ReadOptions::default()
+        };
+        let units = if units.is_empty() {
+            Vec::new()
+        } else {
+            split(units)
+        };
+        Offered {
+            names: &split(names),
+            units: &units,
+            line: Some(1),
+        }
+        .recognise(&options)
+    }
+
+    fn found(names: &str, units: &str, map: &[(&str, &str)]) -> Vec<(usize, &'static str, f64)> {
+        let out = recognise(names, units, map).unwrap();
+        out.specs
+            .iter()
+            .map(|s| (s.number, s.channel.name(), s.unit.scale))
+            .collect()
+    }
+
+    #[test]
+    fn channels_by_name_and_by_mapping() {
+        assert_eq!(
+            found("t,z_f [mm],gps", "", &[]),
+            [(1, "t", 1.0), (2, "z_f", 1e-3)]
+        );
+        assert_eq!(
+            found("V1,V2 [mV],", "", &[("force_f", "V1"), ("z_f", "v2")]),
+            [(1, "force_f", 1.0), (2, "z_f", 1e-3)]
+        );
+        assert_eq!(
+            found(",,,", "", &[("t", "2"), ("z_f", "3")]),
+            [(2, "t", 1.0), (3, "z_f", 1.0)]
+        );
+        assert_eq!(
+            found("z_f,raw_in", "", &[("z_f", "raw_in")]),
+            [(2, "z_f", 1.0)]
+        );
+        assert_eq!(
+            found("z_f_raw", "", &[("z_f", "z_f_raw")]),
+            [(1, "z_f", 1.0)]
+        );
+        assert_eq!(found("z_f_raw,z_f", "", &[]), [(2, "z_f", 1.0)]);
+        assert_eq!(
+            found("t,z_f", "ms,(mm)", &[]),
+            [(1, "t", 1e-3), (2, "z_f", 1e-3)]
+        );
+        assert_eq!(recognise("t,z_f,gps,", "", &[]).unwrap().ignored, ["gps"]);
+    }
+
+    #[test]
+    fn faults_name_the_column() {
+        let fault = |names, units, map: &[_]| {
+            let e = recognise(names, units, map).unwrap_err();
+            (e.kind(), e.column().map(|(n, _)| n))
+        };
+        assert_eq!(fault("t,z_f [furlong]", "", &[]), ("unknown-unit", Some(2)));
+        assert_eq!(fault("t,z_f", "s,kg", &[]), ("unknown-unit", Some(2)));
+        assert_eq!(fault("z_f,z_f", "", &[]), ("duplicate-column", Some(2)));
+        assert_eq!(
+            fault("z_f [mm],z_f_mm", "", &[]),
+            ("duplicate-column", Some(2))
+        );
+        assert_eq!(
+            fault("a", "", &[("z_f", "a"), ("z_r", "1")]),
+            ("duplicate-column", Some(1))
+        );
+        assert_eq!(fault("a", "", &[("z_f", "b")]), ("missing-column", None));
+        assert_eq!(fault("a", "", &[("z_f", "0")]), ("missing-column", None));
+        assert_eq!(fault("a", "", &[("z", "a")]), ("unknown-channel", None));
+    }
+}

@@ -1,0 +1,596 @@
+//! MATLAB level 5 files (saved with -v6 or -v7): vectors, columns of matrices and fields of
+//! structures become columns (`m#2` is the second of a matrix m). Format: "MAT-File Format", MathWorks, 2022, chapter 1.
+//!
+//! Read with bounds on everything, in two passes: names and shapes first, then only the columns
+//! that hold channels.
+
+use std::io::Read;
+
+use crate::ride::channels::table::{Table, measured};
+use crate::ride::error::{Problem, ReadError};
+use crate::ride::formats::header::Offered;
+use crate::ride::options::ReadOptions;
+
+const HEADER: usize = 128;
+const DEEPEST: usize = 4;
+/// Data types of elements.
+const MATRIX: u32 = 14;
+const COMPRESSED: u32 = 15;
+/// Array classes.
+const STRUCTURE: u8 = 2;
+const NUMERIC: std::ops::RangeInclusive<u8> = 6..=15;
+const OPAQUE: u8 = 17;
+/// Flag of an array with an imaginary part.
+const COMPLEX: u32 = 0x800;
+
+pub fn is_mat(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"MATLAB ") && matches!(bytes.get(126..HEADER), Some(b"IM" | b"MI"))
+}
+
+/// Reads a .mat file.
+pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadError> {
+    if bytes.len() as u64 > options.limits.bytes {
+        return Err(Problem::TooLarge {
+            bytes: bytes.len() as u64,
+            limit: options.limits.bytes,
+        }
+        .into());
+    }
+    if bytes.starts_with(b"MATLAB 7.3") {
+        return Err(Problem::MatV73.into());
+    }
+    let big_endian = &bytes[126..HEADER] == b"MI";
+    let file = File { bytes, big_endian };
+    let mut offered = Vec::new();
+    file.columns(&mut |column, _| {
+        offered.push(column.clone());
+        Ok(())
+    })?;
+    if offered.is_empty() {
+        return Err(corrupt("no variables in it").into());
+    }
+    if offered.len() > options.limits.columns {
+        return Err(Problem::TooMany {
+            what: "columns",
+            limit: options.limits.columns,
+        }
+        .into());
+    }
+    let names: Vec<String> = offered.iter().map(|o| o.name.clone()).collect();
+    // Scalars and texts cannot be channels: unnamed, they are not recognised.
+    let vectors: Vec<String> = (offered.iter())
+        .map(|o| {
+            if o.length > 1 {
+                o.name.clone()
+            } else {
+                String::new()
+            }
+        })
+        .collect();
+    let recognised = Offered {
+        names: &vectors,
+        units: &[],
+        line: None,
+    }
+    .recognise(options)?;
+    let rows = recognised
+        .specs
+        .iter()
+        .map(|s| offered[s.number - 1].length)
+        .max()
+        .unwrap_or(0);
+    for spec in &recognised.specs {
+        let Offer {
+            name,
+            length: found,
+            complex,
+        } = &offered[spec.number - 1];
+        if *complex {
+            let variable = name.split('#').next().unwrap_or(name).to_owned();
+            let problem = Problem::ComplexNumbers { variable };
+            return Err(ReadError::from(problem).in_column(spec.number, &spec.header));
+        }
+        let found = *found;
+        if found != rows {
+            let problem = Problem::RaggedRow {
+                found,
+                expected: rows,
+            };
+            return Err(ReadError::from(problem).in_column(spec.number, &spec.header));
+        }
+    }
+    let most = options
+        .limits
+        .rows
+        .min(((2 << 20) + bytes.len() / 2) / recognised.specs.len().max(1));
+    if rows > most {
+        return Err(Problem::TooMany {
+            what: "rows",
+            limit: most,
+        }
+        .into());
+    }
+    let (from, to) = options.rows.unwrap_or((0, rows));
+    if rows > 0 && from >= rows {
+        return Err(Problem::BadRows { from, to, rows }.into());
+    }
+    let to = to.min(rows);
+    let mut table = Table {
+        rows: to - from.min(to),
+        warnings: recognised.warnings,
+        unfound: recognised.unfound,
+        format: "MATLAB level 5".to_owned(),
+        ignored: (names.iter().enumerate())
+            .filter(|(i, _)| recognised.specs.iter().all(|s| s.number != i + 1))
+            .map(|(_, name)| name.clone())
+            .collect(),
+        ..Table::default()
+    };
+    let mut number = 0;
+    file.columns(&mut |_, numbers| {
+        number += 1;
+        let Some(spec) = recognised.specs.iter().find(|s| s.number == number) else {
+            return Ok(());
+        };
+        let values: Vec<f64> = numbers.iter().skip(from).take(to - from).collect();
+        measured(&values, options.is_missing(b"NaN"))
+            .map_err(|(at, problem)| spec.blame(problem).at_sample(from + at + 1))?;
+        table.columns.push((spec.clone(), values));
+        Ok(())
+    })?;
+    Ok(table)
+}
+
+/// A column that the file offers; of length 0 if it does not hold numbers.
+#[derive(Clone)]
+struct Offer {
+    name: String,
+    length: usize,
+    /// Whether an imaginary part goes with it, which no channel has.
+    complex: bool,
+}
+
+impl Offer {
+    /// Something that is no column of numbers.
+    fn other(name: String) -> Self {
+        Self {
+            name,
+            length: 0,
+            complex: false,
+        }
+    }
+}
+
+/// The numbers of a column as they lie in the file.
+struct Numbers<'a> {
+    kind: u32,
+    bytes: &'a [u8],
+    big_endian: bool,
+}
+
+type Visit<'v> = dyn FnMut(&Offer, &Numbers<'_>) -> Result<(), ReadError> + 'v;
+
+struct File<'a> {
+    bytes: &'a [u8],
+    big_endian: bool,
+}
+
+impl File<'_> {
+    /// Visits every column in the order of the file.
+    fn columns(&self, visit: &mut Visit<'_>) -> Result<(), ReadError> {
+        let mut elements = Elements {
+            rest: &self.bytes[HEADER..],
+            big_endian: self.big_endian,
+        };
+        // As for packed text: a bound on what is unpacked, whatever is in it.
+        let most = (32 << 20) + 4 * self.bytes.len() as u64;
+        let mut unpacked = 0;
+        while let Some((kind, data)) = elements.next()? {
+            match kind {
+                COMPRESSED => {
+                    let inside = unpack(data, most - unpacked, self.big_endian)
+                        .map_err(|e| corrupt(&e.to_string()))?;
+                    unpacked += inside.len() as u64;
+                    if unpacked > most {
+                        return Err(Problem::GzipBomb {
+                            packed: self.bytes.len(),
+                            what: "bytes",
+                            limit: most,
+                        }
+                        .into());
+                    }
+                    let mut inner = Elements {
+                        rest: &inside,
+                        big_endian: self.big_endian,
+                    };
+                    if let Some((MATRIX, data)) = inner.next()? {
+                        matrix(inner.of(data), None, 0, visit)?;
+                    }
+                }
+                MATRIX => matrix(elements.of(data), None, 0, visit)?,
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A packed element, as long as its tag says, up to `most` bytes and one.
+fn unpack(packed: &[u8], most: u64, big_endian: bool) -> std::io::Result<Vec<u8>> {
+    let mut decoder = flate2::read::ZlibDecoder::new(packed).take(most + 1);
+    let mut inside = Vec::new();
+    decoder.by_ref().take(8).read_to_end(&mut inside)?;
+    let tag = Elements {
+        rest: &[],
+        big_endian,
+    };
+    let said = (inside.get(4..8))
+        .and_then(|size| tag.u32(size))
+        .unwrap_or(0);
+    // Once and whole: a buffer that doubles is there twice while it grows.
+    inside.reserve_exact(u64::from(said).min(most + 1) as usize);
+    decoder.take(said.into()).read_to_end(&mut inside)?;
+    Ok(inside)
+}
+
+/// One array: a numeric one is visited, a structure is entered, others are only named.
+fn matrix(
+    mut parts: Elements<'_>,
+    field: Option<&str>,
+    depth: usize,
+    visit: &mut Visit<'_>,
+) -> Result<(), ReadError> {
+    let Some((_, flags)) = parts.next()? else {
+        return Ok(());
+    };
+    let flags = parts.u32(flags).unwrap_or(0);
+    let (class, complex) = (flags as u8, flags & COMPLEX != 0);
+    if class == OPAQUE {
+        let name = parts
+            .next()?
+            .map(|(_, name)| text(name))
+            .unwrap_or_default();
+        let name = format!("{name} (an object or table: save table2struct(T, 'ToScalar', true))");
+        return visit(&Offer::other(name), &Numbers::none());
+    }
+    let shape: Vec<usize> = (parts.expect("its size")?.chunks_exact(4))
+        .map(|b| parts.u32(b).unwrap_or(0) as usize)
+        .collect();
+    let own_name = text(parts.expect("its name")?);
+    let name = field.map_or(own_name, str::to_owned);
+    if class == STRUCTURE && depth < DEEPEST && shape.iter().all(|n| *n == 1) {
+        let width = parts.expect("its fields")?;
+        let width = parts.u32(width).unwrap_or(0) as usize;
+        let names = parts.expect("its fields")?;
+        if width == 0 || width > 1024 {
+            return Err(corrupt("field names of impossible length").into());
+        }
+        for name in names.chunks(width) {
+            let field = parts.expect("a field")?;
+            matrix(parts.of(field), Some(&text(name)), depth + 1, visit)?;
+        }
+        return Ok(());
+    }
+    if !NUMERIC.contains(&class) || shape.len() != 2 {
+        return visit(&Offer::other(name), &Numbers::none());
+    }
+    let Some((kind, bytes)) = parts.next()? else {
+        return visit(&Offer::other(name), &Numbers::none());
+    };
+    let numbers = Numbers {
+        kind,
+        bytes,
+        big_endian: parts.big_endian,
+    };
+    let (rows, columns) = (shape[0], shape[1]);
+    if rows.checked_mul(columns) != Some(numbers.len()) {
+        return Err(corrupt(&format!("{name} does not hold {rows} x {columns} numbers")).into());
+    }
+    if rows == 1 || columns == 1 {
+        let length = rows * columns;
+        let offer = Offer {
+            name,
+            length,
+            complex,
+        };
+        return visit(&offer, &numbers);
+    }
+    for column in 0..columns.min(1024) {
+        let offer = Offer {
+            name: format!("{name}#{}", column + 1),
+            length: rows,
+            complex,
+        };
+        visit(&offer, &numbers.part(column * rows, rows))?;
+    }
+    Ok(())
+}
+
+/// Data elements one after the other.
+struct Elements<'a> {
+    rest: &'a [u8],
+    big_endian: bool,
+}
+
+impl<'a> Elements<'a> {
+    fn of(&self, data: &'a [u8]) -> Elements<'a> {
+        Elements {
+            rest: data,
+            big_endian: self.big_endian,
+        }
+    }
+
+    fn u32(&self, bytes: &[u8]) -> Option<u32> {
+        let bytes: [u8; 4] = bytes.get(..4)?.try_into().ok()?;
+        Some(if self.big_endian {
+            u32::from_be_bytes(bytes)
+        } else {
+            u32::from_le_bytes(bytes)
+        })
+    }
+
+    /// Type and data of the next element.
+    fn next(&mut self) -> Result<Option<(u32, &'a [u8])>, Problem> {
+        if self.rest.len() < 8 {
+            return Ok(None);
+        }
+        let (Some(tag), Some(size)) = (self.u32(self.rest), self.u32(&self.rest[4..])) else {
+            return Ok(None);
+        };
+        let (kind, start, size, whole) = if tag >> 16 != 0 {
+            let size = (tag >> 16) as usize;
+            (tag & 0xffff, 4, size.min(4), 8)
+        } else {
+            let size = size as usize;
+            let padded = if tag == COMPRESSED {
+                size
+            } else {
+                size.next_multiple_of(8)
+            };
+            (tag, 8, size, 8 + padded)
+        };
+        let data = (self.rest.get(start..start + size))
+            .ok_or_else(|| corrupt("it ends within a variable"))?;
+        self.rest = self.rest.get(whole..).unwrap_or_default();
+        Ok(Some((kind, data)))
+    }
+
+    fn expect(&mut self, what: &str) -> Result<&'a [u8], Problem> {
+        let element = self.next()?;
+        element
+            .map(|(_, data)| data)
+            .ok_or_else(|| corrupt(&format!("a variable without {what}")))
+    }
+}
+
+impl<'a> Numbers<'a> {
+    fn none() -> Self {
+        Numbers {
+            kind: 1,
+            bytes: &[],
+            big_endian: false,
+        }
+    }
+
+    fn width(&self) -> usize {
+        match self.kind {
+            1 | 2 => 1,
+            3 | 4 => 2,
+            5..=7 => 4,
+            _ => 8,
+        }
+    }
+
+    fn len(&self) -> usize {
+        self.bytes.len() / self.width()
+    }
+
+    fn part(&self, from: usize, length: usize) -> Numbers<'a> {
+        let width = self.width();
+        Numbers {
+            bytes: &self.bytes[from * width..(from + length) * width],
+            ..*self
+        }
+    }
+
+    fn iter(&self) -> impl Iterator<Item = f64> {
+        self.bytes.chunks_exact(self.width()).map(|chunk| {
+            let mut b = [0; 8];
+            b[..chunk.len()].copy_from_slice(chunk);
+            if self.big_endian {
+                b[..chunk.len()].reverse();
+            }
+            let [b0, b1, b2, b3, ..] = b;
+            match self.kind {
+                1 => f64::from(b0 as i8),
+                2 => f64::from(b0),
+                3 => f64::from(i16::from_le_bytes([b0, b1])),
+                4 => f64::from(u16::from_le_bytes([b0, b1])),
+                5 => f64::from(i32::from_le_bytes([b0, b1, b2, b3])),
+                6 => f64::from(u32::from_le_bytes([b0, b1, b2, b3])),
+                7 => f64::from(f32::from_le_bytes([b0, b1, b2, b3])),
+                12 => i64::from_le_bytes(b) as f64,
+                13 => u64::from_le_bytes(b) as f64,
+                _ => f64::from_le_bytes(b),
+            }
+        })
+    }
+}
+
+fn text(bytes: &[u8]) -> String {
+    let end = bytes.iter().position(|b| *b == 0).unwrap_or(bytes.len());
+    String::from_utf8_lossy(&bytes[..end]).trim().to_owned()
+}
+
+fn corrupt(cause: &str) -> Problem {
+    Problem::Corrupt {
+        format: "MATLAB",
+        cause: cause.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// Written by scipy.io.savemat 1.x, past the header: t (1x4 double), z_f_mm (4x1 int16), a text
+    /// and a scalar, unpacked.
+    const PLAIN: &str = "0e00000050000000060000000800000006000000000000000500000008000000010000000400\
+         00000100010074000000090000002000000000000000000000007b14ae47e17a843f7b14ae47\
+         e17a943fb81e85eb51b89e3f0e0000004000000006000000080000000a000000000000000500\
+         000008000000040000000100000001000000060000007a5f665f6d6d00000300000008000000\
+         01000200030004000e0000003000000006000000080000000400000000000000050000000800\
+         00000100000002000000010004006e6f746510000200686900000e0000003800000006000000\
+         0800000006000000000000000500000008000000010000000100000001000200667300000900\
+         0000080000000000000000005940";
+    /// Packed: a structure ride with t, z_f and a structure more with u_f (single); a matrix m (4x2).
+    const PACKED: &str = "0f00000094000000789ce3636060686064606003d21c40ccc40001ac503e231cb3301465a6a4\
+         b2026956a8183f1097801457c5a73130e4e617a53230f001b9010c08f3d8b098c702a5418013\
+         88151810a05a649dfbc3aa167b083dc57e875cebebc01df3ec2933f7823d847e00a55f40e90f\
+         60731b1888f13f4c9c056a0f0b4329d0db20fd0e48fad909b80b242f007757833d44bb830300\
+         22cc1b420f0000003a000000789ce36360602800623620e680d220c00ae5b300311310330261\
+         2e90e6046207060c00151280d21250fa833d84e680f245a0b48c0300c8e9046d";
+
+    fn file(hex: &str) -> Vec<u8> {
+        let mut bytes = b"MATLAB 5.0 MAT-file".to_vec();
+        bytes.resize(124, b' ');
+        bytes.extend_from_slice(b"\x00\x01IM");
+        let digits = |i| u8::from_str_radix(&hex[i..i + 2], 16).unwrap();
+        bytes.extend((0..hex.len()).step_by(2).map(digits));
+        bytes
+    }
+
+    fn columns(bytes: &[u8], map: &[(&str, &str)]) -> Result<Vec<(String, Vec<f64>)>, ReadError> {
+        let map = map
+            .iter()
+            .map(|(a, b)| ((*a).into(), (*b).into()))
+            .collect();
+        let options = ReadOptions {
+            map,
+            ..ReadOptions::default()
+        };
+        let table = read(bytes, &options)?;
+        Ok(table
+            .columns
+            .into_iter()
+            .map(|(s, v)| (s.channel.name().to_owned(), v))
+            .collect())
+    }
+
+    #[test]
+    fn val_files_written_by_scipy() {
+        assert!(is_mat(&file(PLAIN)) && !is_mat(b"MATLAB export,1,2"));
+        let t = ("t".to_owned(), vec![0.0, 0.01, 0.02, 0.03]);
+        let z = ("z_f".to_owned(), vec![1.0, 2.0, 3.0, 4.0]);
+        assert_eq!(columns(&file(PLAIN), &[]).unwrap(), [t.clone(), z]);
+        let table = read(&file(PLAIN), &ReadOptions::default()).unwrap();
+        assert_eq!(table.ignored, ["note", "fs"]);
+        assert_eq!(table.columns[1].0.unit.scale, 1e-3);
+        let z = ("z_f".to_owned(), vec![0.25, 0.5, 0.75, 1.0]);
+        let u = ("u_f".to_owned(), vec![0.0, 1.0, 2.0, 3.0]);
+        assert_eq!(
+            columns(&file(PACKED), &[]).unwrap(),
+            [t.clone(), z.clone(), u.clone()]
+        );
+        let a = ("a_f".to_owned(), vec![1.0, 3.0, 5.0, 7.0]);
+        assert_eq!(
+            columns(&file(PACKED), &[("a_f", "m#2")]).unwrap(),
+            [t, z, u, a]
+        );
+    }
+
+    #[test]
+    fn faults() {
+        let kind = |bytes: &[u8], map: &[_]| columns(bytes, map).unwrap_err().kind();
+        let mut bytes = file(PLAIN);
+        bytes.truncate(bytes.len() - 4);
+        assert_eq!(kind(&bytes, &[]), "corrupt-file");
+        assert_eq!(kind(&file(""), &[]), "corrupt-file");
+        assert_eq!(kind(&file(PACKED), &[("z_f", "x")]), "missing-column");
+        let mut v73 = file(PLAIN);
+        v73[..10].copy_from_slice(b"MATLAB 7.3");
+        assert_eq!(kind(&v73, &[]), "mat-v73");
+        let nan = file(&PLAIN.replace("7b14ae47e17a843f", "000000000000f87f"));
+        let e = columns(&nan, &[]).unwrap_err();
+        assert_eq!(
+            (e.kind(), e.sample(), e.column()),
+            ("not-finite", Some(2), Some((1, "t")))
+        );
+    }
+
+    /// `z_f_mm` of [`PLAIN`] said to be complex; what no channel is read from may be what it likes.
+    #[test]
+    fn a_complex_channel_is_refused_by_name() {
+        let complex = file(&PLAIN.replacen("0a00000000000000", "0a08000000000000", 1));
+        let e = columns(&complex, &[]).unwrap_err();
+        assert_eq!(
+            (e.kind(), e.column()),
+            ("complex-numbers", Some((2, "z_f_mm")))
+        );
+        assert!(e.to_string().contains("save real(z_f_mm)"), "{e}");
+        let note = file(&PLAIN.replacen("7a5f665f6d6d", "6f746865725f", 1));
+        assert!(columns(&note, &[]).is_ok());
+        let note = file(&PLAIN.replacen("7a5f665f6d6d", "6f746865725f", 1).replacen(
+            "0a00000000000000",
+            "0a08000000000000",
+            1,
+        ));
+        assert!(columns(&note, &[]).is_ok());
+        // The second column of a complex matrix.
+        let matrix = matrix(0x806, &[1.0, 2.0, 3.0, 4.0]);
+        let e = columns(&matrix, &[("z_f", "m#2")]).unwrap_err();
+        assert!(e.to_string().contains("save real(m) or imag(m)"), "{e}");
+    }
+
+    /// A matrix `m` of two columns with these flags.
+    fn matrix(flags: u32, numbers: &[f64]) -> Vec<u8> {
+        let element = |kind: u32, data: &[u8]| {
+            let mut out = [kind.to_le_bytes(), (data.len() as u32).to_le_bytes()].concat();
+            out.extend(data);
+            out.resize(out.len().next_multiple_of(8), 0);
+            out
+        };
+        let data: Vec<u8> = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
+        let shape = [
+            (numbers.len() as u32 / 2).to_le_bytes(),
+            2_u32.to_le_bytes(),
+        ]
+        .concat();
+        let parts = [
+            element(6, &u64::from(flags).to_le_bytes()),
+            element(5, &shape),
+            element(1, b"m"),
+            element(9, &data),
+        ]
+        .concat();
+        let mut bytes = file("");
+        bytes.extend(element(14, &parts));
+        bytes
+    }
+
+    #[test]
+    fn numbers_that_no_sensor_gives_are_refused() {
+        let e = |x: f64| {
+            columns(&matrix(6, &[1.0, 2.0, 3.0, x]), &[("z_f", "m#2")])
+                .map_err(|e| (e.kind(), e.sample()))
+        };
+        assert_eq!(e(1e300), Err(("out-of-range", Some(2))));
+        assert_eq!(e(f64::INFINITY), Err(("not-finite", Some(2))));
+        assert!(e(-1e15).is_ok());
+    }
+
+    #[test]
+    fn a_packed_bomb_is_refused() {
+        use std::io::Write;
+        let mut e = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
+        // A matrix of 40 MB.
+        e.write_all(&[14, 0, 0, 0, 0, 0, 0x80, 2]).unwrap();
+        e.write_all(&vec![0; 40 << 20]).unwrap();
+        let data = e.finish().unwrap();
+        let mut bytes = file("0f000000");
+        bytes.extend((data.len() as u32).to_le_bytes());
+        bytes.extend(data);
+        assert_eq!(columns(&bytes, &[]).unwrap_err().kind(), "gzip-bomb");
+    }
+}

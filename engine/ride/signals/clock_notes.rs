@@ -1,0 +1,106 @@
+//! What is said of the clocks of a ride's sensors and files.
+
+use crate::ride::RideSummary;
+use crate::ride::channels::channel::Channel;
+use crate::ride::clocks::sensor_clock::SensorClock;
+use crate::ride::file::FileSummary;
+use crate::ride::recording::Recording;
+
+/// What clocks of files are compared by.
+const ONLY: &str = "only a laser beside an accelerometer on its axle tells that, and neither their time stamps nor an offset do";
+
+/// One clock for each that goes on its own: sensors of one file share its clock.
+pub fn apart(clocks: &[SensorClock]) -> impl Iterator<Item = &SensorClock> {
+    let mut files: Vec<&String> = Vec::new();
+    clocks.iter().filter(move |clock| {
+        let Some(file) = &clock.file else { return true };
+        let is_new = !files.contains(&file);
+        files.push(file);
+        is_new
+    })
+}
+
+/// Says how the clocks were found to go, and of each file whose clock was not compared why it stands as it does.
+pub fn tell(recording: &mut Recording, clocks: &[SensorClock]) {
+    for clock in apart(clocks) {
+        if clock.applied || clock.found.is_none() || clock.file.is_some() {
+            recording.warnings.push(clock.told());
+        }
+        if clock.is_weak()
+            && let Some(file) = &clock.file
+        {
+            recording.warnings.push(format!(
+                "the clock of {file} is known less well than to 1 ms and 5 ppm: the road is smooth, the ride short or slow, or the \
+                 sensors are noisy"
+            ));
+        }
+    }
+    let beside = |name: &str| {
+        clocks
+            .iter()
+            .any(|c| c.beside_file.as_deref() == Some(name))
+    };
+    let compared =
+        |name: &str| beside(name) || clocks.iter().any(|c| c.file.as_deref() == Some(name));
+    let files = || recording.files.iter();
+    let reference = (files().find(|f| beside(&f.name)))
+        .or(files().find(|f| f.dated))
+        .or(files().next());
+    let Some(reference) = reference.map(|f| f.name.clone()) else {
+        return;
+    };
+    for file in &mut recording.files {
+        if file.name != reference && !compared(&file.name) {
+            let why = kept(file, &reference);
+            recording.warnings.push(format!("{}: {why}", file.name));
+            file.kept = Some(why);
+        }
+    }
+}
+
+/// Clocks that k and B rest on and that nobody knows: those of files that hold a channel of an axle, that neither stamps nor the
+/// user place, and that were not compared with another file.
+pub fn unknown(summary: &RideSummary, compared: &[SensorClock]) -> Vec<SensorClock> {
+    let axle_channel = |file: &FileSummary| {
+        let own = (summary.columns.iter()).filter(|c| c.file.as_deref() == Some(&file.name));
+        let mut own = own.filter(|c| Channel::named(&c.channel).is_some_and(Channel::is_essential));
+        own.next().map(|c| c.channel.clone())
+    };
+    let is_compared = |file: &FileSummary| {
+        let mut files = compared.iter().flat_map(|c| [&c.file, &c.beside_file]);
+        files.any(|other| other.as_ref() == Some(&file.name))
+    };
+    let mut told = (summary.files.iter()).filter_map(|f| Some((f, axle_channel(f)?)));
+    let beside = (told.clone()).find(|(f, _)| is_compared(f) || f.dated);
+    let Some((reference, beside)) = beside.or(told.next()) else {
+        return Vec::new();
+    };
+    let files = summary
+        .files
+        .iter()
+        .filter(|f| f.name != reference.name && !f.is_placed() && !is_compared(f));
+    let unknown = files.filter_map(|file| {
+        Some(SensorClock {
+            channel: axle_channel(file)?,
+            beside: beside.clone(),
+            file: Some(file.name.clone()),
+            beside_file: Some(reference.name.clone()),
+            reason: Some(ONLY.to_owned()),
+            ..SensorClock::default()
+        })
+    });
+    unknown.collect()
+}
+
+fn kept(file: &FileSummary, reference: &str) -> String {
+    let nothing = "nothing in it shows a motion that another file shows too, so that its clock could not be compared";
+    match file.dated {
+        true => {
+            format!("{nothing}: its time stamps, which say when they were taken, stand as they are")
+        }
+        false => format!(
+            "{nothing}: its time stamps do not say when they were taken, and it was placed to begin at {:.3} s, beside {reference}",
+            file.from_s
+        ),
+    }
+}

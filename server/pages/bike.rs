@@ -1,0 +1,177 @@
+//! One bicycle of the fleet.
+
+use askama::Template;
+use axum::extract::State;
+use axum::response::Html;
+use veloid_engine::document::format_number::{Quantity, fixed, significant};
+
+use crate::api::App;
+use crate::api::access::Caller;
+use crate::api::bikes::course::RIDES;
+use crate::api::jobs::view::JobView;
+use crate::api::problem::Problem;
+use crate::erasure::DAY_MS;
+use crate::fleet::{self, Course, Development, Kind};
+use crate::pages::layout::{Fault, Path, html};
+use crate::pages::{verdict, words};
+use crate::store::{bike, job};
+
+/// Latest jobs on a bicycle's page.
+const JOBS: i64 = 20;
+
+/// What a parameter of an axle is called.
+pub fn label(axle: &str, name: &str) -> String {
+    let letter = if name == "k_n_m" { "k" } else { "B" };
+    format!("{letter} {axle}")
+}
+
+#[derive(Template)]
+#[template(path = "bike.html")]
+struct BikePage {
+    name: String,
+    /// The name as it stands in a query.
+    query: String,
+    /// Address of the data of the plots.
+    course: String,
+    courses: Vec<CourseRow>,
+    notices: Vec<String>,
+    /// With their verdicts in words.
+    jobs: Vec<(JobView, Option<String>)>,
+    document: String,
+    grace_days: i64,
+}
+
+struct CourseRow {
+    name: String,
+    rides: usize,
+    pooled: Quantity,
+    heterogeneity: String,
+    trend: String,
+    change: String,
+}
+
+impl BikePage {
+    fn has_parquet(&self) -> bool {
+        cfg!(feature = "parquet")
+    }
+
+    fn here(&self) -> &'static str {
+        ""
+    }
+}
+
+pub fn chance(p: f64) -> String {
+    if p < 1e-3 {
+        "p\u{a0}<\u{a0}0.001".to_owned()
+    } else {
+        format!("p\u{a0}=\u{a0}{}", significant(p, 2))
+    }
+}
+
+impl CourseRow {
+    fn of(course: &Course) -> Option<Self> {
+        let pooled = course.pooled.as_ref()?;
+        let plain = |x: f64| Quantity::rough(x, 3, &course.unit).to_string();
+        let share = fixed(100.0 * pooled.heterogeneity, 0);
+        Some(Self {
+            name: label(&course.axle, &course.name),
+            rides: pooled.rides,
+            pooled: Quantity::new(pooled.value, Some(pooled.std_error), &course.unit),
+            heterogeneity: match pooled.p_heterogeneous {
+                _ if pooled.rides < 2 => "one ride".to_owned(),
+                Some(p) => format!(
+                    "{} ({share} % of the scatter, {})",
+                    plain(pooled.between_rides),
+                    chance(p)
+                ),
+                None => plain(pooled.between_rides),
+            },
+            trend: course.trend.as_ref().map_or_else(
+                || "too few rides".to_owned(),
+                |t| {
+                    format!(
+                        "{} in 30 days ({})",
+                        plain(30.0 * t.per_day),
+                        chance(t.p_value)
+                    )
+                },
+            ),
+            change: course.change.as_ref().map_or_else(
+                || "too few rides".to_owned(),
+                |c| {
+                    format!(
+                        "{} to {} at {} ({})",
+                        plain(c.before),
+                        plain(c.after),
+                        day(&c.at),
+                        chance(c.p_value)
+                    )
+                },
+            ),
+        })
+    }
+}
+
+/// The day of an RFC 3339 time.
+pub fn day(time: &str) -> &str {
+    time.get(..10).unwrap_or(time)
+}
+
+/// What has changed for certain, in a sentence each.
+fn notices(courses: &[Course]) -> Vec<String> {
+    let told = |course: &Course| {
+        let name = label(&course.axle, &course.name);
+        let value = course.pooled.as_ref()?.value;
+        let said = changes(course.development.as_ref()?, value)?;
+        Some(format!("{name} {said}."))
+    };
+    courses.iter().filter_map(told).collect()
+}
+
+/// A drift, a step or both, as shares of a value.
+pub fn changes(development: &Development, value: f64) -> Option<String> {
+    let percent = |change: f64| format!("{} %", fixed(100.0 * change / value, 1));
+    let drifts = || {
+        format!(
+            "drifts by {} in 30 days",
+            percent(30.0 * development.per_day)
+        )
+    };
+    let stepped = || {
+        let at = development.at.as_deref().map_or("", day);
+        format!("changed by {} at {at}", percent(development.step))
+    };
+    match development.kind {
+        Kind::None => None,
+        Kind::Drift => Some(drifts()),
+        Kind::Step => Some(stepped()),
+        Kind::Both => Some(format!("{} and {}", drifts(), stepped())),
+    }
+}
+
+pub async fn bike(
+    State(server): App,
+    caller: Caller,
+    Path(name): Path<String>,
+) -> Result<Html<String>, Fault> {
+    let row = bike::find(&server.db, &caller.group, &name).await?;
+    let row = row.ok_or_else(|| Problem::not_found("the bike"))?;
+    let history = fleet::history(&server.db, &caller.group, &name, RIDES).await?;
+    let filter = job::Filter {
+        group: &caller.group,
+        bike: Some(&name),
+        ..job::Filter::default()
+    };
+    let jobs = job::page(&server.db, &filter, JOBS).await?;
+    let jobs = jobs.into_iter().map(JobView::from).collect();
+    html(&BikePage {
+        query: form_urlencoded::byte_serialize(name.as_bytes()).collect(),
+        course: format!("/v1{}/course", words::bike_page(&name)),
+        courses: history.courses.iter().filter_map(CourseRow::of).collect(),
+        notices: notices(&history.courses),
+        jobs: verdict::told(&server.db, jobs).await?,
+        document: serde_json::to_string_pretty(&row.document.0).map_err(Problem::internal)?,
+        grace_days: server.policy.grace_ms / DAY_MS,
+        name,
+    })
+}
