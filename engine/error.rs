@@ -18,7 +18,7 @@ pub enum EngineError {
     /// The ride holds too little to identify anything on this axle.
     #[error("{axle} axle: {problem}")]
     Ride {
-        /// The axle that it is told of.
+        /// The axle that it is reported of.
         axle: Axle,
         /// What is lacking.
         problem: String,

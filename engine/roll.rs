@@ -205,7 +205,7 @@ fn states(signal: &[f64], step: f64) -> States {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::simulate::outing::Outing;
+    use crate::simulate::simulated_ride::SimulatedRide;
 
     fn parameters() -> RollParameters {
         RollParameters {
@@ -314,9 +314,9 @@ mod tests {
 
     #[test]
     fn section_says_what_it_lacks() {
-        let mut ride = Outing {
+        let mut ride = SimulatedRide {
             duration_s: 10.0,
-            ..Outing::default()
+            ..SimulatedRide::default()
         }
         .ride();
         assert!(roll(&ride, &Bike::default(), None).is_none());

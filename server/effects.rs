@@ -1,4 +1,4 @@
-//! The library of effects as the command line and the pages tell it.
+//! The library of effects as the command line and the pages show it.
 
 use veloid_engine::diagnosis::effects::catalogue::{Entry, catalogue, typical};
 use veloid_engine::document::format_number::significant;

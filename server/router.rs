@@ -88,7 +88,7 @@ fn routes() -> OpenApiRouter<Arc<Server>> {
         .routes(routes!(health::metrics))
 }
 
-/// The document with what no derived schema tells.
+/// The document with what no derived schema shows.
 fn complete(mut document: Document) -> Document {
     secured(&mut document);
     facts::bounded(&mut document);

@@ -25,7 +25,7 @@ impl Errors {
     }
 
     /// Median, largest, and how many in a hundred intervals hold.
-    fn told(mut self) -> String {
+    fn reported(mut self) -> String {
         self.sizes.sort_by(f64::total_cmp);
         let (middle, last) = (self.sizes.len() / 2, self.sizes.len() - 1);
         let held = 100 * self.held / self.sizes.len();
@@ -51,7 +51,7 @@ fn identified(road: &str, speed: &str, clock: &str, seed: &str) -> Value {
 /// Errors of the offset (ms), the drift (ppm), k and B (%) by output error and by the latent road, and the rides with a verdict.
 fn line(road: &str, speed: &str, drift: &str, seeds: u64) -> String {
     let mut errors: [Errors; 6] = Default::default();
-    let (mut rides, mut told) = (0, 0);
+    let (mut rides, mut reported) = (0, 0);
     for offset in OFFSETS_MS {
         for seed in 1..=seeds {
             let report = identified(road, speed, &format!("{offset}:{drift}"), &seed.to_string());
@@ -72,11 +72,11 @@ fn line(road: &str, speed: &str, drift: &str, seeds: u64) -> String {
                 }
             }
             rides += 1;
-            told += usize::from(report["diagnosis"]["verdict"] != "cannot_tell");
+            reported += usize::from(report["diagnosis"]["verdict"] != "cannot_tell");
         }
     }
-    let errors = errors.map(Errors::told).join(" | ");
-    format!("| {road}, {speed} m/s, {drift} ppm | {errors} | {told} of {rides} |")
+    let errors = errors.map(Errors::reported).join(" | ");
+    format!("| {road}, {speed} m/s, {drift} ppm | {errors} | {reported} of {rides} |")
 }
 
 #[test]

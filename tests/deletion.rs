@@ -321,7 +321,7 @@ async fn groups_delete_only_what_is_theirs_and_admins_see_by_whom() {
     assert!(jobs(&server, "deleted=true").await.is_empty());
     server.as_seen_by(&admin);
     let trail = server.json("/v1/audit").await;
-    let told: Vec<_> = trail["items"]
+    let reported: Vec<_> = trail["items"]
         .as_array()
         .unwrap()
         .iter()
@@ -341,7 +341,7 @@ async fn groups_delete_only_what_is_theirs_and_admins_see_by_whom() {
         by_key("delete", "bike"),
         by_key("delete", "ride"),
     ];
-    assert_eq!(told, expected);
+    assert_eq!(reported, expected);
     let list = server.beside(&["key", "list"]).output().unwrap();
     let key = trail["items"][3]["key"].as_str().unwrap().to_owned();
     assert!(said(&list).contains(&key));
@@ -365,10 +365,10 @@ async fn results_are_kept_for_as_long_as_their_group_says() {
         &["--retain-days", "3", "--retain-group", "default=30,other=1"],
     );
     assert_eq!(jobs(&server, "").await.len(), 3);
-    let told = prune(&server, &["--retain-group", "default=3"]);
+    let reported = prune(&server, &["--retain-group", "default=3"]);
     assert!(
-        told.contains("deleted 2 jobs older than 3 days of group default"),
-        "{told}"
+        reported.contains("deleted 2 jobs older than 3 days of group default"),
+        "{reported}"
     );
     assert_eq!(jobs(&server, "").await, [new.job.as_str()]);
     assert_eq!(restore(&server, &old.ride).await, 200);

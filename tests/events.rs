@@ -93,13 +93,13 @@ async fn a_stream_begins_with_a_snapshot_and_ends_with_done() {
     assert_eq!(of("done"), 1, "{events:#?}");
     // An iteration may stand in the snapshot and come as an event too, when both happen at once.
     let trials = events[0].data["trials"].as_array().unwrap();
-    let told = trials.iter().flat_map(|trial| {
+    let reported = trials.iter().flat_map(|trial| {
         let length = trial["best_cost"].as_array().unwrap().len() as u64;
         (0..length).map(|i| (trial["trial"].as_u64(), Some(i)))
     });
     let heard = events.iter().filter(|e| e.name == "iteration");
     let heard = heard.map(|e| (e.data["trial"].as_u64(), e.data["iteration"].as_u64()));
-    assert_eq!(told.chain(heard).collect::<HashSet<_>>().len(), 3 * 40);
+    assert_eq!(reported.chain(heard).collect::<HashSet<_>>().len(), 3 * 40);
     // Costs of one trial never rise.
     let costs: Vec<f64> = events
         .iter()

@@ -291,8 +291,8 @@ impl Server {
 
     /// Address of the server's database, where that is SQLite.
     pub fn sqlite(&self) -> String {
-        let told = self.env.iter().find(|(key, _)| key == "DATABASE_URL");
-        match told {
+        let reported = self.env.iter().find(|(key, _)| key == "DATABASE_URL");
+        match reported {
             Some((_, url)) => url.clone(),
             None => format!("sqlite:{}", self.folder.0.join("veloid.db").display()),
         }

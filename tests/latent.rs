@@ -89,7 +89,7 @@ async fn a_server_identifies_and_shows_it() {
 }
 
 #[test]
-fn one_accelerometer_alone_is_told_so() {
+fn one_accelerometer_alone_is_reported_so() {
     let folder = Folder::new();
     let [ride, bike, _] = simulated(&folder);
     let text = std::fs::read_to_string(&ride).unwrap();

@@ -25,7 +25,7 @@ fn found(output: &Output) -> (i32, String) {
 }
 
 #[tokio::test]
-async fn altered_and_missing_files_are_told_and_never_served() {
+async fn altered_and_missing_files_are_reported_and_never_served() {
     let server = Server::with(&["--workers", "0"]);
     let job = server.submit(&[]).await;
     let view = server.json(&job).await;
@@ -162,9 +162,9 @@ async fn strangers_hear_that_the_database_is_damaged_and_admins_where() {
     for key in ["", "veloid_00", &reader] {
         assert_eq!(hears(key).await, "the database is damaged", "{key}");
     }
-    let told = hears(&admin).await;
-    let detail = told.strip_prefix("the database is damaged: ").unwrap();
+    let reported = hears(&admin).await;
+    let detail = reported.strip_prefix("the database is damaged: ").unwrap();
     let detail = detail.lines().next().unwrap();
     let log = std::fs::read_to_string(server.folder.0.join("log")).unwrap();
-    assert!(!detail.is_empty() && log.contains(detail), "{told}");
+    assert!(!detail.is_empty() && log.contains(detail), "{reported}");
 }

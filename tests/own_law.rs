@@ -64,6 +64,6 @@ async fn a_law_that_means_nothing_is_refused_with_its_column() {
         &path("law.toml"),
     ]);
     assert_eq!(output.status.code(), Some(2));
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(told.contains(said), "{told}");
+    let reported = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(reported.contains(said), "{reported}");
 }

@@ -152,11 +152,11 @@ async fn margins_mean_the_same_at_the_command_line_and_on_the_page() {
         let spread = found["k_std_n_m"].as_f64();
         let spread = spread.or(found["k_scatter_n_m"].as_f64());
         let k = number(found["k_n_m"].as_f64().unwrap(), spread);
-        let told = k.to_string();
-        assert!(summary.contains(&told), "{told}: {summary}");
+        let reported = k.to_string();
+        assert!(summary.contains(&reported), "{reported}: {summary}");
         let margin = k.margin.unwrap();
         let (value, mark) = (k.value, k.mark);
-        let told = format!("{value}<span class=\"margin\">{mark}{margin}</span>");
-        assert!(page.contains(&told), "{told}: {page}");
+        let reported = format!("{value}<span class=\"margin\">{mark}{margin}</span>");
+        assert!(page.contains(&reported), "{reported}: {page}");
     }
 }

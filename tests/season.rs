@@ -57,7 +57,7 @@ const EFFECTS: [(&str, &str); 4] = [
 
 /// The rows of all tables; each ride has the identifier of its job.
 macro_rules! insert {
-    ($tx:expr, $names:expr, $begin:expr, $outings:expr) => {{
+    ($tx:expr, $names:expr, $begin:expr, $simulated_rides:expr) => {{
         let mut query = QueryBuilder::new(
             "INSERT INTO bike (name, document, created_at, updated_at, group_name) ",
         );
@@ -69,27 +69,27 @@ macro_rules! insert {
         query.build().execute(&mut *$tx).await.unwrap();
         let request = json!({"bike": Bike::default(), "options": {}});
         let summary = RideSummary::default();
-        for part in $outings.chunks(BATCH) {
+        for part in $simulated_rides.chunks(BATCH) {
             let mut query = QueryBuilder::new(
                 "INSERT INTO ride (id, sha256, name, bytes, uploaded_at, group_name, facts) ",
             );
-            query.push_values(part, |mut row, outing| {
-                row.push_bind(outing.id).push_bind(outing.sha256());
-                row.push_bind(outing.name()).push("0").push_bind(outing.at);
-                row.push("'default'").push_bind(Json(&outing.facts));
+            query.push_values(part, |mut row, simulated_ride| {
+                row.push_bind(simulated_ride.id).push_bind(simulated_ride.sha256());
+                row.push_bind(simulated_ride.name()).push("0").push_bind(simulated_ride.at);
+                row.push("'default'").push_bind(Json(&simulated_ride.facts));
             });
             query.build().execute(&mut *$tx).await.unwrap();
             let mut query = QueryBuilder::new(
                 "INSERT INTO job (id, ride_id, bike, fingerprint, request, summary, state, stage, revision, \
                  trials_total, trials_done, takeovers, verdict, created_at, finished_at, dated_at, group_name) ",
             );
-            query.push_values(part, |mut row, outing| {
-                row.push_bind(outing.id).push_bind(outing.id);
-                row.push_bind(&outing.bike).push("''");
+            query.push_values(part, |mut row, simulated_ride| {
+                row.push_bind(simulated_ride.id).push_bind(simulated_ride.id);
+                row.push_bind(&simulated_ride.bike).push("''");
                 row.push_bind(Json(&request)).push_bind(Json(&summary));
                 row.push("'succeeded', 'diagnose', 1, 10, 10, 0");
-                row.push_bind(outing.verdict).push_bind(outing.at);
-                row.push_bind(outing.at).push_bind(outing.at).push("'default'");
+                row.push_bind(simulated_ride.verdict).push_bind(simulated_ride.at);
+                row.push_bind(simulated_ride.at).push_bind(simulated_ride.at).push("'default'");
             });
             query.build().execute(&mut *$tx).await.unwrap();
             let mut query = QueryBuilder::new(
@@ -97,12 +97,12 @@ macro_rules! insert {
                  version, identified_at, group_name) ",
             );
             let rows = part.iter().flat_map(|o| o.parameters.iter().map(move |p| (o, p)));
-            query.push_values(rows, |mut row, (outing, found)| {
+            query.push_values(rows, |mut row, (simulated_ride, found)| {
                 let (method, axle, name, value, error, unit) = *found;
-                row.push_bind(outing.id).push_bind(method).push_bind(axle).push_bind(name);
-                row.push_bind(&outing.bike).push_bind(value).push_bind(error).push_bind(unit);
-                row.push_bind(outing.verdict).push_bind(env!("CARGO_PKG_VERSION"));
-                row.push_bind(outing.at).push("'default'");
+                row.push_bind(simulated_ride.id).push_bind(method).push_bind(axle).push_bind(name);
+                row.push_bind(&simulated_ride.bike).push_bind(value).push_bind(error).push_bind(unit);
+                row.push_bind(simulated_ride.verdict).push_bind(env!("CARGO_PKG_VERSION"));
+                row.push_bind(simulated_ride.at).push("'default'");
             });
             query.build().execute(&mut *$tx).await.unwrap();
         }
@@ -113,13 +113,13 @@ macro_rules! insert {
 pub async fn write(server: &Server, bikes: usize, rides: usize) {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap();
     let begin = i64::try_from(now.as_millis()).unwrap() - SEASON_MS;
-    let outings = Season::new(bikes).outings(rides, begin);
+    let simulated_rides = Season::new(bikes).simulated_rides(rides, begin);
     let names: Vec<String> = (0..bikes).map(name_of).collect();
     macro_rules! write {
         ($connection:expr) => {{
             let mut connection = $connection;
             let mut tx = connection.begin().await.unwrap();
-            insert!(tx, names, begin, outings);
+            insert!(tx, names, begin, simulated_rides);
             tx.commit().await.unwrap();
         }};
     }
@@ -135,7 +135,7 @@ fn name_of(bike: usize) -> String {
 }
 
 /// One ride before it is written.
-struct Outing {
+struct SimulatedRide {
     id: Uuid,
     bike: String,
     at: i64,
@@ -154,7 +154,7 @@ type Found = (
     &'static str,
 );
 
-impl Outing {
+impl SimulatedRide {
     /// The ride's name, which no other one has: its identifier begins with the time.
     fn name(&self) -> String {
         format!("{} {}", self.bike, &self.id.simple().to_string()[..12])
@@ -178,7 +178,7 @@ impl Season {
     }
 
     /// Oldest first.
-    fn outings(mut self, rides: usize, begin: i64) -> Vec<Outing> {
+    fn simulated_rides(mut self, rides: usize, begin: i64) -> Vec<SimulatedRide> {
         let own: Vec<[f64; 4]> = (0..self.bikes)
             .map(|_| std::array::from_fn(|_| 1.0 + 0.04 * self.normal()))
             .collect();
@@ -187,12 +187,18 @@ impl Season {
                 let passed = ride as f64 / rides as f64;
                 let bike = self.random.random_range(0..self.bikes as u32) as usize;
                 let at = begin + (SEASON_MS as f64 * passed) as i64;
-                self.outing(bike, own[bike], at, passed)
+                self.simulated_ride(bike, own[bike], at, passed)
             })
             .collect()
     }
 
-    fn outing(&mut self, bike: usize, own: [f64; 4], at: i64, passed: f64) -> Outing {
+    fn simulated_ride(
+        &mut self,
+        bike: usize,
+        own: [f64; 4],
+        at: i64,
+        passed: f64,
+    ) -> SimulatedRide {
         let draw: f64 = self.random.random();
         let verdict = VERDICTS.iter().find(|(_, share)| draw < *share);
         let verdict = verdict.map_or("unnamed", |(verdict, _)| verdict);
@@ -220,7 +226,7 @@ impl Season {
         }
         let id = self.id_at(at);
         let bike = name_of(bike);
-        Outing {
+        SimulatedRide {
             id,
             bike,
             at,

@@ -23,9 +23,9 @@ fn simulated(folder: &Folder, offset_ms: &str, drift_ppm: &str, seed: &str) {
     let sensors = ["--road", "C", "--accelerometers", "0.03", "--laser", &laser];
     let done = veloid(&[&written[..], &sensors].concat());
     assert!(done.status.success(), "{done:?}");
-    let told = String::from_utf8(done.stdout).unwrap();
+    let reported = String::from_utf8(done.stdout).unwrap();
     let expected = NAMES.map(|name| path(folder, name)).join("\n") + "\n";
-    assert_eq!(told, expected);
+    assert_eq!(reported, expected);
     assert!(!folder.0.join("ride.csv").exists());
 }
 
@@ -66,7 +66,7 @@ fn reported(output: &std::process::Output) -> Value {
 }
 
 #[test]
-fn the_clock_of_each_file_is_found_and_told() {
+fn the_clock_of_each_file_is_found_and_reported() {
     for (offset_ms, drift, seed) in [("-2900", "200", "1"), ("1700", "-150", "2")] {
         let folder = Folder::new();
         simulated(&folder, offset_ms, drift, seed);
@@ -141,8 +141,8 @@ fn options_name_their_file() {
     ] {
         let output = identify(&folder, &[&["--map", "t=time"][..], &wrong].concat());
         assert_eq!(output.status.code(), Some(2), "{wrong:?}");
-        let told = String::from_utf8_lossy(&output.stderr);
-        assert!(told.contains(said), "{told}");
+        let reported = String::from_utf8_lossy(&output.stderr);
+        assert!(reported.contains(said), "{reported}");
     }
 }
 

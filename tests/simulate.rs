@@ -170,14 +170,14 @@ fn effects_are_in_the_ride_and_in_the_truth_and_are_named() {
     let written = ["simulate", &ride, "--bike", &bike, "--truth", &truth];
     // At a steady speed a late rear sensor is a wheelbase that is off.
     let noise = ["--noise", "1e-5", "--damping", "500"];
-    let outing = ["--duration", "30", "--speed-change", "0.3:11"];
+    let simulated_ride = ["--duration", "30", "--speed-change", "0.3:11"];
     let effects = [
         "--effect",
         "cubic_stiffness:front:k3=8e9",
         "--effect",
         "sensor_delay:rear:delay=0.008",
     ];
-    let simulated = veloid(&[&written[..], &outing, &noise, &effects].concat());
+    let simulated = veloid(&[&written[..], &simulated_ride, &noise, &effects].concat());
     assert!(simulated.status.success(), "{simulated:?}");
     let quick = ["--trials", "1", "--iterations", "2"];
     let (report, _) = harness::identify(ride.as_ref(), bike.as_ref(), &quick);

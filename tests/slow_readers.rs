@@ -134,9 +134,12 @@ async fn who_takes_too_little_of_an_answer_is_cut_off_and_who_only_listens_is_no
     }
     // The job ends, and who listened all the time hears of it.
     assert_eq!(server.cancel(&job).await.unwrap().status(), 200);
-    let mut told = String::new();
-    while !told.contains("cancelled") {
-        assert!(events.rest.read_line(&mut told).unwrap() > 0, "{told}");
+    let mut reported = String::new();
+    while !reported.contains("cancelled") {
+        assert!(
+            events.rest.read_line(&mut reported).unwrap() > 0,
+            "{reported}"
+        );
     }
 }
 

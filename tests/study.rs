@@ -32,16 +32,16 @@ fn studied(rides: &[String], more: &[&str]) -> std::process::Output {
 }
 
 #[test]
-fn rides_are_told_as_one_and_each_by_its_name() {
+fn rides_are_reported_as_one_and_each_by_its_name() {
     let folder = Folder::new();
     let (rides, bike) = rides(&folder);
     let json = folder.0.join("study.json");
     let output = studied(&rides, &["--bike", &bike, "--json", json.to_str().unwrap()]);
     assert!(output.status.success(), "{output:?}");
-    let told = String::from_utf8(output.stdout).unwrap();
+    let reported = String::from_utf8(output.stdout).unwrap();
     assert!(
-        told.contains("nothing is missing") && told.contains("all as one"),
-        "{told}"
+        reported.contains("nothing is missing") && reported.contains("all as one"),
+        "{reported}"
     );
     let report: Value = serde_json::from_slice(&std::fs::read(Path::new(&json)).unwrap()).unwrap();
     let names: Vec<&str> = (report["rides"].as_array().unwrap().iter())
@@ -74,10 +74,10 @@ fn a_ride_that_cannot_take_part_is_named_and_too_few_are_refused() {
     std::fs::write(&flat, format!("{header}\n{}\n", still.join("\n"))).unwrap();
     rides[2] = flat.to_str().unwrap().to_owned();
     let output = studied(&rides, &["--bike", &bike]);
-    let told = String::from_utf8_lossy(&output.stdout).into_owned();
+    let reported = String::from_utf8_lossy(&output.stdout).into_owned();
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    let left = told.contains("left aside: flat.csv") || said.contains("flat.csv");
-    assert!(left, "{told}{said}");
+    let left = reported.contains("left aside: flat.csv") || said.contains("flat.csv");
+    assert!(left, "{reported}{said}");
 
     let few = studied(&rides[1..], &["--bike", &bike]);
     assert_eq!(few.status.code(), Some(2), "{few:?}");

@@ -61,18 +61,20 @@ impl Receiver {
     /// The messages of a type.
     fn all_of(&self, kind: &str) -> Vec<Value> {
         let heard = self.heard.lock().unwrap();
-        let told = heard
+        let reported = heard
             .iter()
             .map(|heard| serde_json::from_str::<Value>(&heard.body).unwrap());
-        told.filter(|told| told["type"] == kind).collect()
+        reported
+            .filter(|reported| reported["type"] == kind)
+            .collect()
     }
 
     /// Waits until so many messages of a type were heard.
     async fn heard_of(&self, kind: &str, count: usize) -> Vec<Value> {
         for _ in 0..600 {
-            let told = self.all_of(kind);
-            if told.len() >= count {
-                return told;
+            let reported = self.all_of(kind);
+            if reported.len() >= count {
+                return reported;
             }
             tokio::time::sleep(Duration::from_millis(50)).await;
         }
@@ -147,7 +149,7 @@ async fn created(server: &Server, body: &Value) -> Value {
 const OPEN: [&str; 3] = ["--webhook-allow", "127.0.0.1", "--webhook-private"];
 
 #[tokio::test]
-async fn the_end_of_a_job_is_told_signed_and_again_until_it_is_taken() {
+async fn the_end_of_a_job_is_reported_signed_and_again_until_it_is_taken() {
     let server = Server::with(&OPEN);
     let receiver = Receiver::answering(&[StatusCode::SERVICE_UNAVAILABLE, StatusCode::OK]).await;
     let made = created(
@@ -173,13 +175,13 @@ async fn the_end_of_a_job_is_told_signed_and_again_until_it_is_taken() {
         (&heard[0].id, &heard[0].body),
         (&heard[1].id, &heard[1].body)
     );
-    let told: Value = serde_json::from_str(&heard[0].body).unwrap();
+    let reported: Value = serde_json::from_str(&heard[0].body).unwrap();
     assert_eq!(
-        (&told["type"], &told["data"]["links"]["job"]),
+        (&reported["type"], &reported["data"]["links"]["job"]),
         (&json!("job.succeeded"), &json!(job))
     );
-    assert_eq!(told["data"]["bike"], "lab-7");
-    assert!(told["timestamp"].as_str().unwrap().ends_with('Z'));
+    assert_eq!(reported["data"]["bike"], "lab-7");
+    assert!(reported["timestamp"].as_str().unwrap().ends_with('Z'));
 
     let view = &server.json("/v1/webhooks").await[0];
     assert_eq!((&view["id"], view.get("secret")), (&made["id"], None));
@@ -193,7 +195,7 @@ async fn the_end_of_a_job_is_told_signed_and_again_until_it_is_taken() {
 }
 
 #[tokio::test]
-async fn a_bicycle_that_changes_is_told_once() {
+async fn a_bicycle_that_changes_is_reported_once() {
     let server = Server::with(&OPEN);
     let receiver = Receiver::answering(&[]).await;
     season::write(&server, 2, 200).await;
@@ -208,10 +210,15 @@ async fn a_bicycle_that_changes_is_told_once() {
         let job = response.headers()["location"].to_str().unwrap().to_owned();
         server.succeeded(&job).await;
     }
-    let told = receiver.heard_of("bike.drifts", 1).await.remove(0);
-    let data = &told["data"];
+    let reported = receiver.heard_of("bike.drifts", 1).await.remove(0);
+    let data = &reported["data"];
     assert_eq!(
-        (&told["type"], &data["bike"], &data["axle"], &data["name"]),
+        (
+            &reported["type"],
+            &data["bike"],
+            &data["axle"],
+            &data["name"]
+        ),
         (
             &json!("bike.drifts"),
             &json!("season-001"),
@@ -225,7 +232,9 @@ async fn a_bicycle_that_changes_is_told_once() {
     let drifts = receiver
         .all_of("bike.drifts")
         .into_iter()
-        .filter(|told| told["data"]["axle"] == "front" && told["data"]["name"] == "k_n_m");
+        .filter(|reported| {
+            reported["data"]["axle"] == "front" && reported["data"]["name"] == "k_n_m"
+        });
     assert_eq!(drifts.count(), 1);
 }
 

@@ -1,4 +1,4 @@
-//! What is told of one axle: where the plain model fails, what is left, what the omission changes, k and B.
+//! What is reported of one axle: where the plain model fails, what is left, what the omission changes, k and B.
 
 use crate::bicycle::Axle;
 use crate::diagnosis::decide::Decision;
@@ -34,8 +34,8 @@ pub struct OnAxle {
     pub warnings: Vec<String>,
 }
 
-/// What all that is told of an axle is told from.
-pub struct Teller<'a> {
+/// What all that is reported of an axle is distinguished from.
+pub struct AxleReporter<'a> {
     pub prepared: &'a Prepared,
     pub decision: &'a Decision,
     /// The plain model's motion, by track.
@@ -44,13 +44,13 @@ pub struct Teller<'a> {
     pub alpha: f64,
 }
 
-impl Teller<'_> {
-    /// What is told of the axle of track `t`; `has_mass`: whether its mass is known.
+impl AxleReporter<'_> {
+    /// What is reported of the axle of track `t`; `has_mass`: whether its mass is known.
     pub fn axle(&self, t: usize, has_mass: bool) -> OnAxle {
         let decision = self.decision;
         let (axle, judged) = (self.name(t), &decision.judged[t]);
         let named = decision.model.terms.iter().any(|term| term.acts_on(axle));
-        let (told, consequences) = match named {
+        let (reported, consequences) = match named {
             true => self.extended(t),
             false => self.unchanged(t, has_mass),
         };
@@ -59,7 +59,7 @@ impl Teller<'_> {
         let has_rest =
             decision.verdict == Verdict::NamedInPart && (judged.remains || named && !is_certain);
         let unexplained = matches!(decision.verdict, Verdict::Unnamed | Verdict::NamedInPart);
-        let (extended, warnings) = self.identified(t, told);
+        let (extended, warnings) = self.identified(t, reported);
         OnAxle {
             extended,
             warnings,
@@ -67,9 +67,9 @@ impl Teller<'_> {
             location,
             free_form: (unexplained && judged.remains).then(|| {
                 free_form(
-                    &self.prepared.scene,
+                    &self.prepared.dataset,
                     &decision.motions[t],
-                    &judged.leftover,
+                    &judged.remainder,
                     t,
                 )
             }),
@@ -80,20 +80,20 @@ impl Teller<'_> {
     }
 
     fn name(&self, t: usize) -> Axle {
-        self.prepared.scene.tracks[t].axle
+        self.prepared.dataset.tracks[t].axle
     }
 
     /// k and B beside the effects, and what the effects change.
     fn extended(&self, t: usize) -> (Estimate, Consequences) {
         let (record, decision) = (self.prepared.record(), self.decision);
         let before = estimate(record, &decision.shown_plain, t);
-        let mut after = show::told_estimate(record, &decision.corrected, t);
+        let mut after = show::reported_estimate(record, &decision.corrected, t);
         if let Some([k, b]) = decision.base_errors.get(self.name(t)) {
             after.k_std_n_m = after.k_std_n_m.map(|std| std.max(*k));
             after.b_std_n_s_m = after.b_std_n_s_m.map(|std| std.max(*b));
         }
         let changes = show::consequences(
-            &self.prepared.scene,
+            &self.prepared.dataset,
             t,
             (&before, &self.plain_motions[t]),
             (&after, &decision.motions[t]),
@@ -122,19 +122,19 @@ impl Teller<'_> {
                 format!("{axle} axle: the extended model's k and B leave the numbers' range");
             return (None, vec![warning]);
         }
-        let track = &self.prepared.scene.tracks[t];
-        let told = match (track.input.prescribed, track.has_spring) {
-            (true, _) => estimate.told_beside(track.scale.as_good_as_none()),
-            (false, true) => estimate.told(),
+        let track = &self.prepared.dataset.tracks[t];
+        let reported = match (track.input.prescribed, track.has_spring) {
+            (true, _) => estimate.reportable_beside(track.scale.as_good_as_none()),
+            (false, true) => estimate.reportable(),
             (false, false) => Estimate {
                 k_std_n_m: None,
                 k_not_identifiable: Some(NO_SPRING.to_owned()),
-                ..estimate.told()
+                ..estimate.reportable()
             },
         };
         let unknown = [
-            ("B", &told.b_not_identifiable),
-            ("k", &told.k_not_identifiable),
+            ("B", &reported.b_not_identifiable),
+            ("k", &reported.k_not_identifiable),
         ];
         let warning = |(name, why): (&str, &Option<String>)| {
             let why = why.as_ref()?;
@@ -143,7 +143,7 @@ impl Teller<'_> {
             ))
         };
         let warnings = unknown.into_iter().filter_map(warning).collect();
-        (Some(told), warnings)
+        (Some(reported), warnings)
     }
 
     /// Where in the ride, at which frequencies and in which states the plain model fails.
@@ -155,7 +155,9 @@ impl Teller<'_> {
         let p_value = match (accepted, judged.remains) {
             (Some(round), _) => round.p_value,
             (None, true) => judged.p_value,
-            (None, false) => rounds.next().map_or(judged.leftover.p_value, |r| r.p_value),
+            (None, false) => rounds
+                .next()
+                .map_or(judged.remainder.p_value, |r| r.p_value),
         };
         // What has no name lies at least where its nearest shape acts, and somewhere in any case.
         let nowhere = decision.model.terms.is_empty() && !decision.judged.iter().any(|j| j.remains);
@@ -169,25 +171,30 @@ impl Teller<'_> {
         if !found.mismatch {
             return found;
         }
-        let scene = &self.prepared.scene;
-        let track = &scene.tracks[t];
+        let dataset = &self.prepared.dataset;
+        let track = &dataset.tracks[t];
         let fit = self.prepared.fits().get(axle);
         let plain = fit.map(|f| f.residual.clone()).unwrap_or_default();
         let left = self.noise(t);
         let (motion, alpha) = (&decision.motions[t], self.alpha);
         Location {
-            windows_s: locate::windows(&plain, &left, &track.valid, scene, alpha),
-            bands_hz: locate::bands(&plain, &left, scene.step, alpha),
-            states: locate::states(&missing(judged, motion), motion, scene, 0..scene.samples),
+            windows_s: locate::windows(&plain, &left, &track.valid, dataset, alpha),
+            bands_hz: locate::bands(&plain, &left, dataset.step, alpha),
+            states: locate::states(
+                &missing(judged, motion),
+                motion,
+                dataset,
+                0..dataset.samples,
+            ),
             ..found
         }
     }
 
     /// What a complete model would leave: the model's residual, brought down to the noise where something is left.
     fn noise(&self, t: usize) -> Vec<f64> {
-        let track = &self.prepared.scene.tracks[t];
+        let track = &self.prepared.dataset.tracks[t];
         let judged = &self.decision.judged[t];
-        let mut left = (self.decision.model).residual(&self.prepared.scene, t);
+        let mut left = (self.decision.model).residual(&self.prepared.dataset, t);
         if judged.remains {
             let rms = rms_valid(&left, &track.valid, 0..left.len()).max(1e-300);
             let noise = (judged.floor / rms).min(1.0);
@@ -216,14 +223,14 @@ fn missing(judged: &Judged, motion: &Motion) -> Vec<f64> {
     let named = motion.acceleration.iter().zip(&motion.linear);
     let named = named.map(|(a, linear)| a - linear);
     match judged.remains {
-        true => (named.zip(&judged.leftover.force))
+        true => (named.zip(&judged.remainder.force))
             .map(|(named, left)| named + left)
             .collect(),
         false => named.collect(),
     }
 }
 
-/// What is left on an axle, where `found` tells of that.
+/// What is left on an axle, where `found` describes that.
 fn rest(found: &Location, held_out: &HeldOut) -> Rest {
     let share = (held_out.extended_rms_m.zip(held_out.plain_rms_m))
         .and_then(|(extended, plain)| finite((extended / plain).powi(2)));

@@ -2,11 +2,11 @@
 
 use crate::EngineError;
 use crate::bicycle::PerAxle;
-use crate::diagnosis::dataset::{Scene, Track};
+use crate::diagnosis::dataset::{Dataset, Track};
 use crate::diagnosis::explain::{input_noise, show};
 use crate::diagnosis::fit::physical::is_physical;
 use crate::diagnosis::fit::polish::polish;
-use crate::diagnosis::fit::refine::finer;
+use crate::diagnosis::fit::refine::refined;
 use crate::diagnosis::fit::{Fitter, Model, Motion, Term, motions};
 use crate::diagnosis::policy;
 use crate::diagnosis::prepare::Prepared;
@@ -59,14 +59,14 @@ pub fn decide(
     search: &Search,
     settings: &Settings,
 ) -> Result<Decision, EngineError> {
-    let every: Vec<usize> = (0..prepared.scene.tracks.len()).collect();
+    let every: Vec<usize> = (0..prepared.dataset.tracks.len()).collect();
     let first = by_likelihood(prepared, search, choose(search)?, &every, settings)?;
     let doubt = doubt(&first, prepared, search);
     let mut decision = match first.verdict == Verdict::Unnamed || doubt != Doubt::Not {
         true => second_look(first, doubt, prepared, search, settings)?,
         false => simplest(agreed(first, prepared, search, settings), prepared, search)?,
     };
-    decision.cost.steps = prepared.scene.work.done();
+    decision.cost.steps = prepared.dataset.work.done();
     decision.cost.budget = search.budget.steps;
     Ok(decision)
 }
@@ -129,7 +129,7 @@ fn second_look(
     // Where the likelihood is not to be trusted, or what explains the ride is a wider law or nothing physical, something may be left on all
     // tracks.
     let explained = first.judged.iter().all(|j| !j.remains) && doubt == Doubt::Not;
-    let by_wider_law = explained && is_physical(&prepared.scene, &search.plain, &first.model);
+    let by_wider_law = explained && is_physical(&prepared.dataset, &search.plain, &first.model);
     let rest = Rest {
         remains: (first.judged.iter())
             .enumerate()
@@ -150,7 +150,7 @@ fn second_look(
     };
     let record = prepared.record();
     // What a wider law explains to within the noise is the likelihood's affair.
-    let work = &prepared.scene.work;
+    let work = &prepared.dataset.work;
     let allowed = work.done() + WINDOWS * search.budget.steps;
     let sighted = match by_wider_law {
         true => Vec::new(),
@@ -195,7 +195,7 @@ fn second_look(
     })
 }
 
-/// Where models tie, what they agree on, if that explains nearly all: of what they differ in only the rest is then to be told.
+/// Where models tie, what they agree on, if that explains nearly all: of what they differ in only the rest is then to be reported.
 fn agreed(first: Decision, prepared: &Prepared, search: &Search, settings: &Settings) -> Decision {
     let in_all = |term: &&Term| first.tied.iter().all(|m| m.terms.contains(term));
     let core: Vec<Term> = first.model.terms.iter().filter(in_all).copied().collect();
@@ -240,7 +240,7 @@ fn named_by_axle(
     if first.judged.len() < 2 {
         return Ok(found);
     }
-    for (t, track) in prepared.scene.tracks.iter().enumerate() {
+    for (t, track) in prepared.dataset.tracks.iter().enumerate() {
         let axle = track.axle;
         let alone = on_axle(search, |term| {
             term.acts_on(axle) && term.place != Place::Both
@@ -255,10 +255,10 @@ fn named_by_axle(
 
 /// The search among some candidates, with a budget of its own.
 fn on_axle<'s>(search: &Search<'s>, is_candidate: impl Fn(&Term) -> bool) -> Search<'s> {
-    let scene = search.fitter.scene;
+    let dataset = search.fitter.dataset;
     Search {
         fitter: Fitter {
-            scene,
+            dataset,
             samples: search.fitter.samples,
         },
         plain: search.plain.clone(),
@@ -266,7 +266,7 @@ fn on_axle<'s>(search: &Search<'s>, is_candidate: impl Fn(&Term) -> bool) -> Sea
         candidates: (search.candidates.iter().copied())
             .filter(is_candidate)
             .collect(),
-        until: scene.work.done() + search.budget.first,
+        until: dataset.work.done() + search.budget.first,
         ..*search
     }
 }
@@ -285,13 +285,13 @@ fn by_likelihood(
     settings: &Settings,
 ) -> Result<Decision, EngineError> {
     let shown = measured(prepared, search, &model);
-    let motions = motions(&prepared.scene, &model);
+    let motions = motions(&prepared.dataset, &model);
     let judged = judged(prepared, &model, &motions, &shown, settings);
     let counts = || asked.iter().map(|t| &judged[*t]);
     let explains = !model.terms.is_empty()
         && counts().all(|j| !j.remains || j.share >= policy::ADEQUATE)
         && !counts().any(|j| errs_more(j, policy::MISLEADS))
-        && is_physical(&prepared.scene, &search.plain, &model);
+        && is_physical(&prepared.dataset, &search.plain, &model);
     let wider = explains && (is_curve(search, &model) || is_outgrown(search, &model));
     let little = wider && dominates(search, &model);
     let verdict = match (model.terms.is_empty(), explains) {
@@ -326,9 +326,9 @@ fn by_likelihood(
 impl Decision {
     /// The effects that hold although something else is left, or the nearest shape.
     fn in_part(self, partly: Partly, prepared: &Prepared, settings: &Settings) -> Self {
-        let motions = motions(&prepared.scene, &partly.model);
+        let motions = motions(&prepared.dataset, &partly.model);
         let mut judged = judged(prepared, &partly.model, &motions, &partly.model, settings);
-        for (track, judged) in prepared.scene.tracks.iter().zip(&mut judged) {
+        for (track, judged) in prepared.dataset.tracks.iter().zip(&mut judged) {
             if let Some(windows) = partly.in_windows.get(track.axle) {
                 judged.predicts(windows);
             }
@@ -353,7 +353,7 @@ impl Decision {
 
     /// The same with what was decided on one axle.
     fn with_axle(self, t: usize, mut own: Self, prepared: &Prepared) -> Self {
-        let axle = prepared.scene.tracks[t].axle;
+        let axle = prepared.dataset.tracks[t].axle;
         let with = |all: &Model, own: &Model| all.with(own.of_track(t).0.clone());
         let mut joined = Self {
             verdict: Verdict::NamedInPart,
@@ -384,7 +384,7 @@ impl Decision {
     /// The plain model in the place of a shape that errs more where nothing was fitted.
     fn without_shape(self, prepared: &Prepared, settings: &Settings) -> Self {
         let model = prepared.plain.clone();
-        let motions = motions(&prepared.scene, &model);
+        let motions = motions(&prepared.dataset, &model);
         Self {
             judged: judged(prepared, &model, &motions, &self.shown_plain, settings),
             model,
@@ -405,8 +405,8 @@ fn measured(prepared: &Prepared, search: &Search, model: &Model) -> Model {
     }
     let on_record = prepared.on_record();
     let settled = polish(&on_record, model, search.thorough(model));
-    let mut shown = finer(&on_record, settled.as_ref().unwrap_or(model));
-    // What lies between the samples is no noise: how far it may lead, the dithered fit tells.
+    let mut shown = refined(&on_record, settled.as_ref().unwrap_or(model));
+    // What lies between the samples is no noise: how far it may lead, the dithered fit shows.
     for (shown, dithered) in shown.fits.iter_mut().zip(&model.fits) {
         shown.covariance = dithered.covariance.clone();
     }
@@ -433,7 +433,7 @@ fn judged(
             settings,
         )
     };
-    (0..prepared.scene.tracks.len()).map(of_track).collect()
+    (0..prepared.dataset.tracks.len()).map(of_track).collect()
 }
 
 /// Whether a model leaves more than so many times what the plain one does on the held-out part.
@@ -444,8 +444,8 @@ fn errs_more(judged: &Judged, times: f64) -> bool {
 }
 
 /// Whether the noise that was estimated from what the plain model leaves has swallowed what an effect takes off. Such a
-/// likelihood tells little of what the effect is.
-fn is_swallowed(search: &Search, decision: &Decision, record: &Scene) -> bool {
+/// likelihood shows little of what the effect is.
+fn is_swallowed(search: &Search, decision: &Decision, record: &Dataset) -> bool {
     let model = &decision.model;
     let [left, plain] = [model, &search.plain].map(|m| search.held_squares(m));
     let white: f64 = (left.iter().zip(plain))

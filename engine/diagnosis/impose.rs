@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use crate::EngineError;
 use crate::bicycle::{Axle, Bike, PerAxle};
-use crate::diagnosis::dataset::Scene;
-use crate::diagnosis::effects::{FOILS, Kind};
+use crate::diagnosis::dataset::Dataset;
+use crate::diagnosis::effects::{GENERAL_LAWS, Kind};
 use crate::diagnosis::fit::{Point, Term, Unit};
 use crate::diagnosis::law::{MAX_PARAMETERS, Values};
 use crate::diagnosis::search::extend::candidates;
@@ -16,8 +16,8 @@ use crate::output_error::AxleFit;
 use crate::report::diagnosis::Place;
 use crate::ride::Ride;
 use crate::settings::within;
-use crate::simulate::outing::Outing;
 use crate::simulate::sensitivity::Plain;
+use crate::simulate::simulated_ride::SimulatedRide;
 
 /// An effect, with its parameters as reports give them.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -39,40 +39,44 @@ const ANGLE: f64 = 0.02;
 /// # Errors
 /// What cannot be simulated: an unknown effect, a wrong axle or parameter, a ride that lacks what the
 /// effect needs.
-pub fn ride(outing: &Outing, bike: &Bike, effects: &[Imposed]) -> Result<Ride, EngineError> {
-    outing.validate()?;
+pub fn ride(
+    simulated_ride: &SimulatedRide,
+    bike: &Bike,
+    effects: &[Imposed],
+) -> Result<Ride, EngineError> {
+    simulated_ride.validate()?;
     if effects.is_empty() {
-        return Ok(outing.ride());
+        return Ok(simulated_ride.ride());
     }
     within("number of effects", effects.len() as f64, 0.0, MOST as f64)?;
-    let samples = outing.samples() as f64;
+    let samples = simulated_ride.samples() as f64;
     within("samples with effects", samples, 0.0, MOST_SAMPLES as f64)?;
-    let mut fine = outing.fine();
-    let scene = scene(outing, bike, &fine);
+    let mut fine = simulated_ride.fine();
+    let dataset = dataset(simulated_ride, bike, &fine);
     let mut chosen: Vec<(Term, Values)> = Vec::new();
     for effect in effects {
-        let term = effect.term(&scene)?;
+        let term = effect.term(&dataset)?;
         if chosen.iter().any(|(other, _)| *other == term) {
             return Err(effect.wrong("is given twice"));
         }
-        chosen.push((term, effect.values(&scene, term)?));
+        chosen.push((term, effect.values(&dataset, term)?));
     }
     chosen.sort_by_key(|(term, _)| *term);
     let terms: Vec<Term> = chosen.iter().map(|(term, _)| *term).collect();
-    for unit in Unit::all(&scene, &terms) {
+    for unit in Unit::all(&dataset, &terms) {
         let acting = |(term, _): &&(Term, Values)| unit.terms.contains(term);
         let values: Vec<Values> = chosen.iter().filter(acting).map(|(_, v)| *v).collect();
         let point = Point {
-            base: unit.tracks.iter().map(|t| plain(&scene, *t)).collect(),
+            base: unit.tracks.iter().map(|t| plain(&dataset, *t)).collect(),
             initial: vec![[0.0; 2]; values.len()],
             values,
         };
-        let turn = unit.fastest(&scene, &point) * scene.step;
+        let turn = unit.fastest(&dataset, &point) * dataset.step;
         let substeps = ((turn / ANGLE).ceil() as usize).clamp(4, 40);
         let points: [Point; LANES] = std::array::from_fn(|_| point.clone());
-        let moved = unit.simulate(&scene, &points, None, 0..scene.samples, substeps);
+        let moved = unit.simulate(&dataset, &points, None, 0..dataset.samples, substeps);
         for (t, z) in unit.tracks.iter().zip(moved) {
-            let axle = scene.tracks[*t].axle;
+            let axle = dataset.tracks[*t].axle;
             let z: Vec<f64> = z.iter().map(|lanes| lanes.0[0]).collect();
             if !z.iter().all(|z| z.is_finite()) {
                 return Err(wrong("the motion grows beyond all bounds".to_owned()));
@@ -84,12 +88,15 @@ pub fn ride(outing: &Outing, bike: &Bike, effects: &[Imposed]) -> Result<Ride, E
             }
         }
     }
-    Ok(outing.recorded(&fine))
+    Ok(simulated_ride.recorded(&fine))
 }
 
 /// The fine ride as the diagnosis would see it, with sizes and limits at the logger's rate.
-fn scene(outing: &Outing, bike: &Bike, fine: &Ride) -> Scene {
-    let springs = [(Axle::Front, outing.front), (Axle::Rear, outing.rear)];
+fn dataset(simulated_ride: &SimulatedRide, bike: &Bike, fine: &Ride) -> Dataset {
+    let springs = [
+        (Axle::Front, simulated_ride.front),
+        (Axle::Rear, simulated_ride.rear),
+    ];
     let mut fits = PerAxle::default();
     for (axle, spring) in springs {
         let (Some(spring), Some(record)) = (spring, fine.axles.get(axle)) else {
@@ -104,27 +111,27 @@ fn scene(outing: &Outing, bike: &Bike, fine: &Ride) -> Scene {
         };
         fits.set(axle, AxleFit::exact(plain, fine.samples));
     }
-    let mut scene = Scene::new(fine, bike, &fits, fine.samples);
-    for track in &mut scene.tracks {
-        track.scale.step = 1.0 / outing.rate_hz;
+    let mut dataset = Dataset::new(fine, bike, &fits, fine.samples);
+    for track in &mut dataset.tracks {
+        track.scale.step = 1.0 / simulated_ride.rate_hz;
     }
-    scene
+    dataset
 }
 
 /// The plain model's numbers on one track, from the start at rest.
-fn plain(scene: &Scene, track: usize) -> [f64; 6] {
-    let track = &scene.tracks[track];
+fn plain(dataset: &Dataset, track: usize) -> [f64; 6] {
+    let track = &dataset.tracks[track];
     let s = &track.scale;
     let start = track.measured[0];
     [s.k / s.mass, s.b / s.mass, 1.0 / s.mass, 0.0, start, 0.0]
 }
 
 impl Imposed {
-    fn term(&self, scene: &Scene) -> Result<Term, EngineError> {
+    fn term(&self, dataset: &Dataset) -> Result<Term, EngineError> {
         let kind = Kind::by_id(&self.id)
-            .filter(|kind| !FOILS.contains(kind))
+            .filter(|kind| !GENERAL_LAWS.contains(kind))
             .ok_or_else(|| self.wrong(&format!("there is only {}", ids())))?;
-        let (terms, switched_off) = candidates(scene);
+        let (terms, switched_off) = candidates(dataset);
         let places: Vec<Place> = terms
             .iter()
             .filter(|term| term.kind == kind)
@@ -146,8 +153,8 @@ impl Imposed {
         })
     }
 
-    fn values(&self, scene: &Scene, term: Term) -> Result<Values, EngineError> {
-        let acted = scene.tracks.iter().find(|t| term.acts_on(t.axle));
+    fn values(&self, dataset: &Dataset, term: Term) -> Result<Values, EngineError> {
+        let acted = dataset.tracks.iter().find(|t| term.acts_on(t.axle));
         let Some(track) = acted else {
             return Err(self.wrong("nothing is simulated on this axle"));
         };
@@ -208,7 +215,7 @@ mod tests {
     use crate::diagnosis::law::Need;
     use crate::report::diagnosis::{Diagnosis, Verdict};
     use crate::settings::Settings;
-    use crate::simulate::outing::{SpeedChange, Spring};
+    use crate::simulate::simulated_ride::{SpeedChange, Spring};
 
     fn bike() -> Bike {
         Bike {
@@ -223,7 +230,7 @@ mod tests {
     }
 
     /// Half a minute with 30 um of noise, at a speed that swings, pedalling.
-    fn outing() -> Outing {
+    fn simulated_ride() -> SimulatedRide {
         let spring = |mass_kg| {
             Some(Spring {
                 mass_kg,
@@ -231,7 +238,7 @@ mod tests {
                 b_n_s_m: 500.0,
             })
         };
-        Outing {
+        SimulatedRide {
             duration_s: 30.0,
             speed_change: Some(SpeedChange {
                 share: 0.3,
@@ -242,7 +249,7 @@ mod tests {
             front: spring(30.0),
             rear: spring(50.0),
             noise_displacement_m: 3e-5,
-            ..Outing::default()
+            ..SimulatedRide::default()
         }
     }
 
@@ -263,7 +270,7 @@ mod tests {
             iterations: 2,
             ..Settings::default()
         };
-        let ride = ride(&outing(), &bike(), std::slice::from_ref(effect)).unwrap();
+        let ride = ride(&simulated_ride(), &bike(), std::slice::from_ref(effect)).unwrap();
         crate::identify(&ride, &bike(), &settings, &Silent)
             .unwrap()
             .diagnosis
@@ -322,21 +329,25 @@ mod tests {
     /// Every effect with what the first of its physical starts would report: it moves the axle, and values and reports agree.
     #[test]
     fn every_effect_can_be_imposed() {
-        let outing = Outing {
+        let simulated_ride = SimulatedRide {
             duration_s: 6.0,
             noise_displacement_m: 0.0,
-            ..outing()
+            ..simulated_ride()
         };
-        let fine = outing.fine();
-        let scene = scene(&outing, &bike(), &fine);
-        let plain = outing.ride();
-        let (terms, off) = candidates(&scene);
+        let fine = simulated_ride.fine();
+        let dataset = dataset(&simulated_ride, &bike(), &fine);
+        let plain = simulated_ride.ride();
+        let (terms, off) = candidates(&dataset);
         let on_rigs = |kind: &Kind| kind.spec().needs.contains(&Need::PrescribedMotion);
         let rigs = ALL.iter().filter(|kind| on_rigs(kind));
         assert_eq!(off.len(), rigs.count(), "{off:?}");
         for kind in Kind::named().filter(|kind| !on_rigs(kind)) {
             let term = terms.iter().find(|t| t.kind == kind).unwrap();
-            let track = scene.tracks.iter().find(|t| term.acts_on(t.axle)).unwrap();
+            let track = dataset
+                .tracks
+                .iter()
+                .find(|t| term.acts_on(t.axle))
+                .unwrap();
             let physical = (kind.spec().starts)(&track.scale)
                 .iter()
                 .map(|start| (kind.spec().report)(start, &track.scale))
@@ -344,7 +355,7 @@ mod tests {
                 .unwrap();
             let parameters: Vec<_> = physical.iter().map(|p| (&*p.name, p.value)).collect();
             let effect = imposed(kind.id(), term.place, &parameters);
-            let ride = ride(&outing, &bike(), &[effect]).unwrap();
+            let ride = ride(&simulated_ride, &bike(), &[effect]).unwrap();
             let [before, after] = [&plain, &ride].map(|r| r.axles.get(track.axle).unwrap());
             assert_eq!(before.road, after.road);
             assert!(before.displacement != after.displacement, "{}", kind.id());
@@ -353,11 +364,11 @@ mod tests {
 
     #[test]
     fn what_cannot_be_imposed_is_refused() {
-        let steady = Outing {
+        let steady = SimulatedRide {
             speed_change: None,
             cadence_rpm: None,
             rear: None,
-            ..outing()
+            ..simulated_ride()
         };
         let one = |id, axle, parameters: &[(&str, f64)]| {
             let effect = imposed(id, axle, parameters);

@@ -1,7 +1,7 @@
 //! When simulation and recording differ: detect, locate, name, model, show.
 //!
 //! The folders lead one way down, each using only those before it: `policy` (every threshold that decides), `law`, `effects`, `dataset`, `fit`, `residual`, `search`,
-//! `verdict`, `explain`, and last `study`, which asks the same of several rides. `run` goes through them all: `prepare`, `decide`, `tell`.
+//! `verdict`, `explain`, and last `study`, which asks the same of several rides. `run` goes through them all: `prepare`, `decide`, `show`.
 
 mod axle;
 mod dataset;

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use crate::EngineError;
 use crate::bicycle::{Bike, PerAxle};
-use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::dataset::dither::{dither, lay_over};
 use crate::diagnosis::effects::users_law;
 use crate::diagnosis::fit::model::stable_substeps;
 use crate::diagnosis::fit::{Effort, FINE, Fitter, Model, Point, Unit};
-use crate::numerics::autoregressive::Colour;
+use crate::numerics::autoregressive::NoiseModel;
 use crate::numerics::spectrum;
 use crate::output_error::start::starts_from;
 use crate::output_error::{self, AxleFit, Split};
@@ -27,9 +27,9 @@ pub struct Prepared {
     /// The same with noise laid over.
     dithered: Option<PerAxle<AxleFit>>,
     /// What is searched.
-    pub scene: Scene,
+    pub dataset: Dataset,
     /// The record itself, where noise was laid over.
-    undithered: Option<Scene>,
+    undithered: Option<Dataset>,
     /// The plain model of what is searched.
     pub plain: Model,
     /// What reading the ride gave cause to say.
@@ -66,26 +66,26 @@ impl Prepared {
         let dithered = laid_over.as_ref().map(fit).transpose()?;
         let fits = dithered.as_ref().unwrap_or(&recorded);
         let searched = laid_over.as_ref().unwrap_or(ride);
-        let mut scene = Scene::new(searched, &separate, fits, split.train.end);
+        let mut dataset = Dataset::new(searched, &separate, fits, split.train.end);
         if base == Base::Damper {
-            scene.remove_springs();
+            dataset.remove_springs();
         }
         if let Some(law) = users_law(settings)? {
-            scene.set_law(&Arc::new(law));
+            dataset.set_law(&Arc::new(law));
         }
         let fitter = Fitter {
-            scene: &scene,
+            dataset: &dataset,
             samples: split.train.end,
         };
         Ok(Self {
             base,
             plain: plain_model(&fitter, fits)?,
-            undithered: laid_over.as_ref().map(|_| scene.without(&noise)),
+            undithered: laid_over.as_ref().map(|_| dataset.without(&noise)),
             warnings: ride.summary.warnings.clone(),
             split,
             recorded,
             dithered,
-            scene,
+            dataset,
         })
     }
 
@@ -99,14 +99,14 @@ impl Prepared {
     }
 
     /// The record itself, on which what was found is measured.
-    pub fn record(&self) -> &Scene {
-        self.undithered.as_ref().unwrap_or(&self.scene)
+    pub fn record(&self) -> &Dataset {
+        self.undithered.as_ref().unwrap_or(&self.dataset)
     }
 
     /// Fits what is searched.
     pub fn fitter(&self) -> Fitter<'_> {
         Fitter {
-            scene: &self.scene,
+            dataset: &self.dataset,
             samples: self.split.train.end,
         }
     }
@@ -114,7 +114,7 @@ impl Prepared {
     /// Fits the record itself.
     pub fn on_record(&self) -> Fitter<'_> {
         Fitter {
-            scene: self.record(),
+            dataset: self.record(),
             samples: self.split.train.end,
         }
     }
@@ -145,10 +145,10 @@ fn fastest(ride: &Ride) -> f64 {
 
 /// The plain model of every track under its own noise.
 fn plain_model(fitter: &Fitter, fits: &PerAxle<AxleFit>) -> Result<Model, EngineError> {
-    let scene = fitter.scene;
+    let dataset = fitter.dataset;
     let mut found = Vec::new();
-    for unit in Unit::all(scene, &[]) {
-        let track = &scene.tracks[unit.tracks[0]];
+    for unit in Unit::all(dataset, &[]) {
+        let track = &dataset.tracks[unit.tracks[0]];
         let diverged = || EngineError::Diverged {
             stage: "diagnosis",
             problem: format!(
@@ -174,25 +174,25 @@ fn plain_model(fitter: &Fitter, fits: &PerAxle<AxleFit>) -> Result<Model, Engine
         let masked: Vec<f64> = (0..fitter.samples)
             .map(|i| if track.valid[i] { fit.residual[i] } else { 0.0 })
             .collect();
-        let colours = [Colour::of_order(&masked, scene.noise_order)];
+        let noise_models = [NoiseModel::of_order(&masked, dataset.noise_order)];
         let effort = Effort {
             iterations: 20,
             gain: 1e-3,
-            substeps: plain_substeps(scene, unit.tracks[0], p.beta),
+            substeps: plain_substeps(dataset, unit.tracks[0], p.beta),
         };
-        let fitted = fitter.fit(&unit, point, &colours, effort);
+        let fitted = fitter.fit(&unit, point, &noise_models, effort);
         found.push(fitted.ok_or_else(diverged)?);
     }
     Ok(Model::new(Vec::new(), found))
 }
 
-fn plain_substeps(scene: &Scene, track: usize, beta: f64) -> usize {
-    if scene.tracks[track].input.prescribed {
+fn plain_substeps(dataset: &Dataset, track: usize, beta: f64) -> usize {
+    if dataset.tracks[track].input.prescribed {
         return 1;
     }
-    let s = &scene.tracks[track].scale;
-    let turns = (s.k.abs() / s.mass).sqrt() * scene.step / FINE;
+    let s = &dataset.tracks[track].scale;
+    let turns = (s.k.abs() / s.mass).sqrt() * dataset.step / FINE;
     (turns.ceil() as usize)
-        .max(stable_substeps(scene, beta))
+        .max(stable_substeps(dataset, beta))
         .clamp(1, 20)
 }

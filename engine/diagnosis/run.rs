@@ -25,7 +25,7 @@ pub fn diagnose(
     conclusion: &Conclusion,
     progress: &dyn Progress,
 ) -> Result<Diagnosis, EngineError> {
-    let asked = Asked {
+    let asked = Query {
         ride,
         bike,
         settings,
@@ -34,17 +34,17 @@ pub fn diagnose(
     };
     let mut sprung = asked.prepared(Base::SpringAndDamper)?;
     let bare = asked.without_springs()?;
-    sprung.scene.is_held = bare.is_none();
-    let sprung = asked.told(&sprung, 1.0)?;
+    sprung.dataset.is_held = bare.is_none();
+    let sprung = asked.diagnosed(&sprung, 1.0)?;
     let Some(bare) = bare.filter(|_| sprung.verdict != Verdict::NothingMissing) else {
         return Ok(sprung);
     };
-    let bare = asked.told(&bare, share_left(&sprung))?;
+    let bare = asked.diagnosed(&bare, share_left(&sprung))?;
     Ok(better(sprung, bare))
 }
 
 /// What a diagnosis is made from.
-struct Asked<'a> {
+struct Query<'a> {
     ride: &'a Ride,
     bike: &'a Bike,
     settings: &'a Settings,
@@ -52,7 +52,7 @@ struct Asked<'a> {
     progress: &'a dyn Progress,
 }
 
-impl Asked<'_> {
+impl Query<'_> {
     fn prepared(&self, base: Base) -> Result<Prepared, EngineError> {
         Prepared::new(self.ride, self.bike, self.settings, self.conclusion, base)
     }
@@ -64,7 +64,7 @@ impl Asked<'_> {
         }
         match self.prepared(Base::Damper) {
             Ok(mut prepared) if explains_most(&prepared) => {
-                prepared.scene.is_held = false;
+                prepared.dataset.is_held = false;
                 Ok(Some(prepared))
             }
             Ok(_) | Err(EngineError::Diverged { .. }) => Ok(None),
@@ -73,10 +73,10 @@ impl Asked<'_> {
     }
 
     /// The diagnosis from one base, with a share of the budget.
-    fn told(&self, prepared: &Prepared, share: f64) -> Result<Diagnosis, EngineError> {
+    fn diagnosed(&self, prepared: &Prepared, share: f64) -> Result<Diagnosis, EngineError> {
         let settings = self.settings;
-        let (candidates, switched_off) = candidates(&prepared.scene);
-        let samples = prepared.scene.samples * prepared.scene.tracks.len();
+        let (candidates, switched_off) = candidates(&prepared.dataset);
+        let samples = prepared.dataset.samples * prepared.dataset.tracks.len();
         let budget = Budget::new(share * settings.search_budget, samples);
         let search = Search {
             fitter: prepared.fitter(),
@@ -110,7 +110,7 @@ fn only_pushed(ride: &Ride) -> bool {
 /// Whether a base without springs explains most of every axle's motion.
 fn explains_most(prepared: &Prepared) -> bool {
     let train = || prepared.split.train.clone();
-    prepared.scene.tracks.iter().all(|track| {
+    prepared.dataset.tracks.iter().all(|track| {
         let moves = spread_valid(&track.measured, &track.valid, train());
         let fit = prepared.fits().get(track.axle);
         fit.is_some_and(|fit| fit.train_rms.powi(2) < policy::BARE_LEAVES * moves.powi(2))
@@ -146,14 +146,14 @@ fn better(sprung: Diagnosis, bare: Diagnosis) -> Diagnosis {
         std::cmp::Ordering::Less => says(&bare) > 0 && no_spring,
     };
     let [first, second] = [sprung.search_cost, bare.search_cost];
-    let told = if wins { bare } else { sprung };
+    let diagnosed = if wins { bare } else { sprung };
     Diagnosis {
         search_cost: SearchCost {
             steps: first.steps + second.steps,
             budget: first.budget + second.budget,
-            ..told.search_cost
+            ..diagnosed.search_cost
         },
-        ..told
+        ..diagnosed
     }
 }
 
@@ -162,7 +162,7 @@ mod tests {
     use super::*;
     use crate::bicycle::PerAxle;
 
-    fn told(base: Base, verdict: Verdict, left: f64) -> Diagnosis {
+    fn diagnosed(base: Base, verdict: Verdict, left: f64) -> Diagnosis {
         let held = HeldOut {
             extended_rms_m: Some(left),
             ..HeldOut::default()
@@ -174,15 +174,15 @@ mod tests {
                 front: Some(held),
                 rear: None,
             },
-            ..Diagnosis::cannot_tell(String::new())
+            ..Diagnosis::without_verdict(String::new())
         }
     }
 
     #[test]
     fn a_spring_goes_where_nothing_is_lost_by_that() {
         let base = |(with, left): (Verdict, f64), (without, other): (Verdict, f64)| {
-            let sprung = told(Base::SpringAndDamper, with, left);
-            better(sprung, told(Base::Damper, without, other)).base
+            let sprung = diagnosed(Base::SpringAndDamper, with, left);
+            better(sprung, diagnosed(Base::Damper, without, other)).base
         };
         let (named, unnamed) = (Verdict::Named, Verdict::Unnamed);
         assert_eq!(
@@ -204,13 +204,13 @@ mod tests {
     #[test]
     fn a_spring_that_the_record_does_not_show_is_no_base() {
         let base = |k: f64, without: Verdict| {
-            let mut sprung = told(Base::SpringAndDamper, Verdict::Named, 1.0);
+            let mut sprung = diagnosed(Base::SpringAndDamper, Verdict::Named, 1.0);
             sprung.extended.front = Some(Estimate {
                 k_n_m: k,
                 k_std_n_m: Some(1.0),
                 ..Estimate::default()
             });
-            better(sprung, told(Base::Damper, without, 2.0)).base
+            better(sprung, diagnosed(Base::Damper, without, 2.0)).base
         };
         let in_part = Verdict::NamedInPart;
         assert_eq!(base(1.01 * policy::SHOWN, in_part), Base::SpringAndDamper);

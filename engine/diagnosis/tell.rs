@@ -1,7 +1,7 @@
 //! The decision as a report.
 
-use super::axle::{OnAxle, Teller};
-use super::dataset::Scene;
+use super::axle::{AxleReporter, OnAxle};
+use super::dataset::Dataset;
 use super::decide::Decision;
 use super::explain::detectable::detectable;
 use super::explain::{next_ride, show, windows, words};
@@ -32,14 +32,14 @@ pub fn tell(
     bike: &Bike,
     settings: &Settings,
 ) -> Diagnosis {
-    let teller = Teller {
+    let teller = AxleReporter {
         prepared,
         decision,
-        plain_motions: &motions(&prepared.scene, &search.plain),
+        plain_motions: &motions(&prepared.dataset, &search.plain),
         alpha: settings.alpha,
     };
     let mut axles = PerAxle::default();
-    for (t, track) in prepared.scene.tracks.iter().enumerate() {
+    for (t, track) in prepared.dataset.tracks.iter().enumerate() {
         let has_mass = bike.mass(track.axle).is_some();
         axles.set(track.axle, teller.axle(t, has_mass));
     }
@@ -57,7 +57,7 @@ pub fn tell(
         rest: partly.then(|| axles.filter_map(|_, on: &OnAxle| on.rest.clone())),
         alternatives: tied
             .iter()
-            .map(|model| names(&prepared.scene, model))
+            .map(|model| names(&prepared.dataset, model))
             .collect(),
         extended: axles.filter_map(|_, on| on.extended.clone()),
         warnings: warnings(prepared, decision, &axles, settings),
@@ -83,7 +83,7 @@ pub fn tell(
 }
 
 /// What windows of each axle's record say, where they were asked.
-fn in_windows(record: &Scene, decision: &Decision) -> PerAxle<Vec<Windows>> {
+fn in_windows(record: &Dataset, decision: &Decision) -> PerAxle<Vec<Windows>> {
     let mut found = PerAxle::default();
     for (track, sighted) in record.tracks.iter().zip(&decision.sighted) {
         if let Some(sights) = sighted {
@@ -110,14 +110,14 @@ fn without_verdict(diagnosis: Diagnosis, why: String) -> Diagnosis {
     }
 }
 
-fn names(scene: &Scene, model: &Model) -> Vec<EffectName> {
+fn names(dataset: &Dataset, model: &Model) -> Vec<EffectName> {
     let terms = model.terms.iter();
-    terms.map(|term| show::name(scene, term)).collect()
+    terms.map(|term| show::name(dataset, term)).collect()
 }
 
 /// RMS of what an axle does where nothing was fitted (m), or of the force that answers (N).
 fn moves(prepared: &Prepared, axle: Axle) -> f64 {
-    let track = prepared.scene.tracks.iter().find(|t| t.axle == axle);
+    let track = prepared.dataset.tracks.iter().find(|t| t.axle == axle);
     track.map_or(0.0, |t| {
         spread_valid(&t.measured, &t.valid, prepared.split.held.clone())
     })
@@ -198,7 +198,7 @@ fn is_material(
     })
 }
 
-/// What there is to warn of: the recording, what only an expectation tells, each axle, and a wider law.
+/// What there is to warn of: the recording, what only an expectation shows, each axle, and a wider law.
 fn warnings(
     prepared: &Prepared,
     decision: &Decision,
@@ -257,7 +257,7 @@ fn warnings(
 }
 
 /// That other numbers explain an axle in exactly the same way.
-fn twin(record: &Scene, fit: &Fitted) -> Option<String> {
+fn twin(record: &Dataset, fit: &Fitted) -> Option<String> {
     let (term, [kappa, beta], values) = show::twin(fit)?;
     let track = fit.unit.tracks.first().map(|t| &record.tracks[*t])?;
     let mass = track.scale.mass;

@@ -14,7 +14,7 @@ mod windows;
 
 use std::f64::consts::TAU;
 
-use super::dataset::Scene;
+use super::dataset::Dataset;
 use super::effects::Kind;
 use super::fit::integrate::run;
 use super::fit::{Fitter, Point, Term, Unit};
@@ -32,7 +32,7 @@ use crate::report::diagnosis::{Base, Detectable, Diagnosis, Place, Stronger, Ver
 use crate::ride::{AxleRecord, Ride};
 use crate::settings::Settings;
 use crate::simulate::linear::simulate;
-use crate::simulate::outing::{Excitation, Normal, Outing};
+use crate::simulate::simulated_ride::{Excitation, Normal, SimulatedRide};
 
 const K: f64 = 60e3;
 const B: f64 = 500.0;
@@ -49,7 +49,7 @@ fn bike() -> Bike {
 
 /// A minute on a road with 50 um of noise on z; `missing` (t, d, w) is a force on the front axle (N).
 fn ride(missing: impl Fn(f64, f64, f64) -> f64) -> Ride {
-    ridden(Outing::default().ride(), missing)
+    ridden(SimulatedRide::default().ride(), missing)
 }
 
 /// The same on the road of `ride`.
@@ -143,7 +143,7 @@ fn val_the_plain_model_moves_as_the_exact_one() {
         output_error::fit(&ride, &bike(), &settings, &[start])
     });
     let end = Split::of(&ride, &settings).train.end;
-    let scene = Scene::new(&ride, &bike(), &fits.unwrap(), end);
+    let dataset = Dataset::new(&ride, &bike(), &fits.unwrap(), end);
     let unit = Unit {
         tracks: vec![0],
         terms: Vec::new(),
@@ -155,9 +155,9 @@ fn val_the_plain_model_moves_as_the_exact_one() {
         initial: Vec::new(),
     };
     let points: [Point; LANES] = std::array::from_fn(|_| point.clone());
-    let lanes = unit.lanes(&scene, &points, 0);
-    let track = &scene.tracks[0];
-    let moved = run(&scene, &[(track, &lanes)], None, 0..3000, 4, false);
+    let lanes = unit.lanes(&dataset, &points, 0);
+    let track = &dataset.tracks[0];
+    let moved = run(&dataset, &[(track, &lanes)], None, 0..3000, 4, false);
     let (exact, _) = simulate(
         &track.input,
         start[0],
@@ -176,7 +176,7 @@ fn val_the_plain_model_moves_as_the_exact_one() {
     }
 }
 
-/// Nothing but the record tells the regression where to look: k and B of the start are wrong by factors.
+/// Nothing but the record shows the regression where to look: k and B of the start are wrong by factors.
 #[test]
 fn val_the_weak_form_finds_a_spring_from_afar() {
     const K3: f64 = 2e10;
@@ -186,9 +186,9 @@ fn val_the_weak_form_finds_a_spring_from_afar() {
     let start = starts_from(&observed.instrumental);
     let fits = output_error::fit(&ride, &bike(), &settings, &[start]).unwrap();
     let samples = Split::of(&ride, &settings).train.end;
-    let scene = Scene::new(&ride, &bike(), &fits, samples);
+    let dataset = Dataset::new(&ride, &bike(), &fits, samples);
     let fitter = Fitter {
-        scene: &scene,
+        dataset: &dataset,
         samples,
     };
     let unit = Unit {
@@ -218,7 +218,7 @@ fn friction_with_little_give_moves_an_axle_by_finite_amounts() {
     let start = starts_from(&observed.instrumental);
     let fits = output_error::fit(&ride, &bike(), &settings, &[start]).unwrap();
     let end = Split::of(&ride, &settings).train.end;
-    let scene = Scene::new(&ride, &bike(), &fits, end);
+    let dataset = Dataset::new(&ride, &bike(), &fits, end);
     let term = Term {
         kind: Kind::Hysteresis,
         place: Place::Front,
@@ -227,14 +227,14 @@ fn friction_with_little_give_moves_an_axle_by_finite_amounts() {
         tracks: vec![0],
         terms: vec![term],
     };
-    let give = 0.01 * scene.tracks[0].scale.d_rms;
+    let give = 0.01 * dataset.tracks[0].scale.d_rms;
     let point = Point {
         base: vec![[K / MASS, B / MASS, 1.0 / MASS, 0.0, 0.0, 0.0]],
         values: vec![[100.0 / give, give, 0.0, 0.0]],
         initial: vec![[0.0; 2]],
     };
     let points: [Point; LANES] = std::array::from_fn(|_| point.clone());
-    let moved = unit.simulate(&scene, &points, None, 0..scene.samples, 3);
+    let moved = unit.simulate(&dataset, &points, None, 0..dataset.samples, 3);
     assert!(moved[0].iter().all(|z| z.0[0].abs() < 0.1));
 }
 
@@ -310,7 +310,7 @@ fn val_the_edge_of_a_mass_step_is_found_to_a_sample() {
 /// fits, and that is no reason to fail.
 #[test]
 fn an_axle_that_is_all_but_rigid_has_a_diagnosis() {
-    let mut ride = Outing::default().ride();
+    let mut ride = SimulatedRide::default().ride();
     let mut noise = Normal::new(6);
     ride.axles = ride.axles.map(|_, record| {
         let late = |i: usize| record.road[i.saturating_sub(2)];
@@ -325,7 +325,7 @@ fn an_axle_that_is_all_but_rigid_has_a_diagnosis() {
 #[test]
 fn val_most_of_the_mass_on_its_own_spring_is_found_alone() {
     let (share, omega, zeta) = (0.6, TAU * 4.0, 0.4);
-    let mut ride = Outing::default().ride();
+    let mut ride = SimulatedRide::default().ride();
     let mut noise = Normal::new(8);
     ride.axles = ride.axles.map(|axle, record| {
         let share = if axle == Axle::Front { share } else { 0.0 };
@@ -353,19 +353,19 @@ fn val_most_of_the_mass_on_its_own_spring_is_found_alone() {
 #[test]
 fn a_ride_without_any_noise_lacks_nothing() {
     for rate_hz in [50.0, 100.0, 200.0] {
-        let outing = Outing {
+        let simulated_ride = SimulatedRide {
             rate_hz,
-            ..Outing::default()
+            ..SimulatedRide::default()
         };
-        let d = diagnosed(&outing.ride());
+        let d = diagnosed(&simulated_ride.ride());
         assert_eq!(d.verdict, Verdict::NothingMissing, "{}", d.sentence);
     }
-    let decay = Outing {
+    let decay = SimulatedRide {
         duration_s: 5.0,
         excitation: Excitation::Release {
             displacement_m: 0.01,
         },
-        ..Outing::default()
+        ..SimulatedRide::default()
     };
     let d = diagnosed(&decay.ride());
     assert_eq!(d.verdict, Verdict::NothingMissing, "{}", d.sentence);
@@ -378,7 +378,7 @@ fn val_what_a_ride_without_any_noise_lacks_is_named() {
         axle: Place::Front,
         parameters: [("gain".to_owned(), 1.05)].into(),
     };
-    let d = diagnosed(&impose::ride(&Outing::default(), &bike(), &[gain]).unwrap());
+    let d = diagnosed(&impose::ride(&SimulatedRide::default(), &bike(), &[gain]).unwrap());
     assert_eq!(d.verdict, Verdict::Named, "{}", d.sentence);
     let found = &d.effects[0].parameters["gain"];
     assert!((found.value - 1.05).abs() < 1e-5, "{found:?}");
@@ -414,14 +414,14 @@ fn pushes_of_a_riders_hands_are_not_called_noise() {
     assert_eq!(d.verdict, Verdict::Unnamed, "{}", d.sentence);
     let location = |axle| d.location.get(axle).unwrap();
     assert!(location(Axle::Front).mismatch && !location(Axle::Rear).mismatch);
-    // The least that is told.
+    // The least that is reported.
     assert_eq!(location(Axle::Front).p_value, Some(FINEST));
 }
 
 #[test]
 fn a_second_mass_on_a_hardening_spring_is_not_called_a_sprung_mass() {
     let (share, omega, zeta, travel) = (0.3, TAU * 6.0, 0.06, 1.5e-3);
-    let mut ride = Outing::default().ride();
+    let mut ride = SimulatedRide::default().ride();
     let mut noise = Normal::new(8);
     ride.axles = ride.axles.map(|axle, record| {
         let share = if axle == Axle::Front { share } else { 0.0 };
@@ -486,7 +486,7 @@ fn carried(
 /// A front axle whose wheel has such a share of the mass, under a suspension of 9 Hz.
 fn carried_by_a_wheel(wheel: f64) -> Ride {
     let (omega, zeta) = (TAU * 9.0, 0.25);
-    let mut ride = Outing::default().ride();
+    let mut ride = SimulatedRide::default().ride();
     let mut noise = Normal::new(12);
     ride.axles = ride.axles.map(|axle, record| {
         if axle == Axle::Rear {
@@ -500,7 +500,7 @@ fn carried_by_a_wheel(wheel: f64) -> Ride {
     ride
 }
 
-/// A small wheel under a suspension: its share of the mass and the tyre's stiffness hardly tell from each other.
+/// A small wheel under a suspension: its share of the mass and the tyre's stiffness hardly show from each other.
 #[test]
 fn val_a_small_wheels_mass_leaves_the_tyre_its_stiffness() {
     let d = diagnosed(&carried_by_a_wheel(0.15));
@@ -516,12 +516,12 @@ fn val_a_small_wheels_mass_leaves_the_tyre_its_stiffness() {
 #[test]
 fn val_a_wheel_out_of_round_is_named_through_a_noisy_speed() {
     let (amplitude, radius) = (0.9e-3, 0.349);
-    let outing = Outing {
+    let simulated_ride = SimulatedRide {
         duration_s: 120.0,
         speed_m_s: 6.5,
-        ..Outing::default()
+        ..SimulatedRide::default()
     };
-    let mut ride = outing.ride();
+    let mut ride = simulated_ride.ride();
     let flat = ride.axles.clone();
     let front = ride.axles.front.as_mut().unwrap();
     for (i, u) in front.road.iter_mut().enumerate() {
@@ -570,7 +570,7 @@ fn val_noise_of_the_road_takes_nothing_off_the_estimates() {
 
 #[test]
 fn val_roughness_is_not_taken_for_noise_of_the_road() {
-    let mut rough = Outing::default().ride();
+    let mut rough = SimulatedRide::default().ride();
     let mut chance = Normal::new(5);
     rough.axles = rough.axles.map(|_, record| {
         let mut height = 0.0;

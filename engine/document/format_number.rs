@@ -63,7 +63,7 @@ impl Number {
             i32::MAX
         };
         let decimals = decimals(margin, 2).min(most);
-        // Never told as nothing.
+        // Never reported as nothing.
         let margin = margin.max(10f64.powi(-decimals));
         let exponent = exponent(rounded(value.abs().max(margin), decimals));
         Self {
@@ -129,7 +129,7 @@ impl Quantity {
         }
     }
 
-    /// One of several, told by its name.
+    /// One of several, reported by its name.
     pub fn choice(name: &str) -> Self {
         Self {
             number: Number {
@@ -319,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_known_is_not_told() {
+    fn what_is_not_known_is_not_reported() {
         assert_eq!(text(23.0, None), "23");
         assert_eq!(text(3.0, f64::MAX), "3");
         assert_eq!(text(3.0, f64::NAN), "3");
@@ -380,33 +380,33 @@ mod tests {
             margin in prop_oneof![usual(), any_size()].prop_map(f64::abs),
         ) {
             let number = Number::within(value, Some(margin), " ± ");
-            let told = number.to_string();
-            prop_assert!(!told.contains("+-") && !told.contains("+/-") && !told.contains("NaN"), "{told}");
+            let reported = number.to_string();
+            prop_assert!(!reported.contains("+-") && !reported.contains("+/-") && !reported.contains("NaN"), "{reported}");
             let Some(half) = &number.margin else {
                 prop_assert!(!margin.is_normal());
                 return Ok(());
             };
-            prop_assert_eq!(decimals_of(&number.value), decimals_of(half), "{}", told);
+            prop_assert_eq!(decimals_of(&number.value), decimals_of(half), "{}", reported);
             let scale = 10f64.powi(number.exponent.unwrap_or(0));
             let (v, m) = (read(&number.value) * scale, read(half) * scale);
             let two = 10f64.powi(power(margin, 2) - 1);
             let least = if value.is_normal() { 10f64.powi(power(value, MOST) + 1 - MOST) } else { 0.0 };
             let unit = two.max(least);
-            prop_assert!((v - value).abs() <= 0.501 * unit, "{value} {margin}: {told}");
-            prop_assert!((m - margin.max(unit)).abs() <= 0.501 * unit, "{value} {margin}: {told}");
-            prop_assert!(m >= 0.999 * unit, "{value} {margin}: {told}");
+            prop_assert!((v - value).abs() <= 0.501 * unit, "{value} {margin}: {reported}");
+            prop_assert!((m - margin.max(unit)).abs() <= 0.501 * unit, "{value} {margin}: {reported}");
+            prop_assert!(m >= 0.999 * unit, "{value} {margin}: {reported}");
             let size = v.abs().max(m);
             let plain = (SMALL * 0.999..LARGE * 1.001).contains(&size);
-            prop_assert!(plain || number.exponent.is_some(), "{told}");
+            prop_assert!(plain || number.exponent.is_some(), "{reported}");
             if number.exponent.is_some() {
                 let most = read(&number.value).abs().max(read(half));
-                prop_assert!((1.0..10.0).contains(&most), "{told}");
-                prop_assert!(!(SMALL * 1.001..LARGE * 0.999).contains(&size), "{told}");
+                prop_assert!((1.0..10.0).contains(&most), "{reported}");
+                prop_assert!(!(SMALL * 1.001..LARGE * 0.999).contains(&size), "{reported}");
             }
         }
 
         #[test]
-        fn larger_values_are_not_told_as_smaller(
+        fn larger_values_are_not_reported_as_smaller(
             a in prop_oneof![usual(), any_size()],
             nearer in 0.0..1e-3f64,
             other in prop_oneof![usual(), any_size()],
@@ -427,9 +427,9 @@ mod tests {
 
         #[test]
         fn numbers_alone_keep_their_digits(value in prop_oneof![usual(), any_size()], digits in 1..=MOST) {
-            let told = significant(value, digits);
-            let off = (read(&told) - value).abs();
-            prop_assert!(off <= 0.501 * 10f64.powi(1 - digits) * value.abs(), "{value}: {told}");
+            let reported = significant(value, digits);
+            let off = (read(&reported) - value).abs();
+            prop_assert!(off <= 0.501 * 10f64.powi(1 - digits) * value.abs(), "{value}: {reported}");
         }
     }
 }

@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_are_told_by_their_place_and_in_plain_words() {
+    fn faults_are_reported_by_their_place_and_in_plain_words() {
         for (text, expected) in [
             (r#"{"name": 5}"#, "name: expected a text, found 5"),
             (

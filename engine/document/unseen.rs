@@ -14,7 +14,7 @@ mod tests {
     use super::is_unseen;
 
     #[test]
-    fn what_cannot_be_seen_is_told_from_what_scripts_are_written_with() {
+    fn what_cannot_be_seen_is_reported_from_what_scripts_are_written_with() {
         let ranges = [
             '\0'..='\u{1f}',
             '\u{7f}'..='\u{9f}',

@@ -1,6 +1,6 @@
 //! Identifies a bicycle from arrays: `cargo run --workspace --example identify`.
 
-use veloid_engine::simulate::outing::Outing;
+use veloid_engine::simulate::simulated_ride::SimulatedRide;
 use veloid_engine::{Bike, EngineError, Ride, Settings, Silent, identify, simulate};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -34,12 +34,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
 /// Time (s), road and displacement (m) as a logger's arrays, here of a simulated ride.
 fn logged(bike: &Bike) -> Result<Vec<(&'static str, Vec<f64>)>, EngineError> {
-    let outing = Outing {
+    let simulated_ride = SimulatedRide {
         duration_s: 20.0,
         noise_displacement_m: 5e-5,
-        ..Outing::default()
+        ..SimulatedRide::default()
     };
-    let ride = simulate(&outing, bike, &[])?;
+    let ride = simulate(&simulated_ride, bike, &[])?;
     let times = (0..ride.samples).map(|i| ride.time_s(i)).collect();
     let channels = ride.channels().into_iter();
     let channels = channels.map(|(name, values)| (name, values.to_vec()));

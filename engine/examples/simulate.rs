@@ -3,18 +3,18 @@
 use std::collections::BTreeMap;
 
 use veloid_engine::report::diagnosis::Place;
-use veloid_engine::simulate::outing::{Excitation, Outing};
 use veloid_engine::simulate::road::Roughness;
+use veloid_engine::simulate::simulated_ride::{Excitation, SimulatedRide};
 use veloid_engine::{Bike, EngineError, Imposed, Ride, simulate};
 
 fn main() -> Result<(), EngineError> {
-    let outing = Outing {
+    let simulated_ride = SimulatedRide {
         duration_s: 20.0,
         excitation: Excitation::Road {
             roughness: Some(Roughness::C),
             bumps: Vec::new(),
         },
-        ..Outing::default()
+        ..SimulatedRide::default()
     };
     let bike = Bike::default();
     let friction = Imposed {
@@ -23,8 +23,8 @@ fn main() -> Result<(), EngineError> {
         parameters: BTreeMap::from([("friction".to_owned(), 40.0)]),
     };
     let (plain, rubbing) = (
-        simulate(&outing, &bike, &[])?,
-        simulate(&outing, &bike, &[friction])?,
+        simulate(&simulated_ride, &bike, &[])?,
+        simulate(&simulated_ride, &bike, &[friction])?,
     );
     println!("rms of the front axle's displacement:");
     println!(

@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn less_than_an_octave_tells_nothing() {
+    fn less_than_an_octave_shows_nothing() {
         let upto = |hz: f64| seen(move |f| [1.0, if f < hz { 0.95 } else { 0.0 }]);
         assert!(upto(1.5).unwrap_err().contains("less than an octave"));
         assert!(upto(2.0 * NARROWEST * LOWEST_HZ).is_ok());

@@ -1,7 +1,7 @@
 //! How the clocks of lasers go beside those of the accelerometers on their axles, and how much noise they hold.
 //!
-//! Both see the same motion: m z'' = k d + B d' whatever the road is. So an axle's accelerometer and laser alone tell the laser's
-//! clock, by the likelihood that k and B of a ride without a road come from. An accelerometer on the other axle and the speed tell k
+//! Both see the same motion: m z'' = k d + B d' whatever the road is. So an axle's accelerometer and laser alone show the laser's
+//! clock, by the likelihood that k and B of a ride without a road come from. An accelerometer on the other axle and the speed show k
 //! and B by themselves, and the clock some four times better.
 
 use std::f64::consts::TAU;
@@ -26,8 +26,8 @@ pub struct Compared {
     pub noise: Vec<[f64; 2]>,
 }
 
-/// A laser as a record tells it.
-struct Told {
+/// A laser as a record shows it.
+struct Comparison {
     axle: Axle,
     clock: ClockOffset,
     is_worth_it: bool,
@@ -44,8 +44,11 @@ pub fn compare(ride: &Ride, bike: &Bike) -> Vec<Compared> {
     }
     let mut together = by_both_axles(ride, bike).unwrap_or_default();
     let compared = |(axle, record): (Axle, Record)| {
-        let at = together.iter().position(|told| told.axle == axle);
-        let told = told(ride, &record, at.map(|at| together.swap_remove(at)))?;
+        let at = together
+            .iter()
+            .position(|compared_clocks| compared_clocks.axle == axle);
+        let compared_clocks =
+            compared_clocks(ride, &record, at.map(|at| together.swap_remove(at)))?;
         let [channel, beside] = [SensorKind::Deflection, SensorKind::Acceleration]
             .map(|kind| channel_name(kind, axle).to_owned());
         let files = [&channel, &beside].map(|c| ride.summary.file_of(c).map(str::to_owned));
@@ -60,19 +63,29 @@ pub fn compare(ride: &Ride, bike: &Bike) -> Vec<Compared> {
                 beside,
                 file,
                 beside_file,
-                applied: told.as_ref().is_ok_and(|told| told.is_worth_it),
-                reason: told.as_ref().err().cloned(),
-                found: told.as_ref().ok().map(|told| told.clock),
+                applied: compared_clocks
+                    .as_ref()
+                    .is_ok_and(|compared_clocks| compared_clocks.is_worth_it),
+                reason: compared_clocks.as_ref().err().cloned(),
+                found: compared_clocks
+                    .as_ref()
+                    .ok()
+                    .map(|compared_clocks| compared_clocks.clock),
             },
-            noise: told.map_or_else(|_| Vec::new(), |told| told.noise),
+            noise: compared_clocks
+                .map_or_else(|_| Vec::new(), |compared_clocks| compared_clocks.noise),
         })
     };
     pairs.into_iter().filter_map(compared).collect()
 }
 
-/// What is told of an axle's laser: by all sensors together, or by its pair alone; but nothing where the pair has nothing in common,
+/// What is reported of an axle's laser: by all sensors together, or by its pair alone; but nothing where the pair has nothing in common,
 /// whatever fits best. Nothing at all where it is too short.
-fn told(ride: &Ride, pair: &Record, together: Option<Told>) -> Option<Result<Told, String>> {
+fn compared_clocks(
+    ride: &Ride,
+    pair: &Record,
+    together: Option<Comparison>,
+) -> Option<Result<Comparison, String>> {
     let windows = windows(pair).ok()?;
     let band = match band::band(&windows, &pair.sensors) {
         Ok(band) => band,
@@ -86,8 +99,8 @@ fn told(ride: &Ride, pair: &Record, together: Option<Told>) -> Option<Result<Tol
     Some(together.map_or_else(alone, Ok))
 }
 
-/// The lasers that the sensors of both axles and the speed tell together.
-fn by_both_axles(ride: &Ride, bike: &Bike) -> Option<Vec<Told>> {
+/// The lasers that the sensors of both axles and the speed show together.
+fn by_both_axles(ride: &Ride, bike: &Bike) -> Option<Vec<Comparison>> {
     let record = gather::gather(ride, bike).ok()?;
     let others = record.sensors.len() > 2;
     let windows = windows(&record).ok().filter(|_| others)?;
@@ -95,27 +108,27 @@ fn by_both_axles(ride: &Ride, bike: &Bike) -> Option<Vec<Told>> {
     solved(&record, &windows, band, |ended| lasers(ride, &ended)).ok()
 }
 
-/// The lasers that a fit tells.
-fn lasers(ride: &Ride, ended: &Ended) -> Vec<Told> {
+/// The lasers that a fit shows.
+fn lasers(ride: &Ride, ended: &Ended) -> Vec<Comparison> {
     let sensors = ended.record.sensors.iter().enumerate();
     let lasers = sensors.filter(|(_, s)| s.kind == SensorKind::Deflection);
-    let told = |(i, s): (usize, &Sensor)| {
+    let compared_clocks = |(i, s): (usize, &Sensor)| {
         let clock = offset(ride, ended, i)?;
-        Some(Told {
+        Some(Comparison {
             axle: s.axle,
             is_worth_it: is_worth_it(&clock, ended.stiffness_per_damping(s.axle)?),
             clock,
             noise: noise(ended, i),
         })
     };
-    lasers.filter_map(told).collect()
+    lasers.filter_map(compared_clocks).collect()
 }
 
-/// Nothing where the ride does not tell it.
+/// Nothing where the ride does not determine it.
 fn offset(ride: &Ride, ended: &Ended, laser: usize) -> Option<ClockOffset> {
     let sensor = &ended.record.sensors[laser];
     let late = ended.delay(laser)?;
-    // A short ride tells no more of it than was known.
+    // A short ride shows no more of it than was known.
     let drift = ended.drift(laser).unwrap_or(Correction {
         value: sensor.known.drift,
         std_error: sensor.drift,

@@ -68,7 +68,7 @@ pub fn fit(problem: &Likelihood, theta: DVector<f64>, own: Vec<Own>, most: usize
             damped[(i, i)] *= 1.0 + damping;
         }
         let mut step = Cholesky::new(damped)?.solve(&-&gradient);
-        let promised = -0.5 * gradient.dot(&step);
+        let predicted = -0.5 * gradient.dot(&step);
         limit(problem, &mut step);
         let moved = &theta + &step;
         let parts = own.iter().zip(&at.windows);
@@ -79,11 +79,11 @@ pub fn fit(problem: &Likelihood, theta: DVector<f64>, own: Vec<Own>, most: usize
             (theta, own, at) = (moved, shifted, next);
             (curvature, gradient) = reduced(&at);
             damping = (0.1 * damping).max(DAMPING[1]);
-            if gained < SETTLED && promised < SETTLED {
+            if gained < SETTLED && predicted < SETTLED {
                 break;
             }
         } else {
-            if damping > DAMPING[2] || !(promised >= SETTLED) {
+            if damping > DAMPING[2] || !(predicted >= SETTLED) {
                 break;
             }
             damping = 10.0 * damping.max(DAMPING[0]);

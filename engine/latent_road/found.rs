@@ -1,4 +1,4 @@
-//! What was found, as the report tells it.
+//! What was found, as the report shows it.
 
 use std::f64::consts::TAU;
 
@@ -17,14 +17,14 @@ use crate::report::{Correction, Estimate, LatentRoad, RoadSpectrum, SensorFound}
 use crate::ride::{SensorKind, channel_name};
 use crate::simulate::road::Roughness;
 
-/// Part of what was known beforehand that a standard error may have, to count as told by the ride.
+/// Part of what was known beforehand that a standard error may have, to count as reported by the ride.
 const TOLD: f64 = 0.5;
 /// Ratio of the spectra to what the model makes of them, over half an octave, from which a misfit is said, and how many
 /// standard errors it must be.
 pub const MISFIT: f64 = 0.5;
 const SURE: f64 = 5.0;
 
-/// Why only the road's spectrum tells k and B.
+/// Why only the road's spectrum shows k and B.
 const ALIKE: &str = "only the shape of the road's spectrum tells it, not the sensors beside each other: the axles are too much alike \
     (k/m, B/m), or the speed is too low";
 const ONE_AXLE: &str = "only the shape of the road's spectrum tells the gain between the sensors of one axle, and k goes with it: an \
@@ -90,13 +90,13 @@ impl Ended<'_> {
             Some(why) => estimate.withheld(&why),
             None => estimate,
         };
-        let told = estimate
+        let reported = estimate
             .within_reach(output_error::most(self.record.step_s))
-            .told();
-        told.is_finite().then_some(told)
+            .reportable();
+        reported.is_finite().then_some(reported)
     }
 
-    /// A correction of `unit` per unknown, where the ride tells it better than `known` was.
+    /// A correction of `unit` per unknown, where the ride shows it better than `known` was.
     fn correction(&self, at: usize, unit: f64, known: f64) -> Option<Correction> {
         let std_error = unit * self.spread.std_error[at];
         (std_error < TOLD * known).then(|| Correction {
@@ -211,7 +211,7 @@ fn misfits(lines: &[[f64; 2]], repeats: f64, spacing_hz: f64) -> Vec<String> {
     notes
 }
 
-/// Whether it is the road's smoothness that tells k or B.
+/// Whether it is the road's smoothness that shows k or B.
 fn rests_on_road(widens: &[Option<f64>]) -> bool {
     widens.iter().any(|w| w.is_none_or(|w| w > RESTS_ON_ROAD))
 }

@@ -1,4 +1,4 @@
-//! How well the windows tell the unknowns.
+//! How well the windows show the unknowns.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -17,7 +17,7 @@ const FREE_KNOTS: f64 = 6.0;
 pub struct Spread {
     /// Standard errors.
     pub std_error: Vec<f64>,
-    /// How many times wider each would be with a road of any spectrum; none where it would tell nothing.
+    /// How many times wider each would be with a road of any spectrum; none where it would show nothing.
     pub widens: Vec<Option<f64>>,
 }
 

@@ -2,7 +2,7 @@
 //!
 //!     SEEDS=200 cargo test --workspace --lib latent_road::measured -- --ignored --nocapture
 //!
-//! The roads are Gaussian (integrated white noise, seen through a contact patch) and reach beyond the band; the speed is told
+//! The roads are Gaussian (integrated white noise, seen through a contact patch) and reach beyond the band; the speed is reported
 //! once a second.
 #![allow(clippy::unwrap_used)]
 
@@ -15,8 +15,8 @@ use crate::numerics::spline::{cubic, slopes};
 use crate::report::Estimate;
 use crate::ride::{Ride, SensorKind, SensorRecord};
 use crate::simulate::linear::{Input, simulate};
-use crate::simulate::outing::Normal;
 use crate::simulate::road::Roughness;
+use crate::simulate::simulated_ride::Normal;
 
 /// How a ride goes and what its sensors do.
 #[derive(Clone, Copy)]
@@ -159,21 +159,21 @@ impl Case {
             step_s: 0.01,
             samples,
             sensors,
-            speed: Some(self.told_speed(off, samples, &mut random)),
+            speed: Some(self.recorded_speed(off, samples, &mut random)),
             ..Ride::default()
         }
     }
 
     /// The speed once a second, with a spline through it.
-    fn told_speed(&self, off: f64, samples: usize, random: &mut Normal) -> Vec<f64> {
-        let told: Vec<f64> = (0..=DURATION_S as usize + 1)
+    fn recorded_speed(&self, off: f64, samples: usize, random: &mut Normal) -> Vec<f64> {
+        let reported: Vec<f64> = (0..=DURATION_S as usize + 1)
             .map(|s| off * self.speed_at(s as f64) + self.jitter * random.draw())
             .collect();
-        let slope = slopes(&told, 1.0);
+        let slope = slopes(&reported, 1.0);
         (0..samples)
             .map(|i| {
                 let (s, part) = (i / 100, (i % 100) as f64 * 0.01);
-                let c = cubic(told[s], told[s + 1], slope[s], slope[s + 1], 1.0);
+                let c = cubic(reported[s], reported[s + 1], slope[s], slope[s + 1], 1.0);
                 c[0] + part * (c[1] + part * (c[2] + part * c[3]))
             })
             .collect()

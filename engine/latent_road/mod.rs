@@ -48,8 +48,8 @@ const KNOTS_PER_OCTAVE: f64 = 1.0;
 /// Fewest windows that say anything: what they scatter by is counted from them.
 const LEAST_WINDOWS: usize = 4;
 
-/// k and B of the axles from the ride's sensors, or why these do not tell them. Nothing for a ride whose road was recorded, or whose
-/// sensors tell no more than each other's clock.
+/// k and B of the axles from the ride's sensors, or why these do not show them. Nothing for a ride whose road was recorded, or whose
+/// sensors show no more than each other's clock.
 pub fn latent_road(ride: &Ride, bike: &Bike) -> Option<LatentRoad> {
     if ride.sensors.is_empty() || ride.speed.is_none() && !ride.has_no_road() {
         return None;
@@ -81,7 +81,7 @@ fn windows(record: &Record) -> Result<Windows, String> {
     Ok(windows)
 }
 
-/// What `told` makes of the most likely unknowns.
+/// What `reported` makes of the most likely unknowns.
 ///
 /// # Errors
 /// Why there are none.
@@ -89,7 +89,7 @@ fn solved<T>(
     record: &Record,
     windows: &Windows,
     band: Band,
-    told: impl FnOnce(Ended) -> T,
+    reported: impl FnOnce(Ended) -> T,
 ) -> Result<T, String> {
     let bins = Bins::of(windows, &record.sensors, band);
     let span = bins.span().ok_or("the band holds no frequency")?;
@@ -98,7 +98,7 @@ fn solved<T>(
     let fit = search::search(&bins, &record.sensors, &layout).ok_or(no_fit)?;
     let spread = intervals::spread(&fit, &bins, &record.sensors, &layout)
         .ok_or("the likelihood has no sharp end")?;
-    Ok(told(Ended {
+    Ok(reported(Ended {
         record,
         band,
         bins: &bins,

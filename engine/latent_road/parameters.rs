@@ -26,11 +26,11 @@ const APART: [f64; 2] = [3e-3, 10.0];
 const JITTER: [f64; 2] = [1e-3, 10.0];
 /// The same of the road's density about that of class C.
 const ROAD: f64 = 1e3;
-/// Density of class C (m^3) at 0.1 cycles/m times (0.1 cycles/m)^2: the density that every knot is told beside, falling as
+/// Density of class C (m^3) at 0.1 cycles/m times (0.1 cycles/m)^2: the density that every knot is reported beside, falling as
 /// the square of the spatial frequency (ISO 8608).
 pub const CLASS_C: f64 = 256e-6 * 0.01;
 
-/// Frequencies (in parts of a laser's reach, evenly spaced) at which the density of its noise is told: a sensor without a low-pass folds
+/// Frequencies (in parts of a laser's reach, evenly spaced) at which the density of its noise is reported: a sensor without a low-pass folds
 /// the road that is above half its rate below, most of it near its reach.
 const LASER_LEVELS: usize = 5;
 

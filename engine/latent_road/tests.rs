@@ -7,8 +7,8 @@ use super::*;
 use crate::bicycle::Axle;
 use crate::report::Estimate;
 use crate::ride::SensorKind;
-use crate::simulate::outing::{Excitation, Normal, Outing, SpeedChange, Spring};
 use crate::simulate::road::Roughness;
+use crate::simulate::simulated_ride::{Excitation, Normal, SimulatedRide, SpeedChange, Spring};
 
 /// What is not as the ride's file says.
 #[derive(Clone, Copy)]
@@ -26,8 +26,8 @@ const NOTHING: Off = Off {
     late: 0,
 };
 
-fn outing(seed: u64, rear: [f64; 2]) -> Outing {
-    Outing {
+fn simulated_ride(seed: u64, rear: [f64; 2]) -> SimulatedRide {
+    SimulatedRide {
         rear: Some(Spring {
             mass_kg: 63.0,
             k_n_m: rear[0],
@@ -38,7 +38,7 @@ fn outing(seed: u64, rear: [f64; 2]) -> Outing {
             bumps: Vec::new(),
         },
         seed,
-        ..Outing::default()
+        ..SimulatedRide::default()
     }
 }
 
@@ -55,8 +55,8 @@ fn bike() -> Bike {
 }
 
 /// The ride as two accelerometers and a speed sensor record it.
-fn ride(outing: &Outing, off: Off) -> Ride {
-    let mut ride = outing.sensed(off.noise).unwrap();
+fn ride(simulated_ride: &SimulatedRide, off: Off) -> Ride {
+    let mut ride = simulated_ride.sensed(off.noise).unwrap();
     let rear = &mut ride.sensors[1].values;
     *rear = (0..rear.len())
         .map(|i| off.gain * rear[i.saturating_sub(off.late)])
@@ -87,9 +87,9 @@ fn is_found(found: &LatentRoad) {
 }
 
 #[test]
-fn two_accelerometers_and_a_speed_tell_k_and_b() {
+fn two_accelerometers_and_a_speed_show_k_and_b() {
     for seed in 1..4 {
-        let found = latent_road(&ride(&outing(seed, REAR), NOTHING), &bike()).unwrap();
+        let found = latent_road(&ride(&simulated_ride(seed, REAR), NOTHING), &bike()).unwrap();
         is_found(&found);
         let road = found.road.unwrap();
         assert_eq!(road.class, "C");
@@ -103,13 +103,13 @@ fn two_accelerometers_and_a_speed_tell_k_and_b() {
 
 #[test]
 fn a_speed_that_changes_does_no_harm() {
-    let changing = Outing {
+    let changing = SimulatedRide {
         speed_m_s: 6.0,
         speed_change: Some(SpeedChange {
             share: 0.2,
             period_s: 20.0,
         }),
-        ..outing(3, REAR)
+        ..simulated_ride(3, REAR)
     };
     let noisy = Off {
         noise: 0.1,
@@ -126,9 +126,9 @@ fn a_speed_that_is_off_a_gain_and_a_delay_are_found() {
         late: 1,
         ..NOTHING
     };
-    let fine = Outing {
+    let fine = SimulatedRide {
         rate_hz: 500.0,
-        ..outing(2, REAR)
+        ..simulated_ride(2, REAR)
     };
     let found = latent_road(&ride(&fine, off), &bike()).unwrap();
     is_found(&found);
@@ -139,7 +139,7 @@ fn a_speed_that_is_off_a_gain_and_a_delay_are_found() {
 #[test]
 fn axles_alike_have_no_interval_but_a_reason() {
     let alike = [110e3 * 63.0 / 23.0, 1150.0 * 63.0 / 23.0];
-    let found = latent_road(&ride(&outing(1, alike), NOTHING), &bike()).unwrap();
+    let found = latent_road(&ride(&simulated_ride(1, alike), NOTHING), &bike()).unwrap();
     for e in [found.front.unwrap(), found.rear.unwrap()] {
         assert_eq!((e.k_std_n_m, e.b_std_n_s_m), (None, None));
         assert!(e.k_not_identifiable.unwrap().contains("too much alike"));
@@ -148,7 +148,7 @@ fn axles_alike_have_no_interval_but_a_reason() {
 
 #[test]
 fn what_is_lacking_is_said() {
-    let whole = ride(&outing(1, REAR), NOTHING);
+    let whole = ride(&simulated_ride(1, REAR), NOTHING);
     let why = |ride: &Ride, bike: &Bike| {
         let found = latent_road(ride, bike).unwrap();
         assert!(found.front.is_none() && found.rear.is_none());
@@ -172,22 +172,22 @@ fn what_is_lacking_is_said() {
     strange.sensors[1].values = Normals::of(9, whole.samples);
     assert!(why(&strange, &bike()).contains("nothing in common"));
     for (windows, enough) in [(LEAST_WINDOWS, true), (LEAST_WINDOWS - 1, false)] {
-        let short = Outing {
+        let short = SimulatedRide {
             duration_s: 2.0 * windows as f64 + 2.5,
-            ..outing(1, REAR)
+            ..simulated_ride(1, REAR)
         };
         let found = latent_road(&ride(&short, NOTHING), &bike()).unwrap();
         assert_eq!(found.reason.is_none(), enough, "{:?}", found.reason);
     }
-    let recorded = Outing::default().ride();
+    let recorded = SimulatedRide::default().ride();
     assert_eq!(latent_road(&recorded, &bike()), None);
 }
 
 /// Two accelerometers, and a laser at the rear whose clock is late by so many of 100 Hz's samples.
 fn with_laser(seed: u64, late: isize) -> Ride {
-    let outing = outing(seed, REAR);
-    let mut ride = outing.sensed(0.03).unwrap();
-    let motion = outing.motion().rear.unwrap();
+    let simulated_ride = simulated_ride(seed, REAR);
+    let mut ride = simulated_ride.sensed(0.03).unwrap();
+    let motion = simulated_ride.motion().rear.unwrap();
     let d: Vec<f64> = (motion.road.iter().zip(&motion.displacement))
         .map(|(u, z)| u - z)
         .collect();
@@ -227,13 +227,13 @@ impl Normals {
 
 #[test]
 fn the_same_ride_gives_the_same_bits() {
-    let ride = ride(&outing(4, REAR), NOTHING);
+    let ride = ride(&simulated_ride(4, REAR), NOTHING);
     assert_eq!(latent_road(&ride, &bike()), latent_road(&ride, &bike()));
 }
 
 #[test]
 fn a_gain_common_to_all_changes_the_road_only() {
-    let plain = ride(&outing(1, REAR), NOTHING);
+    let plain = ride(&simulated_ride(1, REAR), NOTHING);
     let mut loud = plain.clone();
     for sensor in &mut loud.sensors {
         sensor.values.iter_mut().for_each(|a| *a *= -2.0);
@@ -248,7 +248,7 @@ fn a_gain_common_to_all_changes_the_road_only() {
 /// Rides that no bicycle makes end in a reason or in numbers.
 #[test]
 fn hostile_rides_do_no_harm() {
-    let plain = ride(&outing(1, REAR), NOTHING);
+    let plain = ride(&simulated_ride(1, REAR), NOTHING);
     let n = plain.samples;
     type Way<'a> = (&'a str, &'a dyn Fn(&mut Ride));
     let ways: [Way; 12] = [
@@ -291,9 +291,9 @@ fn scale(ride: &mut Ride, by: f64) {
 /// Value and gradient of the likelihood against differences, in every unknown, with a laser beside the accelerometers.
 #[test]
 fn the_gradient_is_that_of_the_likelihood() {
-    let short = Outing {
+    let short = SimulatedRide {
         duration_s: 20.0,
-        ..outing(1, REAR)
+        ..simulated_ride(1, REAR)
     };
     let mut record = gather::gather(&ride(&short, NOTHING), &bike()).unwrap();
     record.sensors.push(Sensor {

@@ -63,7 +63,7 @@ fn estimate([kappa, beta, g]: Theta, covariance: &Matrix3<f64>, mass: Option<f64
         },
         ..Estimate::default()
     }
-    .told()
+    .reportable()
 }
 
 /// Least squares over both axles at once, each weighted by the inverse variance of its errors, put
@@ -97,7 +97,7 @@ fn joint(
             mass_kg: 1.0 / found.theta[2],
             ..Estimate::default()
         }
-        .told()
+        .reportable()
     };
     let estimates = PerAxle {
         front: Some(one(front)),

@@ -154,16 +154,16 @@ fn spread<const P: usize>(
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::simulate::outing::Normal;
+    use crate::simulate::simulated_ride::Normal;
 
-    fn rows(n: usize, colour: f64, seed: u64) -> Vec<Row<2>> {
+    fn rows(n: usize, noise_model: f64, seed: u64) -> Vec<Row<2>> {
         let mut normal = Normal::new(seed);
         let mut e = 0.0;
         let mut x = 0.0;
         (0..n)
             .map(|_| {
-                x = colour * x + normal.draw();
-                e = colour * e + normal.draw();
+                x = noise_model * x + normal.draw();
+                e = noise_model * e + normal.draw();
                 let regressor = [x, normal.draw()];
                 Row {
                     regressor,

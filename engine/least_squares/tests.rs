@@ -5,7 +5,7 @@ use crate::report::Estimate;
 use crate::report::stages::Observed;
 use crate::ride::Ride;
 use crate::settings::Settings;
-use crate::simulate::outing::{Excitation, Outing, Spring};
+use crate::simulate::simulated_ride::{Excitation, SimulatedRide, Spring};
 
 fn bike() -> Bike {
     Bike {
@@ -28,9 +28,9 @@ fn percent(e: &Estimate) -> [f64; 2] {
 }
 
 fn noisy(noise_displacement_m: f64) -> Ride {
-    Outing {
+    SimulatedRide {
         noise_displacement_m,
-        ..Outing::default()
+        ..SimulatedRide::default()
     }
     .ride()
 }
@@ -134,7 +134,7 @@ fn samples_not_valid_do_not_count() {
 }
 
 fn shaken() -> Ride {
-    Outing {
+    SimulatedRide {
         excitation: Excitation::Shaker {
             amplitude_n: 60.0,
             from_hz: 0.5,
@@ -142,7 +142,7 @@ fn shaken() -> Ride {
         },
         noise_displacement_m: 5e-6,
         rear: None,
-        ..Outing::default()
+        ..SimulatedRide::default()
     }
     .ride()
 }
@@ -166,7 +166,7 @@ fn a_force_makes_the_mass_known() {
 
 #[test]
 fn a_free_decay_is_enough() {
-    let ride = Outing {
+    let ride = SimulatedRide {
         duration_s: 4.0,
         excitation: Excitation::Release {
             displacement_m: 0.02,
@@ -178,7 +178,7 @@ fn a_free_decay_is_enough() {
             b_n_s_m: 115.0,
         }),
         rear: None,
-        ..Outing::default()
+        ..SimulatedRide::default()
     }
     .ride();
     let e = observed(&ride, &bike()).instrumental.front.unwrap();

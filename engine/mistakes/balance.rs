@@ -4,7 +4,7 @@
 use crate::bicycle::{Axle, Bike, GRAVITY};
 use crate::report::{Mistake, MistakeKind};
 
-/// How near (ratio) two numbers must be to agree, and how near a known factor: what scales and tape measures tell.
+/// How near (ratio) two numbers must be to agree, and how near a known factor: what scales and tape measures show.
 const AGREES: f64 = 1.2;
 const NEAR: f64 = 1.04;
 /// Pounds in a kilogram.
@@ -64,25 +64,25 @@ fn lever(bike: &Bike) -> Option<(String, Option<String>)> {
 
 /// That an axle's static load is not its mass times g.
 fn load(bike: &Bike, axle: Axle) -> Option<(String, Option<String>)> {
-    let told = match axle {
+    let reported = match axle {
         Axle::Front => bike.static_load_front_n,
         Axle::Rear => bike.static_load_rear_n,
     }?;
     let weight = bike.mass(axle)? * GRAVITY;
-    if is_near(told, weight, AGREES) {
+    if is_near(reported, weight, AGREES) {
         return None;
     }
-    let why = if is_near(told * GRAVITY, weight, NEAR) {
+    let why = if is_near(reported * GRAVITY, weight, NEAR) {
         Some("the load seems to be in kilograms")
-    } else if is_near(2.0 * told, weight, NEAR) {
+    } else if is_near(2.0 * reported, weight, NEAR) {
         Some("the mass seems to be doubled")
-    } else if is_near(POUNDS * told, weight, NEAR) {
+    } else if is_near(POUNDS * reported, weight, NEAR) {
         Some("the mass seems to be in pounds")
     } else {
         None
     };
     let said = format!(
-        "The bicycle's {axle} axle bears {told:.0} N at rest, but its mass weighs {weight:.0} N"
+        "The bicycle's {axle} axle bears {reported:.0} N at rest, but its mass weighs {weight:.0} N"
     );
     Some((said, why.map(str::to_owned)))
 }

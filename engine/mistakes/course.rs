@@ -5,7 +5,7 @@ use crate::bicycle::Bike;
 use crate::report::{Mistake, MistakeKind};
 use crate::ride::{Ride, distance};
 
-/// Speeds that are told in another unit, times what they are in m/s.
+/// Speeds that are reported in another unit, times what they are in m/s.
 const UNITS: [(f64, &str); 2] = [(3.6, "km/h"), (2.236_94, "mph")];
 /// How far beside the delay of a unit both roads must be less alike.
 const BESIDE: [f64; 2] = [0.9, 1.1];
@@ -107,7 +107,7 @@ impl Roads<'_> {
 mod tests {
     use super::*;
     use crate::bicycle::Axle;
-    use crate::simulate::outing::Outing;
+    use crate::simulate::simulated_ride::SimulatedRide;
 
     fn bike() -> Bike {
         Bike {
@@ -117,9 +117,9 @@ mod tests {
         }
     }
 
-    /// What is found on a ride at a speed that is told `factor` times too large, forwards or with the axles swapped.
+    /// What is found on a ride at a speed that is reported `factor` times too large, forwards or with the axles swapped.
     fn found(factor: f64, swapped: bool) -> Option<MistakeKind> {
-        let mut ride = Outing::default().ride();
+        let mut ride = SimulatedRide::default().ride();
         let speed: Vec<f64> = vec![5.0; ride.samples];
         let ridden = distance(&speed, ride.step_s);
         let (Some(front), Some(rear)) = (&mut ride.axles.front, &mut ride.axles.rear) else {
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn axles_and_speeds_are_told_by_the_delay_between_the_wheels() {
+    fn axles_and_speeds_are_reported_by_the_delay_between_the_wheels() {
         assert_eq!(found(1.0, false), None);
         assert_eq!(found(1.0, true), Some(MistakeKind::SwappedAxles));
         for (factor, _) in UNITS {
@@ -154,12 +154,12 @@ mod tests {
     }
 
     #[test]
-    fn independent_roads_tell_nothing() {
-        let mut ride = Outing::default().ride();
+    fn independent_roads_show_nothing() {
+        let mut ride = SimulatedRide::default().ride();
         ride.speed = Some(vec![5.0; ride.samples]);
-        let other = Outing {
+        let other = SimulatedRide {
             seed: 77,
-            ..Outing::default()
+            ..SimulatedRide::default()
         }
         .ride();
         ride.axles.set(

@@ -1,5 +1,5 @@
 //! Signs and units of a displacement beside the road of its axle. With a displacement that reads g times what it should,
-//! eq. (1) becomes z'' = -k/m z - B/m z' + g (k/m u + B/m u'): a regression on z, z', u, u' in the weak form tells g as the ratio
+//! eq. (1) becomes z'' = -k/m z - B/m z' + g (k/m u + B/m u'): a regression on z, z', u, u' in the weak form shows g as the ratio
 //! of two coefficients, and needs no start.
 
 use crate::bicycle::Axle;

@@ -1,5 +1,5 @@
 //! What people get wrong before a record comes here: a sign, a unit, an axle, a mass. Asked of every ride before anything is
-//! made of its numbers. Each is told only where the record shows the right reading beside the wrong one; a ride that is odd
+//! made of its numbers. Each is reported only where the record shows the right reading beside the wrong one; a ride that is odd
 //! for another reason is left to the diagnosis.
 
 mod balance;

@@ -3,7 +3,7 @@
 
 /// Autoregressive model of a residual.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Colour {
+pub struct NoiseModel {
     /// a_1 .. a_p.
     pub a: Vec<f64>,
     /// Variance of the innovations w.
@@ -13,7 +13,7 @@ pub struct Colour {
 /// Largest order tried.
 const MAX_ORDER: usize = 20;
 
-impl Colour {
+impl NoiseModel {
     pub fn white(variance: f64) -> Self {
         Self {
             a: Vec::new(),
@@ -118,7 +118,7 @@ impl Colour {
     }
 
     /// The transpose of the colouring filter 1/A applied to `x`: runs backwards in time.
-    pub fn colour_transposed(&self, x: &[f64]) -> Vec<f64> {
+    pub fn noise_model_transposed(&self, x: &[f64]) -> Vec<f64> {
         let n = x.len();
         let mut y = x.to_vec();
         for i in (0..n).rev() {
@@ -135,7 +135,7 @@ impl Colour {
 
     /// Noise of this colour from white `w` of unit variance.
     #[cfg(test)]
-    pub fn colour(&self, w: &[f64]) -> Vec<f64> {
+    pub fn noise_model(&self, w: &[f64]) -> Vec<f64> {
         let s = self.variance.sqrt();
         let mut e: Vec<f64> = Vec::with_capacity(w.len());
         for w in w {
@@ -169,12 +169,12 @@ mod tests {
 
     #[test]
     fn finds_the_model_that_made_the_noise() {
-        let truth = Colour {
+        let truth = NoiseModel {
             a: vec![-1.2, 0.5],
             variance: 0.04,
         };
-        let e = truth.colour(&noise(20_000));
-        let found = Colour::fit(&e);
+        let e = truth.noise_model(&noise(20_000));
+        let found = NoiseModel::fit(&e);
         assert!(
             (found.a[0] + 1.2).abs() < 0.03 && (found.a[1] - 0.5).abs() < 0.03,
             "{found:?}"
@@ -186,12 +186,15 @@ mod tests {
 
     #[test]
     fn transposed_filter_is_the_transpose() {
-        let c = Colour {
+        let c = NoiseModel {
             a: vec![-0.9, 0.3],
             variance: 1.0,
         };
         let (x, y) = (noise(50), noise(100)[50..].to_vec());
         let inner = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        assert!((inner(&c.colour(&x), &y) - inner(&x, &c.colour_transposed(&y))).abs() < 1e-10);
+        assert!(
+            (inner(&c.noise_model(&x), &y) - inner(&x, &c.noise_model_transposed(&y))).abs()
+                < 1e-10
+        );
     }
 }

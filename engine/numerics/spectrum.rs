@@ -140,7 +140,7 @@ const LOUD: f64 = 3.0;
 /// Share of a record's power that may be faster than what counts as its fastest.
 const BEYOND: f64 = 1e-3;
 
-/// The frequency (Hz) beyond which hardly anything moves in a record, as far as it tells: by its rate of change where it is
+/// The frequency (Hz) beyond which hardly anything moves in a record, as far as it shows: by its rate of change where it is
 /// `driven`, by itself where it swings freely.
 pub fn fastest(record: &[f64], driven: bool, step: f64) -> f64 {
     let order = if driven { 2 } else { 0 };
@@ -148,19 +148,19 @@ pub fn fastest(record: &[f64], driven: bool, step: f64) -> f64 {
 }
 
 /// The frequency (Hz) below and above which half of a record's power lies, with the same weights; none where the record is too
-/// short to tell or holds nothing but noise.
+/// short to show or holds nothing but noise.
 pub fn median_frequency(record: &[f64], driven: bool, step: f64) -> Option<f64> {
     let order = if driven { 2 } else { 0 };
     Spectrum::new(record, step)?.median_frequency(order)
 }
 
-/// Density (m^2/Hz, one-sided) of the white noise in a record, at most; zero where it is too short to tell.
+/// Density (m^2/Hz, one-sided) of the white noise in a record, at most; zero where it is too short to show.
 pub fn white_floor(record: &[f64], step: f64) -> f64 {
     Spectrum::new(record, step).map_or(0.0, |s| s.white_floor())
 }
 
 /// Standard deviation of the white noise that a record may hold at most, whatever a filter has taken off its fastest part; nothing
-/// where it is too short to tell.
+/// where it is too short to show.
 pub fn most_white(record: &[f64], step: f64) -> Option<f64> {
     let loudest = Spectrum::new(record, step)?.upper_medians().into_iter();
     Some(deviation(loudest.fold(0.0, f64::max), step))
@@ -181,7 +181,7 @@ const MEDIAN: f64 = 0.967;
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::numerics::autoregressive::Colour;
+    use crate::numerics::autoregressive::NoiseModel;
 
     pub fn white(n: usize, mut state: u64) -> Vec<f64> {
         let mut uniform = || {
@@ -238,11 +238,11 @@ pub(crate) mod tests {
         assert!((found / 2e-5 - 1.0).abs() < 0.08, "{found}");
         let moving = shaken(6000, 12);
         assert_eq!(measured_noise(&moving, 0.01), None);
-        let red = Colour {
+        let red = NoiseModel {
             a: vec![-0.9],
             variance: 1.0,
         };
-        assert_eq!(measured_noise(&red.colour(&noise), 0.01), None);
+        assert_eq!(measured_noise(&red.noise_model(&noise), 0.01), None);
         assert_eq!(measured_noise(&[0.0; 6000], 0.01), None);
     }
 

@@ -1,6 +1,6 @@
 #![allow(clippy::unwrap_used)]
 use super::*;
-use crate::simulate::outing::{Motion, Outing};
+use crate::simulate::simulated_ride::{Motion, SimulatedRide};
 
 fn observed(motion: &Motion, y: &[f64]) -> (States, f64) {
     let f = jerk_bound(y, &vec![true; y.len()], 0.01);
@@ -21,13 +21,13 @@ fn largest(a: &[f64], b: &[f64], from: usize) -> f64 {
 #[test]
 fn noisy_ride_is_observed_as_the_paper_claims() {
     for seed in 0..5 {
-        let outing = Outing {
+        let simulated_ride = SimulatedRide {
             noise_displacement_m: 5e-5,
             seed,
-            ..Outing::default()
+            ..SimulatedRide::default()
         };
-        let ride = outing.ride();
-        for (axle, motion) in outing.motion().iter() {
+        let ride = simulated_ride.ride();
+        for (axle, motion) in simulated_ride.motion().iter() {
             let y = &ride.axles.get(axle).unwrap().displacement;
             let (states, f) = observed(motion, y);
             let (p, v, a) = (
@@ -47,7 +47,7 @@ fn noisy_ride_is_observed_as_the_paper_claims() {
 /// Without noise only the differences' own attenuation is left: no chatter, no lag.
 #[test]
 fn clean_ride_is_observed_without_chatter() {
-    for (axle, motion) in Outing::default().motion().iter() {
+    for (axle, motion) in SimulatedRide::default().motion().iter() {
         let (states, f) = observed(motion, &motion.displacement);
         let (p, v, a) = (
             largest(&states.position, &motion.displacement, 100),
@@ -130,9 +130,9 @@ fn val_step_is_the_implicit_form_of_the_paper() {
 
 #[test]
 fn lanes_do_not_mix() {
-    let motion = Outing {
+    let motion = SimulatedRide {
         duration_s: 5.0,
-        ..Outing::default()
+        ..SimulatedRide::default()
     }
     .motion();
     let (f, r) = (

@@ -8,7 +8,7 @@ use crate::ride::AxleRecord;
 use crate::simulate::linear::{Input, simulate};
 use crate::simulate::sensitivity::{PARAMETERS, Plain};
 
-/// Samples that are looked at: enough to tell basins apart.
+/// Samples that are looked at: enough to show basins apart.
 const LOOKED: usize = 20_000;
 /// Frequencies of the grid, evenly in the logarithm, and peaks of the spectrum beside them.
 const FREQUENCIES: usize = 24;
@@ -19,7 +19,7 @@ const DAMPINGS: [f64; 5] = [0.002, 0.02, 0.1, 0.5, 2.0];
 const BEST: usize = 4;
 
 /// The best of the grid, least squares first.
-pub(super) fn starts(asked: &Asked, train: usize) -> Vec<Plain> {
+pub(super) fn starts(asked: &Query, train: usize) -> Vec<Plain> {
     let record = Record::new(asked, train.min(LOOKED));
     let turns = frequencies(record.measured, asked.input.step).map(|hz| std::f64::consts::TAU * hz);
     let grid: Vec<(f64, f64)> = match asked.free[0] {
@@ -35,7 +35,7 @@ pub(super) fn starts(asked: &Asked, train: usize) -> Vec<Plain> {
 }
 
 /// A fit that looks for its starts.
-pub(super) struct Asked<'a> {
+pub(super) struct Query<'a> {
     pub input: &'a Input,
     pub record: &'a AxleRecord,
     pub mass: Option<f64>,
@@ -89,7 +89,7 @@ struct Record<'a> {
 }
 
 impl<'a> Record<'a> {
-    fn new(asked: &Asked<'a>, samples: usize) -> Self {
+    fn new(asked: &Query<'a>, samples: usize) -> Self {
         let whole = asked.input.first(samples);
         let rest = vec![0.0; samples];
         let still = Input::new(&rest, None, whole.step);

@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use crate::EngineError;
 use crate::bicycle::{Axle, Bike, PerAxle};
-use crate::numerics::autoregressive::Colour;
+use crate::numerics::autoregressive::NoiseModel;
 use crate::numerics::finite::std_error;
 use crate::numerics::spline::slopes;
 use crate::report::Estimate;
@@ -123,7 +123,7 @@ impl<'a> Problem<'a> {
         })
     }
 
-    /// Whether samples so far apart could tell the model from one that is rigid or runs away. An answer to a prescribed
+    /// Whether samples so far apart could distinguishes the model from one that is rigid or runs away. An answer to a prescribed
     /// motion may have any k and B.
     fn can_show(&self, p: &Plain, floor: f64) -> bool {
         let [most_kappa, most_beta] = most(self.input.step);
@@ -177,12 +177,14 @@ impl<'a> Problem<'a> {
                 }
             })
             .collect();
-        let colour = Colour::fit(&masked);
+        let noise_model = NoiseModel::fit(&masked);
         let columns: Vec<Vec<f64>> = (0..PARAMETERS)
-            .map(|q| colour.colour_transposed(&rows.iter().map(|r| r[q]).collect::<Vec<_>>()))
+            .map(|q| {
+                noise_model.noise_model_transposed(&rows.iter().map(|r| r[q]).collect::<Vec<_>>())
+            })
             .collect();
         let meat = LocalMatrix::from_fn(|a, b| {
-            colour.variance
+            noise_model.variance
                 * columns[a]
                     .iter()
                     .zip(&columns[b])
@@ -303,7 +305,7 @@ fn globally_best(
 
 /// The best fit of one axle from a grid of starts.
 fn from_grid(problem: &Problem, split: &Split) -> Result<AxleFit, EngineError> {
-    let asked = global::Asked {
+    let asked = global::Query {
         input: &problem.input,
         record: problem.record,
         mass: problem.mass,
@@ -490,7 +492,7 @@ fn least_kappa(step: f64, split: &Split) -> f64 {
     -(100.0_f64.ln() / fitted_s).powi(2)
 }
 
-/// Largest k/m (1/s^2) and B/m (1/s, either sign) that samples so far apart (s) could tell from an axle that is
+/// Largest k/m (1/s^2) and B/m (1/s, either sign) that samples so far apart (s) could show from an axle that is
 /// rigid: a swing in each interval, and a decay in a sixth of one.
 pub fn most(step: f64) -> [f64; 2] {
     let fastest = std::f64::consts::TAU / step;

@@ -4,7 +4,7 @@ use crate::output_error::start::starts_from;
 use crate::pipeline::observe;
 use crate::ride::{ReadOptions, read};
 use crate::simulate::linear::simulate;
-use crate::simulate::outing::{Normal, Outing};
+use crate::simulate::simulated_ride::{Normal, SimulatedRide};
 use rayon::prelude::*;
 
 /// A minute on a rough road by the plain model itself, with white noise on z.
@@ -156,12 +156,12 @@ fn coverage_of_the_intervals() {
     let found: Vec<[Estimate; 2]> = (1..=SEEDS)
         .into_par_iter()
         .map(|seed| {
-            let outing = Outing {
+            let simulated_ride = SimulatedRide {
                 noise_displacement_m: 5e-5,
                 seed,
-                ..Outing::default()
+                ..SimulatedRide::default()
             };
-            let ride = outing.ride();
+            let ride = simulated_ride.ride();
             let observed = observe(&ride, &bike, &settings).unwrap();
             let starts = [starts_from(&observed.instrumental)];
             let fits = fit(&ride, &bike, &settings, &starts).unwrap();

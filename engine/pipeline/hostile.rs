@@ -13,7 +13,7 @@ use crate::pipeline::identify::identify;
 use crate::progress::Progress;
 use crate::ride::{RATES_HZ, ReadOptions, Ride, read};
 use crate::settings::Settings;
-use crate::simulate::outing::Outing;
+use crate::simulate::simulated_ride::SimulatedRide;
 
 fn settings(diagnosis: bool) -> Settings {
     Settings {
@@ -230,9 +230,9 @@ proptest! {
 /// What no reader lets through any more, straight into the engine.
 #[test]
 fn no_step_asks_for_more_than_the_samples_hold() {
-    let ride = Outing {
+    let ride = SimulatedRide {
         duration_s: 2.0,
-        ..Outing::default()
+        ..SimulatedRide::default()
     }
     .ride();
     let bike = Bike {
@@ -314,7 +314,7 @@ fn clocks_beyond_the_range_are_refused() {
     );
 }
 
-/// Inside the range and no rate of a ride: told with the header's unit and the rate.
+/// Inside the range and no rate of a ride: reported with the header's unit and the rate.
 #[test]
 fn rates_that_no_ride_has_are_doubted() {
     let warned = |header: &str, step: f64, rate_hz: Option<f64>| {

@@ -21,7 +21,7 @@ use crate::uncertainty::identifiable::{MISTAKEN, UNPLACED};
 use crate::uncertainty::laser::{are_unplaced, misleading, notes, unconfirmed, widened};
 use crate::uncertainty::laser_clock::laser_error;
 use crate::uncertainty::mass::mass_error;
-use crate::uncertainty::road_noise::{borne, decides, road_noise_error, worth_telling};
+use crate::uncertainty::road_noise::{borne, decides, road_noise_error, worth_reporting};
 
 /// Runs all stages; trials run in parallel on the current rayon pool.
 pub fn identify(
@@ -75,15 +75,15 @@ pub fn conclude(
         rear: swarm.rear.as_ref().map(start_from),
     });
     let fits = output_error::fit(ride, bike, settings, &starts)?;
-    let output_error = fits.map(|axle, fit| fit.estimate(bike.mass(axle).is_some()).told());
+    let output_error = fits.map(|axle, fit| fit.estimate(bike.mass(axle).is_some()).reportable());
     let laser_error = laser_error(ride, bike, settings, &output_error);
     let road_noise_error = road_noise_error(ride, bike, settings, &output_error);
     let mass_error = mass_error(ride, bike, settings, &output_error)?;
-    let bears =
+    let supports =
         |estimates: &PerAxle<Estimate>| widened(&widened(estimates, &laser_error), &mass_error);
-    let output_error = borne(&bears(&output_error), &road_noise_error);
+    let output_error = borne(&supports(&output_error), &road_noise_error);
     let judged = |estimates: &PerAxle<Estimate>| {
-        bears(estimates).map(|axle, e| e.clone().judged_by(output_error.get(axle)))
+        supports(estimates).map(|axle, e| e.clone().judged_by(output_error.get(axle)))
     };
     let swarm = SwarmReport {
         front: swarm
@@ -92,7 +92,7 @@ pub fn conclude(
         rear: swarm.rear.map(|e| e.judged_by(output_error.rear.as_ref())),
         ..swarm
     };
-    let told = [
+    let reported = [
         notes(
             &output_error,
             &laser_error,
@@ -101,7 +101,7 @@ pub fn conclude(
         ),
         notes(
             &output_error,
-            &worth_telling(&output_error, &road_noise_error),
+            &worth_reporting(&output_error, &road_noise_error),
             "noise of the road channel",
             "by output error, which takes it for road",
         ),
@@ -112,7 +112,7 @@ pub fn conclude(
             "as the bike file has it",
         ),
     ];
-    let comparison = compared(ride, observed, &swarm, &output_error, told.concat());
+    let comparison = compared(ride, observed, &swarm, &output_error, reported.concat());
     let clock_unconfirmed = unconfirmed(
         &ride.summary.clocks,
         &output_error,
@@ -183,11 +183,11 @@ pub fn diagnose(
     progress: &dyn Progress,
 ) -> Result<Diagnosis, EngineError> {
     if let Some(why) = no_verdict(ride, conclusion) {
-        return checked("diagnose", Diagnosis::cannot_tell(why));
+        return checked("diagnose", Diagnosis::without_verdict(why));
     }
     let found = match diagnosis::diagnose(ride, bike, settings, conclusion, progress) {
         // What the other methods found stands without it.
-        Err(EngineError::Diverged { problem, .. }) => Diagnosis::cannot_tell(format!(
+        Err(EngineError::Diverged { problem, .. }) => Diagnosis::without_verdict(format!(
             "This record carries no verdict: {problem}. Record what drives the axle, a road or a force, together with its motion; \
              where a rig prescribes the motion and measures the force, give no mass."
         )),
@@ -235,7 +235,7 @@ pub fn assemble(
 ) -> Result<Report, EngineError> {
     let mistaken = to_be_mended(&conclusion.mistakes).map(|_| MISTAKEN);
     let unplaced = are_unplaced(&ride.summary.clocks).then_some(UNPLACED);
-    let told = |estimates: PerAxle<Estimate>| match mistaken.or(unplaced) {
+    let reported = |estimates: PerAxle<Estimate>| match mistaken.or(unplaced) {
         Some(why) => estimates.map(|_, e| e.clone().withheld(why)),
         None => estimates,
     };
@@ -246,11 +246,11 @@ pub fn assemble(
         settings: settings.clone(),
         mistakes: conclusion.mistakes,
         observer: observed.observer,
-        least_squares: told(conclusion.least_squares),
-        instrumental: told(conclusion.instrumental),
+        least_squares: reported(conclusion.least_squares),
+        instrumental: reported(conclusion.instrumental),
         recursive: observed.recursive,
         swarm: conclusion.swarm,
-        output_error: told(conclusion.output_error),
+        output_error: reported(conclusion.output_error),
         latent_road: observed.latent_road.map(|latent| {
             let PerAxle { front, rear } = widened(&latent.axles(), &conclusion.mass_error);
             LatentRoad {

@@ -43,8 +43,9 @@ pub fn observe(ride: &Ride, bike: &Bike, settings: &Settings) -> Result<Observed
     let (least_squares, recursive) = estimates(&squares, ride, bike);
     let (instrumental, _) = estimates(&instruments, ride, bike);
     let most = output_error::most(ride.step_s);
-    let told = |estimates: PerAxle<Estimate>| estimates.map(|_, e| e.clone().within_reach(most));
-    let (least_squares, instrumental) = (told(least_squares), told(instrumental));
+    let reported =
+        |estimates: PerAxle<Estimate>| estimates.map(|_, e| e.clone().within_reach(most));
+    let (least_squares, instrumental) = (reported(least_squares), reported(instrumental));
     for (found, method) in [
         (&least_squares, "least squares"),
         (&instrumental, "instrumental variables"),

@@ -116,7 +116,7 @@ fn made_ready(
     let prepared = Prepared::new(ride, bike, settings, &conclusion, base)?;
     Ok(Ready {
         name: name.clone(),
-        scene: prepared.scene,
+        dataset: prepared.dataset,
         plain: prepared.plain,
         split: prepared.split,
         warnings: prepared.warnings,

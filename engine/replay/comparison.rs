@@ -103,7 +103,7 @@ fn row(
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::simulate::outing::Outing;
+    use crate::simulate::simulated_ride::SimulatedRide;
 
     fn estimate(k: f64, mass: f64) -> Estimate {
         Estimate {
@@ -123,9 +123,9 @@ mod tests {
 
     #[test]
     fn rows_stand_in_the_order_of_the_methods() {
-        let ride = Outing {
+        let ride = SimulatedRide {
             duration_s: 5.0,
-            ..Outing::default()
+            ..SimulatedRide::default()
         }
         .ride();
         let (a, b) = (both(110e3), both(100e3));
@@ -140,9 +140,9 @@ mod tests {
     #[test]
     fn truth_leaves_the_noise() {
         let noise = 1e-4;
-        let ride = Outing {
+        let ride = SimulatedRide {
             noise_displacement_m: noise,
-            ..Outing::default()
+            ..SimulatedRide::default()
         }
         .ride();
         let methods = both(110e3);
@@ -158,7 +158,7 @@ mod tests {
     /// Undamped the wrong way round: the motion grows beyond all numbers.
     #[test]
     fn a_model_that_runs_away_has_a_note_in_place_of_a_row() {
-        let ride = Outing::default().ride();
+        let ride = SimulatedRide::default().ride();
         let mut methods = both(110e3);
         methods.front.as_mut().unwrap().b_n_s_m = -2000.0;
         let found = Comparison::of(&ride, &[("output_error", &methods)]);
@@ -172,7 +172,7 @@ mod tests {
 
     #[test]
     fn samples_not_valid_do_not_count() {
-        let mut ride = Outing::default().ride();
+        let mut ride = SimulatedRide::default().ride();
         let front = ride.axles.front.as_mut().unwrap();
         for i in 3000..3010 {
             front.displacement[i] += 1.0;

@@ -281,7 +281,7 @@ mod tests {
     }
 
     fn series(quantity: Quantity) -> Series {
-        let mut ride = crate::simulate::outing::Outing {
+        let mut ride = crate::simulate::simulated_ride::SimulatedRide {
             duration_s: 5.0,
             ..Default::default()
         }

@@ -179,7 +179,7 @@ pub struct EffectReport {
 
 impl Diagnosis {
     /// That a record carries no verdict, and why.
-    pub fn cannot_tell(why: String) -> Self {
+    pub fn without_verdict(why: String) -> Self {
         Self {
             verdict: Verdict::CannotTell,
             sentence: why,
@@ -227,7 +227,7 @@ pub struct Support {
     pub rival: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rival_ratio: Option<f64>,
-    /// Largest difference between the sizes that the loud and the quiet blocks tell, beside the size.
+    /// Largest difference between the sizes that the loud and the quiet blocks show, beside the size.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub disagreement: Option<f64>,
     /// Length (s) of the windows in whose second halves errors were taken, each window from a start of its own; absent where one
@@ -251,7 +251,7 @@ pub struct Rest {
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct ParameterReport {
     pub value: f64,
-    /// Null where this ride does not tell it.
+    /// Null where this ride does not determine it.
     pub std_error: Option<f64>,
     /// Why there is no standard error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -263,7 +263,7 @@ impl ParameterReport {
     /// As people read it, under its name in the effect.
     pub fn quantity(&self, name: &str) -> Quantity {
         match name {
-            // A choice, told by its unit; the number only tells programs apart.
+            // A choice, reported by its unit; the number only shows programs apart.
             "side" => Quantity::choice(&self.unit),
             _ => Quantity::new(self.value, self.std_error, &self.unit),
         }
@@ -470,7 +470,7 @@ mod tests {
                 "id": "cubic_stiffness", "axle": "front", "parameters": {}, "p_value": null, "separation": null,
                 "adequate": affirmed, "material": true, "sentence": "",
             });
-            let mut old = serde_json::to_value(Diagnosis::cannot_tell(String::new())).unwrap();
+            let mut old = serde_json::to_value(Diagnosis::without_verdict(String::new())).unwrap();
             old["verdict"] = serde_json::to_value(verdict).unwrap();
             old["effects"] = serde_json::json!([effect]);
             old.as_object_mut().unwrap().remove("rest");

@@ -1,4 +1,4 @@
-//! Stiffness and damping of an axle, as every method tells them.
+//! Stiffness and damping of an axle, as every method shows them.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +10,7 @@ use crate::numerics::finite::finite;
 pub struct Estimate {
     pub k_n_m: f64,
     pub b_n_s_m: f64,
-    /// Standard errors; null where this ride does not tell the value, and for the swarm, which has none.
+    /// Standard errors; null where this ride does not determine the value, and for the swarm, which has none.
     pub k_std_n_m: Option<f64>,
     pub b_std_n_s_m: Option<f64>,
     /// Why there is no standard error.
@@ -18,7 +18,7 @@ pub struct Estimate {
     pub k_not_identifiable: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub b_not_identifiable: Option<String>,
-    /// Standard deviation over the trials of the swarm: how well they agree, not how well the ride tells the value.
+    /// Standard deviation over the trials of the swarm: how well they agree, not how well the ride determines the value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub k_scatter_n_m: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -14,7 +14,7 @@ pub struct LatentRoad {
     /// Why nothing was identified; null where something was.
     pub reason: Option<String>,
     pub road: Option<RoadSpectrum>,
-    /// Share by which the speed, or the wheelbase's inverse, reads too little; null where the ride does not tell it.
+    /// Share by which the speed, or the wheelbase's inverse, reads too little; null where the ride does not determine it.
     pub speed: Option<Correction>,
     pub sensors: Vec<SensorFound>,
     /// Lowest and highest frequency used (Hz).
@@ -41,7 +41,7 @@ pub struct SensorFound {
     /// Canonical channel name, e.g. `a_r`.
     pub channel: String,
     /// Factor by which it reads too much beside the first sensor, and time (s) by which its clock is late beside the accelerometer on
-    /// its axle, or else the first sensor, in the middle of the ride; null for that one and where the ride does not tell it. What
+    /// its axle, or else the first sensor, in the middle of the ride; null for that one and where the ride does not determine it. What
     /// the reader set right of it already (`ride.clocks`) is counted in.
     pub gain: Option<Correction>,
     pub delay_s: Option<Correction>,

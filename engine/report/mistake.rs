@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-/// What was done wrong to a record or its bicycle before it came here, as far as the record tells.
+/// What was done wrong to a record or its bicycle before it came here, as far as the record shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]

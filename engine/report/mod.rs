@@ -63,14 +63,14 @@ pub struct Report {
 }
 
 impl Report {
-    /// Mistakes that the verdict's sentence does not tell.
+    /// Mistakes that the verdict's sentence does not show.
     pub fn other_mistakes(&self) -> impl Iterator<Item = &Mistake> {
-        let told = self.diagnosis.is_some();
+        let reported = self.diagnosis.is_some();
         let mistakes = self.mistakes.iter();
-        mistakes.filter(move |mistake| !(told && mistake.takes_the_verdict))
+        mistakes.filter(move |mistake| !(reported && mistake.takes_the_verdict))
     }
 
-    /// Whether nothing but the sensors tells k and B, as no road, displacement or force was recorded.
+    /// Whether nothing but the sensors shows k and B, as no road, displacement or force was recorded.
     pub fn has_no_road(&self) -> bool {
         self.output_error.iter().next().is_none()
     }

@@ -241,12 +241,12 @@ pub enum Problem {
     )]
     RearRoadMissing { missing: &'static str },
     #[error(
-        "{wild} of {samples} samples of {channel} lie far outside of all others, the first at {value}; expected \
+        "{implausible} of {samples} samples of {channel} lie far outside of all others, the first at {value}; expected \
          at most one in a hundred"
     )]
-    Wild {
+    Implausible {
         channel: &'static str,
-        wild: usize,
+        implausible: usize,
         samples: usize,
         value: String,
     },
@@ -325,7 +325,7 @@ impl Problem {
             Self::GapTooLong { .. } => "gap-too-long",
             Self::AxleMissing { .. } => "axle-missing",
             Self::RearRoadMissing { .. } => "rear-road-missing",
-            Self::Wild { .. } => "wild-samples",
+            Self::Implausible { .. } => "wild-samples",
             Self::TooShort { .. } => "too-short",
             Self::Untrusted { .. } => "untrusted",
             Self::Constant { .. } => "constant",

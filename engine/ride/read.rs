@@ -10,7 +10,7 @@ use super::{Column, ReadOptions, Ride, RideSummary, SensorClock};
 use crate::bicycle::{Axle, Bike};
 use crate::ride::channels::channel::Channel;
 use crate::ride::formats::format::of_bytes;
-use crate::ride::signals::clock_notes::{apart, tell};
+use crate::ride::signals::clock_notes::{apart, note};
 use crate::ride::signals::common::{Common, basis, has_only_accelerometers};
 use crate::ride::signals::{axles, decay, sensed};
 
@@ -94,7 +94,7 @@ pub struct PreviewGap {
 }
 
 /// Says what would be read from the files of a ride. Files that are not tables at all are errors; what lacks to
-/// identify a ride (a time, an axle) is told in [`Preview::problem`].
+/// identify a ride (a time, an axle) is reported in [`Preview::problem`].
 pub fn preview(files: &[RideFile<'_>], options: &ReadOptions) -> Result<Preview, ReadError> {
     let opened = open(files, options)?;
     let mut preview = Preview::default();
@@ -191,7 +191,7 @@ fn ride(
     for clock in apart(clocks) {
         recording.correct(clock);
     }
-    tell(&mut recording, clocks);
+    note(&mut recording, clocks);
     let mut common = Common::new(&mut recording, options)?;
     let sensors = sensed::recorded(&common, options.deflection_sign);
     let axles = axles::build(&mut common, bike, options)?;

@@ -8,10 +8,10 @@ use super::error::{Problem, ReadError};
 use super::file::FileSummary;
 use super::options::ReadOptions;
 use crate::ride::channels::channel::Channel;
+use crate::ride::channels::implausible;
 use crate::ride::channels::table::{Spec, Table};
 use crate::ride::channels::unit::Unit;
 use crate::ride::channels::values::{is_constant, size};
-use crate::ride::channels::wild;
 use crate::ride::clocks::clock::{Clock, Fit, Pace, drop_at};
 use crate::ride::clocks::rates::{RATES_HZ, USUAL_HZ};
 use crate::ride::clocks::resample::roughness;
@@ -70,7 +70,7 @@ impl Recording {
         for (spec, values) in &mut table.columns {
             scale(values, spec.unit.scale);
         }
-        out.leave_out_wild(&mut table, &stamps)?;
+        out.leave_out_implausible(&mut table, &stamps)?;
         for (spec, mut values) in std::mem::take(&mut table.columns) {
             let own = stamps.own(&mut values);
             if values.is_empty() {
@@ -142,16 +142,20 @@ impl Recording {
     }
 
     /// Blanks the samples that lie far outside of all others.
-    fn leave_out_wild(&mut self, table: &mut Table, stamps: &Stamps) -> Result<(), ReadError> {
+    fn leave_out_implausible(
+        &mut self,
+        table: &mut Table,
+        stamps: &Stamps,
+    ) -> Result<(), ReadError> {
         let duration_s = stamps.duration_s(table.rows);
-        for found in wild::find(&table.columns, duration_s) {
+        for found in implausible::find(&table.columns, duration_s) {
             let (spec, values) = &mut table.columns[found.column];
             let (row, samples) = (found.rows[0], found.rows.len());
             let (channel, value) = (spec.channel, size(spec.channel, values[row]));
             if found.too_many() {
-                let problem = Problem::Wild {
+                let problem = Problem::Implausible {
                     channel: channel.name(),
-                    wild: samples,
+                    implausible: samples,
                     samples: found.samples,
                     value,
                 };
@@ -322,7 +326,7 @@ impl Recording {
         }
     }
 
-    /// Doubts the time's unit where nothing that a ride is told by has a usual rate.
+    /// Doubts the time's unit where nothing that a ride is reported by has a usual rate.
     fn note_unusual_rate(&mut self, stamps: &Stamps) {
         let essential = self.tracks.values().filter(|t| {
             t.spec.channel.is_essential() && t.values.len() > 1 && !is_constant(&t.values)

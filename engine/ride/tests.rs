@@ -619,7 +619,7 @@ fn refusals_name_the_place() {
 }
 
 #[test]
-fn large_numbers_are_told_shortly() {
+fn large_numbers_are_reported_shortly() {
     let huge = |z: &str| format!("t,z_f\n{}", format!("0,{z}\n").repeat(60));
     let e = read_text(&huge("1e300")).unwrap_err().to_string();
     assert!(e.contains("1e300 is beyond 1e15"), "{e}");
@@ -652,7 +652,7 @@ fn long_pauses_are_refused() {
 }
 
 #[test]
-fn unusual_sizes_are_told_not_refused() {
+fn unusual_sizes_are_reported_not_refused() {
     let text = Waves::csv(500, 100.0)
         .replace("z_f", "z_f [ft]")
         .replace("u_f", "u_f [V]");

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::outing::{Normal, Outing};
+use super::simulated_ride::{Normal, SimulatedRide};
 use crate::EngineError;
 use crate::bicycle::Axle;
 use crate::numerics::spline::{cubic, slopes};
@@ -42,7 +42,7 @@ impl Laser {
     ///
     /// # Errors
     /// A number that is out of range; a ride without that axle.
-    pub fn logged(&self, outing: &Outing) -> Result<Logged, EngineError> {
+    pub fn logged(&self, simulated_ride: &SimulatedRide) -> Result<Logged, EngineError> {
         within("noise of the laser", self.noise_m, 0.0, f64::MAX)?;
         within(
             "offset of the laser's clock (s)",
@@ -62,7 +62,7 @@ impl Laser {
             *RATES_HZ.start(),
             *RATES_HZ.end(),
         )?;
-        let fine = outing.fine();
+        let fine = simulated_ride.fine();
         let record = fine.axles.get(self.axle).ok_or_else(|| EngineError::Ride {
             axle: self.axle,
             problem: "there is a laser, but nothing else is recorded".to_owned(),
@@ -79,13 +79,13 @@ impl Laser {
             c[0] + s * (c[1] + s * (c[2] + s * c[3]))
         };
         let rate = 1.0 + 1e-6 * self.drift_ppm;
-        let samples = (outing.duration_s * rate * self.rate_hz) as usize + 1;
+        let samples = (simulated_ride.duration_s * rate * self.rate_hz) as usize + 1;
         let own = |i: usize| i as f64 / self.rate_hz;
         let side = match self.axle {
             Axle::Front => 0,
             Axle::Rear => 1,
         };
-        let mut noise = Normal::new(outing.seed.wrapping_add(0x6c61_7365_7200 + side));
+        let mut noise = Normal::new(simulated_ride.seed.wrapping_add(0x6c61_7365_7200 + side));
         Ok(Logged {
             channel: channel_name(SensorKind::Deflection, self.axle),
             stamps_s: (0..samples).map(|i| self.offset_s + own(i)).collect(),
@@ -111,13 +111,13 @@ mod tests {
 
     #[test]
     fn it_measures_the_deflection_by_its_own_clock() {
-        let outing = Outing {
+        let simulated_ride = SimulatedRide {
             duration_s: 20.0,
-            ..Outing::default()
+            ..SimulatedRide::default()
         };
-        let motion = outing.motion().rear.unwrap();
+        let motion = simulated_ride.motion().rear.unwrap();
         let d = |i: usize| motion.road[i] - motion.displacement[i];
-        let right = LASER.logged(&outing).unwrap();
+        let right = LASER.logged(&simulated_ride).unwrap();
         assert_eq!((right.channel, right.values.len()), ("d_r", 1001));
         assert!((0..1001).all(|i| (right.values[i] - d(2 * i)).abs() < 1e-12));
         // 5 % fast: after 10 s of the ride it reads 10.5 s and half a second more.
@@ -126,7 +126,7 @@ mod tests {
             drift_ppm: 5e4,
             ..LASER
         };
-        let late = late.logged(&outing).unwrap();
+        let late = late.logged(&simulated_ride).unwrap();
         let i = late
             .stamps_s
             .iter()
@@ -138,11 +138,11 @@ mod tests {
 
     #[test]
     fn what_cannot_be_is_refused() {
-        let outing = Outing {
+        let simulated_ride = SimulatedRide {
             rear: None,
-            ..Outing::default()
+            ..SimulatedRide::default()
         };
-        assert!(LASER.logged(&outing).is_err());
+        assert!(LASER.logged(&simulated_ride).is_err());
         for wrong in [
             Laser {
                 noise_m: -1.0,
@@ -161,7 +161,10 @@ mod tests {
                 ..LASER
             },
         ] {
-            assert!(wrong.logged(&Outing::default()).is_err(), "{wrong:?}");
+            assert!(
+                wrong.logged(&SimulatedRide::default()).is_err(),
+                "{wrong:?}"
+            );
         }
     }
 }

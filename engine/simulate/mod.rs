@@ -4,9 +4,9 @@
 pub mod laser;
 #[allow(missing_docs)]
 pub mod linear;
-pub mod outing;
 pub mod road;
 mod sensed;
 pub(crate) mod sensitivity;
 pub mod sensor_noise;
+pub mod simulated_ride;
 pub(crate) mod start;

@@ -1,12 +1,12 @@
 //! A simulated ride as two accelerometers and a speed sensor record it.
 
-use super::outing::{Normal, Outing};
+use super::simulated_ride::{Normal, SimulatedRide};
 use crate::EngineError;
 use crate::bicycle::PerAxle;
 use crate::ride::{Ride, SensorKind, SensorRecord};
 use crate::settings::within;
 
-impl Outing {
+impl SimulatedRide {
     /// The ride without road and displacement: accelerometers with white noise (m/s^2, standard deviation), and the speed.
     ///
     /// # Errors
@@ -40,14 +40,17 @@ mod tests {
 
     #[test]
     fn sensors_record_the_motion_and_their_noise() {
-        let outing = Outing {
+        let simulated_ride = SimulatedRide {
             duration_s: 20.0,
-            ..Outing::default()
+            ..SimulatedRide::default()
         };
-        let (quiet, noisy) = (outing.sensed(0.0).unwrap(), outing.sensed(0.1).unwrap());
+        let (quiet, noisy) = (
+            simulated_ride.sensed(0.0).unwrap(),
+            simulated_ride.sensed(0.1).unwrap(),
+        );
         assert!(quiet.axles.front.is_none() && quiet.sensors.len() == 2);
         for ((_, motion), (quiet, noisy)) in
-            (outing.motion().iter()).zip(quiet.sensors.iter().zip(&noisy.sensors))
+            (simulated_ride.motion().iter()).zip(quiet.sensors.iter().zip(&noisy.sensors))
         {
             assert_eq!(quiet.values, motion.acceleration);
             let off = quiet.values.iter().zip(&noisy.values);

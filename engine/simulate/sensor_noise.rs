@@ -2,10 +2,10 @@
 
 use nalgebra::Complex;
 
-use crate::simulate::outing::Normal;
+use crate::simulate::simulated_ride::Normal;
 
-/// Gaussian noise of a one-sided density (unit^2/Hz) that is told at rising frequencies (Hz), evenly spaced: held below the first,
-/// nothing from one spacing after the last. Nothing where no density is told.
+/// Gaussian noise of a one-sided density (unit^2/Hz) that is reported at rising frequencies (Hz), evenly spaced: held below the first,
+/// nothing from one spacing after the last. Nothing where no density is reported.
 pub fn noise(densities: &[[f64; 2]], samples: usize, rate_hz: f64, seed: u64) -> Option<Vec<f64>> {
     let [[first_hz, _], [second_hz, _], ..] = densities else {
         return None;

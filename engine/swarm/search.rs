@@ -42,7 +42,7 @@ impl Axis {
 
 /// Best cost and best position after each iteration.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Course {
+pub struct CostCurve {
     pub best_cost: Vec<f64>,
     pub best_position: Vec<Vec<f64>>,
 }
@@ -66,7 +66,7 @@ pub fn minimise<E>(
     seed: u64,
     mut costs: impl FnMut(&[f64], &mut [f64]),
     mut heard: impl FnMut(usize, f64) -> Result<(), E>,
-) -> Result<Course, E> {
+) -> Result<CostCurve, E> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut uniform = move || random.random::<f64>();
     let (d, particles) = (axes.len(), rules.particles);
@@ -80,7 +80,7 @@ pub fn minimise<E>(
     let mut lead = vec![f64::INFINITY; groups.len()];
     let mut values = vec![0.0; particles * d];
     let mut cost = vec![0.0; particles * groups.len()];
-    let mut course = Course::default();
+    let mut course = CostCurve::default();
     let mut delta = 1.0;
     let (w_min, w_max) = rules.inertia;
     for iteration in 0..rules.iterations {
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn stops_when_told_and_never_follows_what_is_no_number() {
+    fn stops_when_reported_and_never_follows_what_is_no_number() {
         let stopped = minimise(&AXES, &[2], &RULES, 1, bowl, |i, _| {
             if i == 3 { Err(i) } else { Ok(()) }
         });

@@ -3,7 +3,7 @@ use super::*;
 use crate::pipeline::observe;
 use crate::progress::Silent;
 use crate::settings::Objective;
-use crate::simulate::outing::{Excitation, Normal, Outing};
+use crate::simulate::simulated_ride::{Excitation, Normal, SimulatedRide};
 use nalgebra::{Matrix2, Vector2};
 use rayon::prelude::*;
 
@@ -16,10 +16,10 @@ fn bike() -> Bike {
 }
 
 fn noisy(noise_displacement_m: f64, seed: u64) -> Ride {
-    Outing {
+    SimulatedRide {
         noise_displacement_m,
         seed,
-        ..Outing::default()
+        ..SimulatedRide::default()
     }
     .ride()
 }
@@ -184,7 +184,7 @@ fn equal_axles_are_two_unknowns() {
 
 #[test]
 fn an_unknown_mass_is_searched_too() {
-    let ride = Outing {
+    let ride = SimulatedRide {
         excitation: Excitation::Shaker {
             amplitude_n: 60.0,
             from_hz: 0.5,
@@ -192,7 +192,7 @@ fn an_unknown_mass_is_searched_too() {
         },
         noise_displacement_m: 5e-6,
         rear: None,
-        ..Outing::default()
+        ..SimulatedRide::default()
     }
     .ride();
     let unweighed = Bike {
@@ -293,10 +293,10 @@ fn bias_of_the_objectives() {
 /// Ten minutes go by lagged products, and find what a walk through the record finds.
 #[test]
 fn long_rides_are_searched_to_the_minimum() {
-    let ride = Outing {
+    let ride = SimulatedRide {
         duration_s: 600.0,
         noise_displacement_m: 5e-5,
-        ..Outing::default()
+        ..SimulatedRide::default()
     }
     .ride();
     let settings = Settings::default();

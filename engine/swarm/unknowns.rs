@@ -1,6 +1,6 @@
 //! The swarm's coordinates X, paper eq. (24): which physical quantities a position stands for.
 
-use super::search::{Axis, Course};
+use super::search::{Axis, CostCurve};
 use crate::bicycle::{Axle, Bike, PerAxle};
 use crate::report::{Estimate, Parameters, Trial};
 
@@ -102,7 +102,7 @@ impl Unknowns {
     }
 
     /// The report of a trial that took `course`.
-    pub fn trial(&self, seed: u64, course: Course) -> Trial {
+    pub fn trial(&self, seed: u64, course: CostCurve) -> Trial {
         let end = course.best_position.last().cloned().unwrap_or_default();
         let of = |axle: Axle| {
             self.axles.iter().any(|a| a.axle == axle).then(|| {

@@ -11,7 +11,7 @@ const MOST: f64 = 0.5;
 /// have 5 to 15. A value near zero that is known to within this is known, however large its relative error.
 const NOTHING: f64 = TAU;
 
-/// The standard error of a parameter that the ride tells, or why it does not. `nothing` is a size (in the parameter's
+/// The standard error of a parameter that the ride shows, or why it does not. `nothing` is a size (in the parameter's
 /// unit) that is as good as zero.
 pub fn identified(
     value: f64,
@@ -45,26 +45,26 @@ pub const NO_VERDICT: &str = "the record carries no verdict on what is missing b
 
 impl Estimate {
     /// The estimate without the intervals that would only pretend, with the reasons.
-    pub fn told(self) -> Self {
+    pub fn reportable(self) -> Self {
         let mass = self.mass_kg;
-        self.told_beside([mass * NOTHING * NOTHING, mass * NOTHING])
+        self.reportable_beside([mass * NOTHING * NOTHING, mass * NOTHING])
     }
 
     /// The same where k (N/m) and B (N s/m) of these sizes are as good as none.
-    pub fn told_beside(self, [k_nothing, b_nothing]: [f64; 2]) -> Self {
+    pub fn reportable_beside(self, [k_nothing, b_nothing]: [f64; 2]) -> Self {
         let k = identified(self.k_n_m, self.k_std_n_m, k_nothing, "N/m");
         let b = identified(self.b_n_s_m, self.b_std_n_s_m, b_nothing, "N s/m");
         Self {
             k_std_n_m: k.as_ref().ok().copied(),
             b_std_n_s_m: b.as_ref().ok().copied(),
-            // A reason that is known already tells more than the missing number.
+            // A reason that is known already shows more than the missing number.
             k_not_identifiable: self.k_not_identifiable.clone().or(k.err()),
             b_not_identifiable: self.b_not_identifiable.clone().or(b.err()),
             ..self
         }
     }
 
-    /// The estimate without intervals where k/m (1/s^2) or B/m (1/s) is beyond the `most` that any sample could tell.
+    /// The estimate without intervals where k/m (1/s^2) or B/m (1/s) is beyond the `most` that any sample could show.
     pub fn within_reach(self, [most_kappa, most_beta]: [f64; 2]) -> Self {
         if self.mass_kg == 0.0 {
             // A prescribed motion, to which any k and B may answer.
@@ -105,7 +105,7 @@ impl Estimate {
 mod tests {
     use super::*;
 
-    fn told(k: f64, k_std: Option<f64>) -> Estimate {
+    fn reportable(k: f64, k_std: Option<f64>) -> Estimate {
         Estimate {
             k_n_m: k,
             k_std_n_m: k_std,
@@ -114,12 +114,12 @@ mod tests {
             mass_kg: 25.0,
             ..Estimate::default()
         }
-        .told()
+        .reportable()
     }
 
     #[test]
-    fn an_interval_that_says_nothing_is_not_told_but_why() {
-        let wide = told(65_879.0, Some(3e20));
+    fn an_interval_that_says_nothing_is_not_reported_but_why() {
+        let wide = reportable(65_879.0, Some(3e20));
         assert_eq!((wide.k_std_n_m, wide.b_std_n_s_m), (None, Some(10.0)));
         assert!(
             wide.k_not_identifiable
@@ -127,17 +127,17 @@ mod tests {
                 .contains("3.0e20 N/m")
         );
         assert!(wide.b_not_identifiable.is_none());
-        assert!(told(65_879.0, None).k_not_identifiable.is_some());
+        assert!(reportable(65_879.0, None).k_not_identifiable.is_some());
     }
 
     #[test]
     fn the_bound_is_half_of_the_value() {
         assert_eq!(
-            told(60e3, Some(0.999 * MOST * 60e3)).k_not_identifiable,
+            reportable(60e3, Some(0.999 * MOST * 60e3)).k_not_identifiable,
             None
         );
         assert!(
-            told(60e3, Some(1.001 * MOST * 60e3))
+            reportable(60e3, Some(1.001 * MOST * 60e3))
                 .k_not_identifiable
                 .is_some()
         );
@@ -146,9 +146,12 @@ mod tests {
     /// A drive has a mass and a damper, and no spring: that is known well, whatever the relative error.
     #[test]
     fn none_of_it_is_known_too() {
-        assert_eq!(told(0.5, Some(20.0)).k_std_n_m, Some(20.0));
+        assert_eq!(reportable(0.5, Some(20.0)).k_std_n_m, Some(20.0));
         let nothing = 25.0 * NOTHING * NOTHING;
-        assert_eq!(told(0.5, Some(1.001 * MOST * nothing)).k_std_n_m, None);
+        assert_eq!(
+            reportable(0.5, Some(1.001 * MOST * nothing)).k_std_n_m,
+            None
+        );
     }
 
     #[test]
@@ -156,7 +159,7 @@ mod tests {
         let most = crate::output_error::most(0.01);
         let e = |k: f64| Estimate {
             mass_kg: 20.0,
-            ..told(k, Some(1e-6 * k))
+            ..reportable(k, Some(1e-6 * k))
         };
         let edge = 20.0 * most[0];
         assert!(e(0.999 * edge).within_reach(most).k_std_n_m.is_some());

@@ -7,7 +7,7 @@ use crate::report::{Estimate, LatentRoad, Parameters};
 use crate::ride::SensorClock;
 
 /// Largest shares of k and of B that a laser's clock (by one standard error) and noise may move them by in a ride that carries a
-/// verdict: what is promised of a bench whose clocks were set right (issue 20: k within 1 %, B within 3 %).
+/// verdict: what is predicted of a bench whose clocks were set right (issue 20: k within 1 %, B within 3 %).
 const MOST: Parameters = Parameters {
     k_n_m: 0.01,
     b_n_s_m: 0.03,
@@ -21,7 +21,7 @@ pub fn widened(estimates: &PerAxle<Estimate>, by: &PerAxle<Parameters>) -> PerAx
             b_std_n_s_m: e.b_std_n_s_m.map(|std| std.hypot(by.b_n_s_m)),
             ..e.clone()
         }
-        .told(),
+        .reportable(),
         None => e.clone(),
     })
 }
@@ -49,7 +49,7 @@ pub fn are_unplaced(clocks: &[SensorClock]) -> bool {
     clocks.iter().any(unknown)
 }
 
-/// Why a ride's laser lets nobody tell what is missing.
+/// Why a ride's laser lets nobody show what is missing.
 pub fn misleading(
     clocks: &[SensorClock],
     found: &PerAxle<Estimate>,
@@ -64,7 +64,7 @@ pub fn misleading(
         return Some(format!(
             "This record carries no verdict: {}, {rests}. Record both on one logger, or shake both at the start \
              and at the end so that their clocks can be compared.",
-            clock.told()
+            clock.summary()
         ));
     }
     let wide = |(axle, by): (Axle, &Parameters)| {
@@ -86,7 +86,7 @@ pub fn misleading(
 }
 
 /// Why a clock that was set right may be physics that is missing: what delays a force (a viscoelastic tyre, mass below the sensor)
-/// passes for a clock. Where both axles tell k and B without the road, they tell which: these and output error then agree, at the
+/// passes for a clock. Where both axles show k and B without the road, they show which: these and output error then agree, at the
 /// family-wise false-alarm rate `alpha` or to within what is believed.
 pub fn unconfirmed(
     clocks: &[SensorClock],
@@ -99,17 +99,17 @@ pub fn unconfirmed(
     let pairs: Vec<Pair> = (found.iter())
         .filter_map(|(axle, e)| Pair::of(axle, e, latent.get(axle)?))
         .collect();
-    let told = clock.told();
+    let summary = clock.summary();
     if pairs.is_empty() {
         return Some(format!(
-            "Whether the model leaves physics out cannot be told: {told}, and what delays a force passes for a late clock. k and B hold if \
+            "Whether the model leaves physics out cannot be told: {summary}, and what delays a force passes for a late clock. k and B hold if \
              nothing is missing. Record both sensors on one logger, or with an accelerometer on the other axle and the speed."
         ));
     }
     let rate = alpha / (2 * pairs.len()) as f64;
     let axle = pairs.iter().find(|pair| pair.parts(rate))?.axle;
     Some(format!(
-        "This record carries no verdict: {told}; but k and B of the {axle} axle with that clock are not those that the accelerometers tell by \
+        "This record carries no verdict: {summary}; but k and B of the {axle} axle with that clock are not those that the accelerometers tell by \
          themselves (`latent_road`). Either the clocks go otherwise, or physics is missing that passes for a late clock. Record all \
          sensors on one logger."
     ))

@@ -56,7 +56,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::Silent;
-    use crate::simulate::outing::Outing;
+    use crate::simulate::simulated_ride::SimulatedRide;
 
     /// On a road k and B are as uncertain as the mass, in parts of themselves.
     #[test]
@@ -73,9 +73,9 @@ mod tests {
             diagnosis: false,
             ..Settings::default()
         };
-        let ride = Outing::default().ride();
-        let told = |std| crate::identify(&ride, &bike(std), &settings, &Silent).unwrap();
-        let (exact, unsure) = (told(None), told(Some(0.46)));
+        let ride = SimulatedRide::default().ride();
+        let reported = |std| crate::identify(&ride, &bike(std), &settings, &Silent).unwrap();
+        let (exact, unsure) = (reported(None), reported(Some(0.46)));
         let [before, after] = [&exact, &unsure].map(|r| r.output_error.front.clone().unwrap());
         assert_eq!((before.k_n_m, before.b_n_s_m), (after.k_n_m, after.b_n_s_m));
         let ratio = |std: Option<f64>, before: Option<f64>, value: f64| {

@@ -8,7 +8,7 @@ use crate::numerics::spectrum::measured_noise;
 use crate::report::{Estimate, Parameters};
 use crate::ride::{AxleRecord, Ride, RoadDoubt};
 use crate::settings::Settings;
-use crate::simulate::outing::Normal;
+use crate::simulate::simulated_ride::Normal;
 use crate::uncertainty::laser::widened;
 use crate::uncertainty::road_variant::moved;
 
@@ -20,14 +20,14 @@ const SEED: u64 = 0x726f_6164;
 /// Share of k or B by which they must move to be spoken of.
 const TOLD: f64 = 0.01;
 /// Largest shares of k and B by which noise may move them in a ride that carries intervals and a verdict. Beyond, twice the noise
-/// tells too little of what there would be without: on simulated rides of the paper's bicycle with 0.05 mm in road and displacement, k that moved
+/// shows too little of what there would be without: on simulated rides of the paper's bicycle with 0.05 mm in road and displacement, k that moved
 /// by 0.1 % was off by 0.2 %, by 1 % up to 4 %, by 10 % some 20 %, by 20 % some 60 % (5, 1, 1 and 0.5 m/s).
 const MOST: [f64; 2] = [0.05, 0.15];
 /// Why such an estimate has no interval.
 const DECIDES: &str = "noise of the road channel decides it";
 
 /// What there is to say of it, by axle.
-pub fn worth_telling(found: &PerAxle<Estimate>, by: &PerAxle<Parameters>) -> PerAxle<Parameters> {
+pub fn worth_reporting(found: &PerAxle<Estimate>, by: &PerAxle<Parameters>) -> PerAxle<Parameters> {
     by.filter_map(|axle, by| {
         let shares = by.shares_of(found.get(axle)?);
         (shares.iter().any(|share| *share > TOLD)).then(|| by.clone())
@@ -48,7 +48,7 @@ pub fn borne(found: &PerAxle<Estimate>, by: &PerAxle<Parameters>) -> PerAxle<Est
     })
 }
 
-/// Why a ride's road channel lets nobody tell what is missing.
+/// Why a ride's road channel lets nobody show what is missing.
 pub fn decides(found: &PerAxle<Estimate>, by: &PerAxle<Parameters>) -> Option<String> {
     let too_much = |(axle, e): (Axle, &Estimate)| {
         let by = by.get(axle).filter(|by| is_too_much(e, by))?;

@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use veloid_engine::document::format_number::Number;
 use veloid_engine::replay::Quantity;
 use veloid_engine::report::{self, Report};
-use veloid_engine::simulate::outing::Outing;
+use veloid_engine::simulate::simulated_ride::SimulatedRide;
 use veloid_engine::{Bike, Ride, Settings};
 
 use columns::Columns;
@@ -49,22 +49,22 @@ fn identify(
 #[pyfunction]
 fn simulate<'py>(
     py: Python<'py>,
-    outing: &str,
+    simulated_ride: &str,
     bike: &str,
     effects: &str,
     accelerometers: Option<f64>,
 ) -> PyResult<(Columns<'py>, String)> {
-    let outing: Outing = input::options(outing)?;
+    let simulated_ride: SimulatedRide = input::options(simulated_ride)?;
     let bike = Bike::from_json(bike).map_err(Failure::from)?;
     let effects = input::effects(effects)?;
     let pool = run::pool(None)?;
     let ride = run::beside(py, &pool, &Settings::default(), None, |_| {
         Ok(match accelerometers {
-            Some(noise) => outing.sensed(noise)?,
-            None => veloid_engine::simulate(&outing, &bike, &effects)?,
+            Some(noise) => simulated_ride.sensed(noise)?,
+            None => veloid_engine::simulate(&simulated_ride, &bike, &effects)?,
         })
     })?;
-    let made = serde_json::to_string(&outing).map_err(Failure::from)?;
+    let made = serde_json::to_string(&simulated_ride).map_err(Failure::from)?;
     Ok((columns::of_ride(py, &ride), made))
 }
 

@@ -37,14 +37,14 @@ pub fn beside<T: Send>(
 ) -> PyResult<T> {
     let stop = AtomicBool::new(false);
     let (steps, heard) = channel();
-    let told = Told {
+    let reported = Told {
         steps,
         stop: &stop,
         iterations: AtomicU64::new(0),
         all: (settings.trials * settings.iterations) as u64,
     };
     scope(|scope| {
-        let worker = scope.spawn(move || pool.install(|| work(&told)));
+        let worker = scope.spawn(move || pool.install(|| work(&reported)));
         let raised = listen(py, heard, progress.as_ref());
         if raised.is_err() {
             stop.store(true, Ordering::Relaxed);

@@ -13,7 +13,7 @@ use super::problem::{Kind, Problem};
 use super::{App, Server, names};
 use crate::fleet::{DATE, Dependence, Question};
 use crate::store::bike;
-use crate::store::dependence::{Asked, rides};
+use crate::store::dependence::{DependenceQuery, rides};
 use crate::store::parameter::AXLES;
 use crate::time;
 use crate::unique::shown;
@@ -85,7 +85,7 @@ pub async fn answer(server: &Server, group: &str, params: &Params) -> Result<Dep
     {
         return Err(Problem::not_found("the bike"));
     }
-    let asked = Asked {
+    let asked = DependenceQuery {
         group,
         bike,
         axle: &axle,

@@ -12,11 +12,11 @@ use utoipa::openapi::path::{Operation, ParameterIn, PathItem};
 use utoipa::openapi::{OpenApi, RefOr};
 
 use super::problem::{Kind, Problem};
-use crate::bicycle::Told;
+use crate::bicycle::Given;
 use crate::facts;
 use crate::options::Options;
 
-/// Uploads take every option, and what tells the bicycle, in their query too, which would be long to list there.
+/// Uploads take every option, and what shows the bicycle, in their query too, which would be long to list there.
 const UPLOADS: [&str; 2] = ["/v1/rides", "/v1/rides/preview"];
 /// Most of a name that a problem repeats (characters).
 const SHOWN: usize = 80;
@@ -30,7 +30,7 @@ pub fn of(document: &OpenApi) -> Known {
         for (method, operation) in operations(item) {
             let mut names = in_query(operation);
             if method == Method::POST && UPLOADS.contains(&path.as_str()) {
-                let parts = Told::names().chain(Options::names()).chain(facts::names());
+                let parts = Given::names().chain(Options::names()).chain(facts::names());
                 names.extend(parts.map(str::to_owned));
             }
             known.insert((method, path.clone()), names);

@@ -1,4 +1,4 @@
-//! One identified parameter, as the API tells it.
+//! One identified parameter, as the API shows it.
 
 use serde::Serialize;
 use utoipa::ToSchema;

@@ -1,11 +1,11 @@
-//! The bicycle of an upload, however its sender tells it: chosen from the fleet, described in single fields, or as a
+//! The bicycle of an upload, however its sender shows it: chosen from the fleet, described in single fields, or as a
 //! bike file.
 
 mod fields;
+mod given;
 mod lengths;
 mod read;
-mod told;
 
 pub use fields::{GROUPS, Group};
+pub use given::{Chosen, Given, Way};
 pub use read::{Fault, of_fields};
-pub use told::{Chosen, Told, Way};

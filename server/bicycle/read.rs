@@ -159,13 +159,13 @@ mod tests {
             };
             let bike = read(&[&masses[..], &[(name, text)]].concat()).unwrap();
             let document = serde_json::to_value(&bike).unwrap();
-            let told = &document[key(name)];
+            let given = &document[key(name)];
             let expected = match name {
                 NAME => Value::from("lab 7"),
                 EQUAL => Value::Bool(true),
                 _ => Value::from(text.parse::<f64>().unwrap()),
             };
-            assert_eq!(*told, expected, "{name}");
+            assert_eq!(*given, expected, "{name}");
         }
     }
 

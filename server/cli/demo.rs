@@ -4,18 +4,18 @@ use reqwest::header::AUTHORIZATION;
 use reqwest::multipart::{Form, Part};
 use reqwest::{Client, StatusCode};
 use serde_json::Value;
-use veloid_engine::simulate::outing::Outing;
+use veloid_engine::simulate::simulated_ride::SimulatedRide;
 
 use super::ride_csv;
 
 /// The paper's bicycle for a minute on an ISO class B road, with 0.05 mm of noise.
 fn example() -> (String, &'static str) {
-    let outing = Outing {
+    let simulated_ride = SimulatedRide {
         noise_displacement_m: 5e-5,
-        ..Outing::default()
+        ..SimulatedRide::default()
     };
     let bike = r#"{"bike": "demo", "mass_front_kg": 23.0, "mass_rear_kg": 63.0, "l_front_m": 0.808, "l_rear_m": 0.293}"#;
-    (ride_csv::text(&outing.ride(), &[]), bike)
+    (ride_csv::text(&simulated_ride.ride(), &[]), bike)
 }
 
 /// A client that shows the key in `VELOID_KEY`, if there is one.

@@ -7,8 +7,8 @@ use veloid_engine::report::summary;
 use veloid_engine::ride::{Ride, RideFile};
 
 use super::CliError;
-use super::asked::{Asked, name, read_bike, set};
-use super::progress::Told;
+use super::arguments::{Arguments, name, read_bike, set};
+use super::progress::ProgressLine;
 use crate::options::Options;
 
 /// Identifies one ride from start to finish, without a server.
@@ -23,7 +23,7 @@ pub struct Identify {
     #[arg(long)]
     bike: PathBuf,
     #[command(flatten)]
-    asked: Asked,
+    arguments: Arguments,
     /// Column of a channel, by header text or number, as `z_f=V2`; may be given more than once. With a file in front it
     /// is that file's column, else that of any file that has it.
     #[arg(long, value_name = "[FILE:]CHANNEL=COLUMN")]
@@ -82,7 +82,7 @@ impl Identify {
         options.validate()?;
         let bike = read_bike(&self.bike)?;
         let ride = self.ride(&bike, &options)?;
-        let progress = Told::new(&options.settings);
+        let progress = ProgressLine::new(&options.settings);
         // What the reader doubted may be why nothing came of the ride.
         let doubts = |_: &_| {
             for warning in &ride.summary.warnings {
@@ -91,7 +91,7 @@ impl Identify {
         };
         let report = veloid_engine::identify(&ride, &bike, &options.settings, &progress)
             .inspect_err(doubts)?;
-        self.asked.write(&report, &summary(&report))
+        self.arguments.write(&report, &summary(&report))
     }
 
     fn ride(&self, bike: &Bike, options: &Options) -> Result<Ride, CliError> {
@@ -109,7 +109,7 @@ impl Identify {
     }
 
     fn options(&self) -> Result<Options, CliError> {
-        let mut options = self.asked.options(&[
+        let mut options = self.arguments.options(&[
             ("map", &self.map),
             ("rate_hz", &self.rate),
             ("rows", &self.rows),

@@ -70,7 +70,7 @@ struct Create {
     unfinished_jobs: Option<i64>,
 }
 
-/// A group that can be told from others when it is read.
+/// A group that can be distinguished from others when it is read.
 fn group(text: &str) -> Result<String, String> {
     match text.trim() {
         "" => Err("expected a name".to_owned()),

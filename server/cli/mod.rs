@@ -1,7 +1,7 @@
 //! The command line: one file per subcommand.
 
 mod adopt;
-mod asked;
+mod arguments;
 mod backup;
 mod bench;
 mod check;

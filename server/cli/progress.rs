@@ -7,7 +7,7 @@ use veloid_engine::{Progress, Settings};
 const EVERY: Duration = Duration::from_secs(1);
 
 /// Tells stderr how far it is.
-pub struct Told {
+pub struct ProgressLine {
     begin: Instant,
     trials: usize,
     iterations: usize,
@@ -16,7 +16,7 @@ pub struct Told {
     spoke: Mutex<Instant>,
 }
 
-impl Told {
+impl ProgressLine {
     pub fn new(settings: &Settings) -> Self {
         Self {
             begin: Instant::now(),
@@ -28,7 +28,7 @@ impl Told {
     }
 }
 
-impl Progress for Told {
+impl Progress for ProgressLine {
     fn stage(&self, name: &str) {
         eprintln!("{:7.2} s  {name}", self.begin.elapsed().as_secs_f64());
     }

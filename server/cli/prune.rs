@@ -23,7 +23,7 @@ pub struct PruneNow {
     dry_run: bool,
 }
 
-/// Has work done on a storage that nobody else erases from meanwhile; what it tells goes to the standard output.
+/// Has work done on a storage that nobody else erases from meanwhile; what it shows goes to the standard output.
 pub async fn by_command<T>(
     storage: &Storage,
     policy: &Policy,

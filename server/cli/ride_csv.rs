@@ -58,14 +58,14 @@ mod tests {
     use super::Logged;
     use veloid_engine::bicycle::Bike;
     use veloid_engine::ride::{ReadOptions, read};
-    use veloid_engine::simulate::outing::Outing;
+    use veloid_engine::simulate::simulated_ride::SimulatedRide;
 
     #[test]
     fn what_is_written_is_read_back() {
-        let ride = Outing {
+        let ride = SimulatedRide {
             duration_s: 3.0,
             noise_displacement_m: 1e-4,
-            ..Outing::default()
+            ..SimulatedRide::default()
         }
         .ride();
         let text = super::text(&ride, &[]);
@@ -82,10 +82,10 @@ mod tests {
 
     #[test]
     fn others_stand_between_with_blanks() {
-        let ride = Outing {
+        let ride = SimulatedRide {
             duration_s: 1.0,
             rate_hz: 10.0,
-            ..Outing::default()
+            ..SimulatedRide::default()
         }
         .ride();
         let laser = Logged {

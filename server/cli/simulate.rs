@@ -8,8 +8,8 @@ use serde::Serialize;
 use veloid_engine::bicycle::{Axle, Bike};
 use veloid_engine::report::diagnosis::Place;
 use veloid_engine::simulate::laser::Laser;
-use veloid_engine::simulate::outing::{Excitation, Outing, SpeedChange, Spring};
 use veloid_engine::simulate::road::{Bump, Roughness};
+use veloid_engine::simulate::simulated_ride::{Excitation, SimulatedRide, SpeedChange, Spring};
 use veloid_engine::{EngineError, Imposed, simulate};
 
 use super::{CliError, ride_csv, split};
@@ -161,14 +161,14 @@ enum OneAxle {
 
 impl Simulate {
     pub fn run(self) -> Result<(), CliError> {
-        let (outing, bike) = (self.outing(), self.bicycle());
+        let (simulated_ride, bike) = (self.simulated_ride(), self.bicycle());
         let effects: Vec<Imposed> = self.effect.iter().map(|e| e.0.clone()).collect();
         let ride = match self.accelerometers {
-            Some(noise) => outing.sensed(noise)?,
-            None => simulate(&outing, &bike, &effects)?,
+            Some(noise) => simulated_ride.sensed(noise)?,
+            None => simulate(&simulated_ride, &bike, &effects)?,
         };
         let lasers = self.lasers()?;
-        let logged = lasers.iter().map(|laser| laser.logged(&outing));
+        let logged = lasers.iter().map(|laser| laser.logged(&simulated_ride));
         let logged = logged.collect::<Result<Vec<_>, _>>()?;
         bike.validate().map_err(EngineError::from)?;
         if self.split {
@@ -187,7 +187,7 @@ impl Simulate {
         }
         if let Some(path) = &self.truth {
             let truth = Truth {
-                outing,
+                simulated_ride,
                 effects,
                 lasers,
             };
@@ -196,7 +196,7 @@ impl Simulate {
         Ok(())
     }
 
-    fn outing(&self) -> Outing {
+    fn simulated_ride(&self) -> SimulatedRide {
         let spring = |axle: Axle| {
             let left_out = match axle {
                 Axle::Front => OneAxle::Rear,
@@ -220,7 +220,7 @@ impl Simulate {
                 bumps: self.bump.iter().map(Triple::bump).collect(),
             },
         };
-        Outing {
+        SimulatedRide {
             duration_s: self.duration,
             rate_hz: self.rate,
             speed_m_s: self.speed,
@@ -274,7 +274,7 @@ impl Simulate {
 #[derive(Serialize)]
 struct Truth {
     #[serde(flatten)]
-    outing: Outing,
+    simulated_ride: SimulatedRide,
     effects: Vec<Imposed>,
     lasers: Vec<Laser>,
 }

@@ -78,15 +78,15 @@ fn of_speed(ride: &Ride, speed: &[f64], from_s: f64) -> String {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use veloid_engine::bicycle::Axle;
-    use veloid_engine::simulate::outing::Outing;
+    use veloid_engine::simulate::simulated_ride::SimulatedRide;
 
     use super::*;
 
     #[test]
     fn every_logger_begins_at_its_own_zero() {
-        let outing = Outing {
+        let simulated_ride = SimulatedRide {
             duration_s: 10.0,
-            ..Outing::default()
+            ..SimulatedRide::default()
         };
         let laser = |axle, offset_s| Laser {
             axle,
@@ -96,8 +96,11 @@ mod tests {
             rate_hz: 30.0,
         };
         let lasers = [laser(Axle::Front, 1.5), laser(Axle::Rear, -0.5)];
-        let logged: Vec<Logged> = lasers.iter().map(|l| l.logged(&outing).unwrap()).collect();
-        let ride = outing.sensed(0.03).unwrap();
+        let logged: Vec<Logged> = lasers
+            .iter()
+            .map(|l| l.logged(&simulated_ride).unwrap())
+            .collect();
+        let ride = simulated_ride.sensed(0.03).unwrap();
         let files = files(&ride, &lasers, &logged);
         let first = |i: usize| -> f64 {
             let row = files[i].1.lines().nth(1).unwrap();

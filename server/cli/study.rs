@@ -6,8 +6,8 @@ use veloid_engine::bicycle::Bike;
 use veloid_engine::ride::{Ride, RideFile};
 
 use super::CliError;
-use super::asked::{Asked, name, read_bike};
-use super::progress::Told;
+use super::arguments::{Arguments, name, read_bike};
+use super::progress::ProgressLine;
 use crate::options::Options;
 
 /// Identifies several rides of one bicycle as one: what they have in common, and which ride differs.
@@ -22,7 +22,7 @@ pub struct Study {
     #[arg(long, required = true, value_name = "BIKE")]
     bike: Vec<PathBuf>,
     #[command(flatten)]
-    asked: Asked,
+    arguments: Arguments,
     /// Column of a channel in every file, by header text or number, as `z_f=V2`; may be given more than once.
     #[arg(long, value_name = "CHANNEL=COLUMN")]
     map: Vec<String>,
@@ -33,7 +33,7 @@ pub struct Study {
 
 impl Study {
     pub fn run(self) -> Result<(), CliError> {
-        let options = (self.asked).options(&[("map", &self.map), ("rate_hz", &self.rate)])?;
+        let options = (self.arguments).options(&[("map", &self.map), ("rate_hz", &self.rate)])?;
         options.validate()?;
         let bikes = self.bikes()?;
         let rides = self.rides(&bikes, &options)?;
@@ -44,9 +44,9 @@ impl Study {
                 bike: &bikes[i % bikes.len()],
             })
             .collect();
-        let progress = Told::new(&options.settings);
+        let progress = ProgressLine::new(&options.settings);
         let report = veloid_engine::study(&ridden, &options.settings, &progress)?;
-        self.asked.write(&report, &report.summary())
+        self.arguments.write(&report, &report.summary())
     }
 
     /// One bicycle, or as many as there are rides.

@@ -2,7 +2,7 @@ use clap::Args;
 
 use crate::webhooks::Targets;
 
-/// Where others may be told of what ends.
+/// Where others may be reported of what ends.
 #[derive(Args, Clone)]
 pub struct Telling {
     /// Host that webhooks may go to, as in its address; several with commas between or given several times.

@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_unit_that_is_not_read_is_told() {
+    fn a_unit_that_is_not_read_is_reported() {
         for (header, channel, unit) in [
             ("Weg vorne mm", "z_f", "mm"),
             ("Geschwindigkeit km/h", "v", "km/h"),

@@ -1,4 +1,4 @@
-//! What the API's document says of facts beyond what their type tells: the bounds of those that have a name, and what names
+//! What the API's document says of facts beyond what their type shows: the bounds of those that have a name, and what names
 //! further numbers may have.
 
 use utoipa::Number;

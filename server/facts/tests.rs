@@ -148,8 +148,8 @@ fn forms_and_comments_give_facts() {
     .unwrap();
     assert_eq!(both["ridden_at"], "2026-05-02");
     assert_eq!(both["speed_m_s"], 4.667);
-    let told = vec![(1, "speed_m_s: 7".to_owned())];
-    assert_eq!(of_file(told, 0.0, Some(4.0)).unwrap()["speed_m_s"], 7.0);
+    let reported = vec![(1, "speed_m_s: 7".to_owned())];
+    assert_eq!(of_file(reported, 0.0, Some(4.0)).unwrap()["speed_m_s"], 7.0);
     assert!(
         of_file(Vec::new(), 4.0e9, Some(f64::NAN))
             .unwrap()

@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn two_hundred_seasons_are_told_for_what_they_are() {
+    fn two_hundred_seasons_are_reported_for_what_they_are() {
         for (drift, step, kind, least) in [
             (0.0, 0.0, Kind::None, 196),
             (-6.0, 0.0, Kind::Drift, 190),

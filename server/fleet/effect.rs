@@ -24,7 +24,7 @@ pub struct EffectOnBike {
     pub parameters: Vec<EffectSize>,
 }
 
-/// A parameter of an effect, pooled over the rides that tell it with a standard error.
+/// A parameter of an effect, pooled over the rides that determine it with a standard error.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct EffectSize {
     pub name: String,
@@ -102,11 +102,11 @@ mod tests {
             row(2, "b", Some(1.0)),
             row(3, "b", Some(1.0)),
         ]);
-        let told: Vec<_> = found
+        let reported: Vec<_> = found
             .iter()
             .map(|bike| (bike.bike.as_str(), bike.rides))
             .collect();
-        assert_eq!(told, [("b", 2), ("a", 1)]);
+        assert_eq!(reported, [("b", 2), ("a", 1)]);
         assert_eq!(found[0].last_job, Uuid::from_u128(3));
         let size = &found[0].parameters[0];
         assert_eq!(

@@ -27,7 +27,7 @@ pub enum Slow {
 
 impl Slow {
     /// In words: of what, and what should have happened to it.
-    pub fn told(&self, what: &str, did: &str) -> String {
+    pub fn described(&self, what: &str, did: &str) -> String {
         match self {
             Slow::Idle(idle) => format!("nothing more of {what} {did} for {} s", idle.as_secs()),
             Slow::Rate {

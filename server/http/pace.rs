@@ -13,7 +13,7 @@ use super::account::{Pace, Slow, Watch};
 /// Why a body is not waited for any longer.
 #[derive(Clone, Copy, Debug, thiserror::Error)]
 pub enum Unfinished {
-    #[error("{}", .0.told("the request", "came"))]
+    #[error("{}", .0.described("the request", "came"))]
     Slow(Slow),
     #[error("the server stops; send the request again")]
     Stops,

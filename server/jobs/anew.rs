@@ -6,7 +6,7 @@ use crate::crash;
 use crate::store::job::{self, Stage, State};
 use crate::store::{Tx, parameter, result, trial, turn};
 
-/// Begins a job that ended in one of these states anew, without what came of it; false when it is in another.
+/// Begins a job that ended in one of these states again, without what came of it; false when it is in another.
 pub async fn begin_anew(
     queue: &Queue,
     tx: &mut Tx,

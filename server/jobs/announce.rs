@@ -13,7 +13,7 @@ use crate::fleet;
 use crate::store::job::{self, JobRow, State};
 use crate::store::webhook::{self, WebhookRow};
 use crate::store::{Tx, now_ms};
-use crate::webhooks::{Event, Told, changes};
+use crate::webhooks::{Event, Notification, changes};
 
 /// Rides that are looked through for a drift or a step, and the last of them, which are pooled.
 const RIDES: i64 = 100;
@@ -68,12 +68,12 @@ impl Stages {
         if !effects.is_empty() {
             news.push((Event::BikeNewPhysics, of_effects(&job, &effects)));
         }
-        let told = webhook::told(&mut tx, group, bike).await?;
+        let announced = webhook::announced(&mut tx, group, bike).await?;
         for change in histories
             .iter()
-            .flat_map(|history| changes::of(history, &told))
+            .flat_map(|history| changes::of(history, &announced))
         {
-            webhook::tell(
+            webhook::announce(
                 &mut tx,
                 group,
                 bike,
@@ -100,7 +100,7 @@ impl Stages {
         data: Value,
     ) -> Result<(), Fault> {
         let queue = queue(context)?;
-        let body = Told::new(event, now_ms(), data).body();
+        let body = Notification::new(event, now_ms(), data).body();
         let message = format!("msg_{}", Uuid::now_v7().simple());
         for webhook in to.iter().filter(|webhook| webhook.wants(event.name())) {
             let delivery = Deliver {

@@ -1,4 +1,4 @@
-//! What memory a job needs, told before it is begun.
+//! What memory a job needs, reported before it is begun.
 
 use serde::{Deserialize, Serialize};
 use veloid_engine::Settings;

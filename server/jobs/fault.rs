@@ -17,7 +17,7 @@ use crate::store::job::Failure;
 pub enum Fault {
     #[error(transparent)]
     Engine(EngineError),
-    /// The same, as a child process tells it.
+    /// The same, as a child process shows it.
     #[error("{message}")]
     Refused { is_input: bool, message: String },
     #[error(transparent)]

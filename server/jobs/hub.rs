@@ -31,7 +31,7 @@ pub struct Searched {
     pub budget: u64,
 }
 
-/// What a computation tells while it runs.
+/// What a computation shows while it runs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Heard {
     Iteration(Iteration),
@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn how_far_a_search_is_is_told_to_those_who_listen_and_to_those_who_come() {
+    async fn how_far_a_search_is_is_reported_to_those_who_listen_and_to_those_who_come() {
         let (hub, job) = (Hub::new(), Uuid::now_v7());
         let mut receiver = hub.subscribe(job, None).receiver;
         let searched = Searched {

@@ -9,7 +9,7 @@ use super::queue::{QUICK, Queue};
 use crate::store::job::{self, State};
 use crate::store::{Db, repair, result};
 
-/// Looks at every job that the upgrade lists, each in a transaction of its own, and begins anew what cannot be read.
+/// Looks at every job that the upgrade lists, each in a transaction of its own, and starts again what cannot be read.
 pub async fn repair(db: &Db, queue: &Queue) -> Result<(), Fault> {
     let ended = [State::Failed, State::Succeeded];
     for id in repair::list(db).await? {

@@ -17,7 +17,7 @@ use crate::metrics::METRICS;
 use crate::store::job::{self, Failure, JobRow};
 use crate::store::{Tx, loss, on, trial, webhook};
 
-/// A transaction that is not heard of for so long is begun anew.
+/// A transaction that is not heard of for so long is started again.
 const UNHEARD: Duration = Duration::from_secs(10);
 /// Wait before the database is tried again.
 const PAUSE: Duration = Duration::from_secs(1);
@@ -51,7 +51,7 @@ impl Work {
         }
     }
 
-    /// Runs the transaction that publishes a result, anew while the database cannot be reached: what
+    /// Runs the transaction that publishes a result, again while the database cannot be reached: what
     /// was computed is not lost with it. Should a commit have gone through unheard, the next turn is
     /// refused as any late result is.
     pub(super) async fn publish<T, F>(

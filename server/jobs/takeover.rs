@@ -47,7 +47,7 @@ pub async fn sweep(db: &Db, queue: &Queue, hub: &Hub) -> Result<(), Fault> {
         }
     }
     let mut tx = db.begin_lax().await?;
-    river::tell_again(&mut tx).await?;
+    river::notify_again(&mut tx).await?;
     tx.commit().await?;
     for id in river::strays(db).await? {
         let mut tx = db.begin().await?;

@@ -112,7 +112,7 @@ mod tests {
         }
     }
 
-    fn until_told(progress: &dyn Progress) -> Result<(), EngineError> {
+    fn until_cancelled(progress: &dyn Progress) -> Result<(), EngineError> {
         while !progress.cancelled() {
             std::thread::yield_now();
         }
@@ -154,11 +154,11 @@ mod tests {
     #[tokio::test]
     async fn the_deadline_and_the_token_end_a_loop_that_asks() {
         let threads = Threads::new("diagnosis", 1, 0).unwrap();
-        let late = threads.run(control(Duration::ZERO), until_told).await;
+        let late = threads.run(control(Duration::ZERO), until_cancelled).await;
         assert!(matches!(late, Err(Fault::Deadline(_))));
         let stopped = control(Duration::from_secs(60));
         stopped.token.cancel();
-        let fault = threads.run(stopped, until_told).await;
+        let fault = threads.run(stopped, until_cancelled).await;
         assert!(matches!(fault, Err(Fault::Stopped)));
     }
 }

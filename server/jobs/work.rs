@@ -20,7 +20,7 @@ pub struct Work {
     pub budget: Budget,
     pub gate: Gate,
     pub hub: Hub,
-    /// Where others may be told of what ends.
+    /// Where others may be reported of what ends.
     pub targets: Targets,
     /// Time that one stage may take.
     pub limit: Duration,

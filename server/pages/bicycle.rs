@@ -1,24 +1,24 @@
-//! What a form shows of the bicycle that is told in it.
+//! What a form shows of the bicycle that is reported in it.
 
 use crate::api::Server;
 use crate::api::access::Caller;
 use crate::api::problem::{Kind, Problem};
 use crate::api::rides::looked_at;
-use crate::bicycle::{Fault, GROUPS, Group, Told, Way};
+use crate::bicycle::{Fault, GROUPS, Given, Group, Way};
 
 /// The paper's bicycle, to be overwritten.
 const EXAMPLE: &str = r#"{"bike": "my-bike",
  "mass_front_kg": 23.0, "mass_rear_kg": 63.0,
  "l_front_m": 0.808, "l_rear_m": 0.293}"#;
 
-/// The part of a form that tells the bicycle.
+/// The part of a form that shows the bicycle.
 pub struct BicycleForm {
     /// Names of the fleet.
     pub bikes: Vec<String>,
     pub groups: &'static [Group],
     pub example: &'static str,
     way: Way,
-    told: Told,
+    given: Given,
     faults: Vec<Fault>,
     /// What is wrong with the whole.
     problem: String,
@@ -27,11 +27,11 @@ pub struct BicycleForm {
 impl BicycleForm {
     /// With this bicycle of the fleet chosen, if any.
     pub fn new(bikes: Vec<String>, chosen: Option<String>) -> Self {
-        let told = Told {
+        let given = Given {
             fleet: chosen,
-            ..Told::default()
+            ..Given::default()
         };
-        Self::filled(bikes, told, Vec::new(), String::new())
+        Self::filled(bikes, given, Vec::new(), String::new())
     }
 
     /// As it was filled in, with what is wrong with it.
@@ -39,10 +39,10 @@ impl BicycleForm {
         server: &Server,
         caller: &Caller,
         bikes: Vec<String>,
-        told: Told,
+        given: Given,
         problem: &Problem,
     ) -> Self {
-        let faults = match looked_at(server, caller, &told).await {
+        let faults = match looked_at(server, caller, &given).await {
             Ok(Err(faults)) => faults,
             _ => Vec::new(),
         };
@@ -50,13 +50,13 @@ impl BicycleForm {
             Kind::BadBike if faults.is_empty() => problem.detail.clone(),
             _ => String::new(),
         };
-        Self::filled(bikes, told, faults, whole)
+        Self::filled(bikes, given, faults, whole)
     }
 
-    fn filled(bikes: Vec<String>, told: Told, faults: Vec<Fault>, problem: String) -> Self {
-        let way = told.way.unwrap_or(match &told {
-            told if told.file.is_some() => Way::File,
-            told if !told.fields.is_empty() => Way::Fields,
+    fn filled(bikes: Vec<String>, given: Given, faults: Vec<Fault>, problem: String) -> Self {
+        let way = given.way.unwrap_or(match &given {
+            given if given.file.is_some() => Way::File,
+            given if !given.fields.is_empty() => Way::Fields,
             _ if bikes.is_empty() => Way::Fields,
             _ => Way::Fleet,
         });
@@ -65,28 +65,28 @@ impl BicycleForm {
             groups: &GROUPS,
             example: EXAMPLE,
             way,
-            told,
+            given,
             faults,
             problem,
         }
     }
 
-    pub fn is_told_by(&self, way: &str) -> bool {
+    pub fn is_given_by(&self, way: &str) -> bool {
         self.way.name() == way
     }
 
     pub fn is_chosen(&self, bike: &str) -> bool {
-        self.told.fleet.as_deref() == Some(bike)
+        self.given.fleet.as_deref() == Some(bike)
     }
 
     /// The bike file as it was typed.
     pub fn file(&self) -> &str {
-        self.told.file.as_deref().unwrap_or_default()
+        self.given.file.as_deref().unwrap_or_default()
     }
 
     /// A field as it was typed.
     pub fn value(&self, name: &str) -> &str {
-        self.told.fields.get(name).map_or("", String::as_str)
+        self.given.fields.get(name).map_or("", String::as_str)
     }
 
     /// What is wrong with the bike file, or with no part alone.

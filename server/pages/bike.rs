@@ -119,13 +119,13 @@ pub fn day(time: &str) -> &str {
 
 /// What has changed for certain, in a sentence each.
 fn notices(courses: &[Course]) -> Vec<String> {
-    let told = |course: &Course| {
+    let reported = |course: &Course| {
         let name = label(&course.axle, &course.name);
         let value = course.pooled.as_ref()?.value;
         let said = changes(course.development.as_ref()?, value)?;
         Some(format!("{name} {said}."))
     };
-    courses.iter().filter_map(told).collect()
+    courses.iter().filter_map(reported).collect()
 }
 
 /// A drift, a step or both, as shares of a value.
@@ -169,7 +169,7 @@ pub async fn bike(
         course: format!("/v1{}/course", words::bike_page(&name)),
         courses: history.courses.iter().filter_map(CourseRow::of).collect(),
         notices: notices(&history.courses),
-        jobs: verdict::told(&server.db, jobs).await?,
+        jobs: verdict::with_verdicts(&server.db, jobs).await?,
         document: serde_json::to_string_pretty(&row.document.0).map_err(Problem::internal)?,
         grace_days: server.policy.grace_ms / DAY_MS,
         name,

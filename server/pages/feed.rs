@@ -14,7 +14,7 @@ use crate::api::jobs::view::JobView;
 use crate::api::problem::Problem;
 use crate::store::job;
 
-/// Latest jobs that are looked through, and most of them that are told.
+/// Latest jobs that are looked through, and most of them that are reported.
 const LATEST: i64 = 200;
 const TOLD: usize = 50;
 
@@ -46,7 +46,7 @@ pub async fn feed(State(server): App, caller: Caller) -> Result<Response, Fault>
         .into_iter()
         .map(JobView::from)
         .filter(|job| job.finished_at.is_some());
-    let mut jobs = verdict::told(&server.db, jobs.collect()).await?;
+    let mut jobs = verdict::with_verdicts(&server.db, jobs.collect()).await?;
     jobs.sort_by(|(a, _), (b, _)| b.finished_at.cmp(&a.finished_at));
     jobs.truncate(TOLD);
     let entries: Vec<Entry> = jobs.into_iter().map(Entry::of).collect();
@@ -65,9 +65,9 @@ pub async fn feed(State(server): App, caller: Caller) -> Result<Response, Fault>
 }
 
 impl Entry {
-    fn of((job, told): (JobView, Option<String>)) -> Self {
+    fn of((job, reported): (JobView, Option<String>)) -> Self {
         let state = job.state.name();
-        let what = told.unwrap_or_else(|| state.to_owned());
+        let what = reported.unwrap_or_else(|| state.to_owned());
         let failure = job.failure.map(|failure| failure.detail);
         Self {
             title: format!("{}: {what}", printable(&job.ride.name)),

@@ -58,7 +58,7 @@ pub struct Params {
 }
 
 /// What is asked for.
-struct Asked {
+struct FleetQuery {
     name: String,
     shows: String,
     effect: String,
@@ -66,7 +66,7 @@ struct Asked {
     falls: bool,
 }
 
-impl Asked {
+impl FleetQuery {
     fn of(params: Params) -> Result<Self, Fault> {
         let known = |name, value: Option<String>, known: &[&str]| {
             let value = filled(value);
@@ -164,7 +164,7 @@ struct Bikes {
     is_empty: bool,
     rows: Vec<Row>,
     spread: Vec<[String; 4]>,
-    asked: Asked,
+    query: FleetQuery,
     sorts: [(&'static str, &'static str); 6],
     columns: [(&'static str, &'static str); 9],
     shows: [(&'static str, &'static str); 4],
@@ -232,7 +232,7 @@ pub async fn bikes(
     caller: Caller,
     Query(params): Query<Params>,
 ) -> Result<Html<String>, Fault> {
-    let asked = Asked::of(params)?;
+    let query = FleetQuery::of(params)?;
     let fleet = look(&server, &caller.group).await?;
     let spread = fleet.spread.iter().map(|s| {
         let value = |x: f64| Quantity::rough(x, 4, &s.unit).to_string();
@@ -249,8 +249,8 @@ pub async fn bikes(
     let mut effects: Vec<&String> = fleet.bikes.iter().flat_map(|b| &b.effects).collect();
     effects.sort_unstable();
     effects.dedup();
-    let mut wanted: Vec<&PooledBike> = fleet.bikes.iter().filter(|b| asked.wants(b)).collect();
-    wanted.sort_by(|a, b| asked.order(a, b));
+    let mut wanted: Vec<&PooledBike> = fleet.bikes.iter().filter(|b| query.wants(b)).collect();
+    wanted.sort_by(|a, b| query.order(a, b));
     html(&Bikes {
         is_empty: fleet.bikes.is_empty(),
         rows: wanted.into_iter().map(Row::of).collect(),
@@ -259,6 +259,6 @@ pub async fn bikes(
         sorts: SORTS,
         columns: COLUMNS,
         shows: SHOWS,
-        asked,
+        query,
     })
 }

@@ -133,7 +133,7 @@ pub async fn list(
     let here = without_cursor(&uri);
     let mark = if here.contains('?') { '&' } else { '?' };
     html(&Jobs {
-        jobs: verdict::told(&server.db, page.items).await?,
+        jobs: verdict::with_verdicts(&server.db, page.items).await?,
         next: page.next.map(|next| format!("{here}{mark}cursor={next}")),
         states: names,
         verdicts: Verdict::NAMES,

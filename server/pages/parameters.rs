@@ -104,7 +104,7 @@ impl From<ParameterRow> for Row {
 /// The filter, blank where the form's field was.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Asked {
+pub struct ParametersQuery {
     bike: Option<String>,
     method: Option<String>,
     axle: Option<String>,
@@ -116,8 +116,8 @@ pub struct Asked {
     cursor: Option<String>,
 }
 
-impl From<Asked> for Params {
-    fn from(asked: Asked) -> Self {
+impl From<ParametersQuery> for Params {
+    fn from(asked: ParametersQuery) -> Self {
         Self {
             bike: filled(asked.bike),
             method: filled(asked.method),
@@ -159,7 +159,7 @@ pub async fn list(
     State(server): App,
     caller: Caller,
     OriginalUri(uri): OriginalUri,
-    Query(asked): Query<Asked>,
+    Query(asked): Query<ParametersQuery>,
 ) -> Result<Html<String>, Fault> {
     let params = Params::from(asked);
     let found = rows(&server, &caller.group, &params, PAGE).await?;

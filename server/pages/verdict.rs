@@ -5,7 +5,10 @@ use crate::api::jobs::view::JobView;
 use crate::store::{Db, parameter};
 
 /// Jobs with their verdicts in words.
-pub async fn told(db: &Db, jobs: Vec<JobView>) -> sqlx::Result<Vec<(JobView, Option<String>)>> {
+pub async fn with_verdicts(
+    db: &Db,
+    jobs: Vec<JobView>,
+) -> sqlx::Result<Vec<(JobView, Option<String>)>> {
     let named = |job: &&JobView| {
         job.verdict
             .as_deref()
@@ -13,7 +16,7 @@ pub async fn told(db: &Db, jobs: Vec<JobView>) -> sqlx::Result<Vec<(JobView, Opt
     };
     let ids: Vec<_> = jobs.iter().filter(named).map(|job| job.id).collect();
     let effects = parameter::effects(db, &ids).await?;
-    let told = |job: JobView| {
+    let with_verdicts = |job: JobView| {
         let own = effects.iter().filter(|(id, ..)| *id == job.id);
         let mut names: Vec<String> = own
             .map(|(_, axle, name)| {
@@ -33,5 +36,5 @@ pub async fn told(db: &Db, jobs: Vec<JobView>) -> sqlx::Result<Vec<(JobView, Opt
         });
         (job, verdict)
     };
-    Ok(jobs.into_iter().map(told).collect())
+    Ok(jobs.into_iter().map(with_verdicts).collect())
 }

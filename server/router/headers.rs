@@ -1,4 +1,4 @@
-//! What every answer tells browsers.
+//! What every answer shows browsers.
 
 use axum::extract::Request;
 use axum::http::{HeaderName, HeaderValue, header};

@@ -42,7 +42,7 @@ macro_rules! on_jobs {
 /// Keeps others from changing these jobs until the transaction ends, in the order in which all who lock
 /// several do; how many there are.
 pub async fn lock(tx: &mut Tx, group: &str, of: Of<'_>) -> sqlx::Result<i64> {
-    // SQLite has one writer at a time; PostgreSQL has to be told.
+    // SQLite has one writer at a time; PostgreSQL has to be reported.
     const SQLITE: &str = "\
         SELECT COUNT(*) FROM job WHERE group_name = $1 AND (ride_id = $2 OR bike = $3)";
     const POSTGRES: &str = "\

@@ -25,7 +25,7 @@ pub struct RideRow {
 }
 
 /// Whose rides, and of which parameter.
-pub struct Asked<'a> {
+pub struct DependenceQuery<'a> {
     pub group: &'a str,
     /// All bicycles of the group where it is absent.
     pub bike: Option<&'a str>,
@@ -37,7 +37,7 @@ pub struct Asked<'a> {
 
 /// One row for each of the rides that were ridden last: by its latest job and, there, by the extended model where there is one,
 /// else by output error or without a road.
-pub async fn rides(db: &Db, asked: &Asked<'_>, most: i64) -> sqlx::Result<Vec<RideRow>> {
+pub async fn rides(db: &Db, asked: &DependenceQuery<'_>, most: i64) -> sqlx::Result<Vec<RideRow>> {
     // CROSS JOIN keeps SQLite from walking all that was ever identified.
     const SQLITE: &str = "\
         SELECT parameter.job_id, ride_id, latest.bike, value, std_error, unit, dated_at, facts, \

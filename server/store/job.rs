@@ -196,11 +196,11 @@ pub async fn load(db: &Db, id: Uuid) -> sqlx::Result<Option<JobRow>> {
     on!(read db, p => sqlx::query_as(SQL).bind(id).fetch_optional(p).await)
 }
 
-/// Keeps others from changing the job until the transaction ends, and tells its River row, if it has
+/// Keeps others from changing the job until the transaction ends, and shows its River row, if it has
 /// one; `None` when there is no such job. A transaction that changes a job and River's rows begins
 /// with this: all take the job's lock first, so that no two wait for each other.
 pub async fn lock(tx: &mut Tx, id: Uuid) -> sqlx::Result<Option<Option<i64>>> {
-    // SQLite has one writer at a time; PostgreSQL has to be told.
+    // SQLite has one writer at a time; PostgreSQL has to be reported.
     const SQLITE: &str = "SELECT river_id FROM job WHERE id = $1";
     const POSTGRES: &str = "SELECT river_id FROM job WHERE id = $1 FOR UPDATE";
     let sql = tx.spelt(SQLITE, POSTGRES);

@@ -152,7 +152,7 @@ pub async fn used(tx: &mut Tx, id: Uuid) -> sqlx::Result<()> {
 /// Keeps others from queueing with this key until the transaction ends, and counts its jobs that are
 /// not at their end.
 pub async fn unfinished_jobs(tx: &mut Tx, id: Uuid) -> sqlx::Result<i64> {
-    // SQLite has one writer at a time; PostgreSQL has to be told.
+    // SQLite has one writer at a time; PostgreSQL has to be reported.
     const LOCK: &str = "SELECT id FROM api_key WHERE id = $1 FOR NO KEY UPDATE";
     const COUNT: &str =
         "SELECT COUNT(*) FROM job WHERE key_id = $1 AND state IN ('queued', 'running')";

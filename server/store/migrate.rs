@@ -51,7 +51,7 @@ impl Db {
     /// Brings our tables and River's up to date. Neither migrator bears company, so PostgreSQL holds
     /// an advisory lock around both; on SQLite the caller holds the data folder's file lock.
     ///
-    /// SQLite changes a key by building the table anew. References are not enforced meanwhile, or
+    /// SQLite changes a key by building the table again. References are not enforced meanwhile, or
     /// dropping the old table would take along the rows that point to it.
     pub async fn migrate(&self) -> Result<(), MigrateError> {
         match self {

@@ -97,7 +97,7 @@ pub async fn find(db: &Db, group: &str, id: Uuid) -> sqlx::Result<Option<RideRow
 
 /// Keeps others from recording or removing a file until the transaction ends.
 pub async fn lock_file(tx: &mut Tx, sha256: &str) -> sqlx::Result<()> {
-    // SQLite has one writer at a time; PostgreSQL has to be told.
+    // SQLite has one writer at a time; PostgreSQL has to be reported.
     const LOCK: &str = "SELECT pg_advisory_xact_lock(hashtextextended($1, 0))";
     if let Some(t) = tx.postgres() {
         sqlx::query(LOCK).bind(sha256).execute(&mut **t).await?;
@@ -178,15 +178,15 @@ mod tests {
                 add_files(&mut tx, several, &files).await.unwrap();
             }
             tx.commit().await.unwrap();
-            let told = async |ride| -> Vec<(String, String, i64)> {
+            let reported = async |ride| -> Vec<(String, String, i64)> {
                 let files = files(&db, ride).await.unwrap().into_iter();
                 files.map(|f| (f.name, f.sha256, f.bytes)).collect()
             };
             let row = |name: &str, sum: &str, bytes| (name.to_owned(), sum.to_owned(), bytes);
-            assert_eq!(told(one).await, [row("z.csv", "aa", 5)]);
+            assert_eq!(reported(one).await, [row("z.csv", "aa", 5)]);
             let expected = [row("b", "b-sum", 3), row("a", "a-sum", 3)];
-            assert_eq!(told(several).await, expected);
-            assert!(told(Uuid::now_v7()).await.is_empty());
+            assert_eq!(reported(several).await, expected);
+            assert!(reported(Uuid::now_v7()).await.is_empty());
         })
         .await;
     }

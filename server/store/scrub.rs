@@ -7,7 +7,7 @@ use super::Db;
 
 /// A raw file as the rides have it.
 #[derive(FromRow)]
-pub struct Told {
+pub struct StoredFile {
     pub sha256: String,
     pub bytes: i64,
 }
@@ -60,7 +60,7 @@ fn is_damage(error: &sqlx::Error) -> bool {
 }
 
 /// Files of rides with names after this one, in their order.
-pub async fn files(db: &Db, after: &str, limit: i64) -> sqlx::Result<Vec<Told>> {
+pub async fn files(db: &Db, after: &str, limit: i64) -> sqlx::Result<Vec<StoredFile>> {
     const SQL: &str = "\
         SELECT sha256, MAX(bytes) AS bytes FROM ( \
             SELECT sha256, bytes FROM ride \

@@ -1,4 +1,4 @@
-//! Who is told of what, and what was told last of the bicycles.
+//! Who is reported of what, and what was reported last of the bicycles.
 
 use sqlx::FromRow;
 use uuid::Uuid;
@@ -83,7 +83,7 @@ pub async fn tried(tx: &mut Tx, id: Uuid, outcome: &str) -> sqlx::Result<()> {
     on!(tx, t => sqlx::query(SQL).bind(id).bind(outcome).bind(now_ms()).execute(&mut **t).await.map(drop))
 }
 
-/// Whether anybody is told of what becomes of a job.
+/// Whether anybody is reported of what becomes of a job.
 pub async fn concerns(tx: &mut Tx, job: Uuid) -> sqlx::Result<bool> {
     const SQL: &str = "\
         SELECT COUNT(*) FROM webhook WHERE group_name = (SELECT group_name FROM job WHERE id = $1)";
@@ -91,9 +91,9 @@ pub async fn concerns(tx: &mut Tx, job: Uuid) -> sqlx::Result<bool> {
     Ok(count > 0)
 }
 
-/// Keeps others from telling of a bicycle until the transaction ends.
+/// Keeps others from reporting of a bicycle until the transaction ends.
 pub async fn lock_bike(tx: &mut Tx, group: &str, bike: &str) -> sqlx::Result<()> {
-    // SQLite has one writer at a time; PostgreSQL has to be told.
+    // SQLite has one writer at a time; PostgreSQL has to be reported.
     const LOCK: &str = "SELECT 1 FROM bike WHERE group_name = $1 AND name = $2 FOR UPDATE";
     if let Some(t) = tx.postgres() {
         sqlx::query(LOCK)
@@ -105,8 +105,8 @@ pub async fn lock_bike(tx: &mut Tx, group: &str, bike: &str) -> sqlx::Result<()>
     Ok(())
 }
 
-/// Axle, name and what was told last of a bicycle's parameters.
-pub async fn told(
+/// Axle, name and what was reported last of a bicycle's parameters.
+pub async fn announced(
     tx: &mut Tx,
     group: &str,
     bike: &str,
@@ -115,8 +115,8 @@ pub async fn told(
     on!(tx, t => sqlx::query_as(SQL).bind(group).bind(bike).fetch_all(&mut **t).await)
 }
 
-/// Keeps what was told last.
-pub async fn tell(
+/// Keeps what was reported last.
+pub async fn announce(
     tx: &mut Tx,
     group: &str,
     bike: &str,

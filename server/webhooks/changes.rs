@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::event::Event;
 use crate::fleet::{BikeHistory, Course, Kind};
 
-/// Something new, and what is to be remembered of it as told: axle, name and kind.
+/// Something new, and what is to be remembered of it as reported: axle, name and kind.
 pub struct Change {
     pub event: Option<Event>,
     pub axle: String,
@@ -14,19 +14,19 @@ pub struct Change {
     pub data: Value,
 }
 
-/// Courses of which another thing is to be said than was said last: `told` holds axle, name and kind.
-pub fn of(history: &BikeHistory, told: &[(String, String, String)]) -> Vec<Change> {
+/// Courses of which another thing is to be said than was said last: `reported` holds axle, name and kind.
+pub fn of(history: &BikeHistory, reported: &[(String, String, String)]) -> Vec<Change> {
     let courses = history.courses.iter();
     courses
-        .flat_map(|course| of_course(&history.bike, course, told))
+        .flat_map(|course| of_course(&history.bike, course, reported))
         .collect()
 }
 
-fn of_course(bike: &str, course: &Course, told: &[(String, String, String)]) -> Vec<Change> {
+fn of_course(bike: &str, course: &Course, reported: &[(String, String, String)]) -> Vec<Change> {
     let Some(development) = &course.development else {
         return Vec::new();
     };
-    let own = told
+    let own = reported
         .iter()
         .find(|(axle, name, _)| *axle == course.axle && *name == course.name);
     let before = own.map_or("none", |(_, _, kind)| kind.as_str());
@@ -54,7 +54,7 @@ fn of_course(bike: &str, course: &Course, told: &[(String, String, String)]) -> 
         data: data.clone(),
     };
     match events.is_empty() {
-        // What ended is remembered, so that it may begin anew.
+        // What ended is remembered, so that it may start again.
         true => vec![change(None)],
         false => events
             .into_iter()
@@ -101,13 +101,13 @@ mod tests {
     }
 
     #[test]
-    fn a_change_is_told_once_and_again_when_it_came_back() {
-        let events = |kind, told: &[(&str, &str)]| -> Vec<Option<Event>> {
-            let told: Vec<_> = told
+    fn a_change_is_reported_once_and_again_when_it_came_back() {
+        let events = |kind, reported: &[(&str, &str)]| -> Vec<Option<Event>> {
+            let reported: Vec<_> = reported
                 .iter()
                 .map(|(name, kind)| ("front".to_owned(), (*name).to_owned(), (*kind).to_owned()))
                 .collect();
-            of(&history(kind), &told)
+            of(&history(kind), &reported)
                 .iter()
                 .map(|change| change.event)
                 .collect()

@@ -3,7 +3,7 @@ use serde_json::{Value, json};
 
 use crate::time;
 
-/// What is told of.
+/// What is reported of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
     JobSucceeded,
@@ -44,16 +44,16 @@ impl Event {
     }
 }
 
-/// What is told: the body of a message.
+/// What is reported: the body of a message.
 #[derive(Serialize)]
-pub struct Told {
+pub struct Notification {
     #[serde(rename = "type")]
     kind: &'static str,
     timestamp: String,
     data: Value,
 }
 
-impl Told {
+impl Notification {
     pub fn new(event: Event, at_ms: i64, data: Value) -> Self {
         Self {
             kind: event.name(),

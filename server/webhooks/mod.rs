@@ -1,4 +1,4 @@
-//! Whoever has asked is told when a job ends or a bicycle changes, instead of having to poll: a signed POST to an address that the
+//! Whoever has asked is reported when a job ends or a bicycle changes, instead of having to poll: a signed POST to an address that the
 //! operator allows, by the scheme of <https://www.standardwebhooks.com>.
 
 pub mod changes;
@@ -7,7 +7,7 @@ mod send;
 mod sign;
 mod target;
 
-pub use event::{Event, Told};
+pub use event::{Event, Notification};
 pub use send::{Message, send};
 pub use sign::Secret;
 pub use target::Targets;

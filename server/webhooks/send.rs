@@ -35,12 +35,12 @@ impl From<reqwest::Error> for SendError {
     /// Without the address, which may hold what is not for logs.
     fn from(error: reqwest::Error) -> Self {
         let mut error: &dyn std::error::Error = &error.without_url();
-        let mut told = error.to_string();
+        let mut reported = error.to_string();
         while let Some(source) = error.source() {
-            told = format!("{told}: {source}");
+            reported = format!("{reported}: {source}");
             error = source;
         }
-        Self::Request(told)
+        Self::Request(reported)
     }
 }
 

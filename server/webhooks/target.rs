@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn addresses_of_no_internet_are_told() {
+    fn addresses_of_no_internet_are_reported() {
         for ip in [
             "0.0.0.0",
             "10.1.2.3",

@@ -61,7 +61,7 @@ async fn guessed_columns_are_marked_and_others_are_chosen() {
 }
 
 #[tokio::test]
-async fn a_unit_that_would_not_be_read_is_told_and_not_chosen() {
+async fn a_unit_that_would_not_be_read_is_reported_and_not_chosen() {
     let server = Server::with(&["--workers", "0"]);
     let Some(browser) = Browser::start(Look::NARROW).await else {
         return;

@@ -17,7 +17,7 @@ const REFUSED: &str = "return performance.getEntriesByType('resource') \
     .filter(({ responseStatus }) => responseStatus >= 400).map(({ name }) => name)";
 
 #[tokio::test]
-async fn a_ride_is_uploaded_however_bicycle_and_channels_are_told() {
+async fn a_ride_is_uploaded_however_bicycle_and_channels_are_reported() {
     let server = Server::start();
     let Some(browser) = Browser::start(Look::WIDE).await else {
         return;
@@ -120,7 +120,7 @@ async fn what_is_wrong_with_a_bicycle_is_said_beside_it_until_it_is_changed() {
 }
 
 #[tokio::test]
-async fn any_number_of_channels_is_mapped_and_what_was_identified_before_is_told() {
+async fn any_number_of_channels_is_mapped_and_what_was_identified_before_is_reported() {
     let server = Server::start();
     let Some(browser) = Browser::start(Look::WIDE).await else {
         return;
@@ -348,7 +348,7 @@ async fn a_preview_knows_the_bicycle_that_is_chosen_from_the_fleet() {
 
 /// Two rides may be one job, and the second upload may end while the page asks after the first.
 #[tokio::test]
-async fn whoever_joins_while_a_job_is_asked_after_is_told_its_end() {
+async fn whoever_joins_while_a_job_is_asked_after_is_reported_its_end() {
     let server = Server::with(&["--workers", "0"]);
     let Some(browser) = Browser::start(Look::WIDE).await else {
         return;
@@ -361,8 +361,8 @@ async fn whoever_joins_while_a_job_is_asked_after_is_told_its_end() {
             watch('/v1/jobs/1', ({ state }) => done(state)); \
             return new Response('{\"state\": \"succeeded\"}'); }; \
           watch('/v1/jobs/1', () => {}); })";
-    let told = browser.client.execute_async(script, vec![]).await.unwrap();
-    assert_eq!(told, "succeeded");
+    let reported = browser.client.execute_async(script, vec![]).await.unwrap();
+    assert_eq!(reported, "succeeded");
     browser.stop().await;
 }
 

@@ -29,7 +29,7 @@ const FOURTH: f64 = 1.0 / 16.0;
 /// power of their order.
 const IMAGES: usize = 3;
 
-/// Share of the motion (RMS) that no sensor tells (20 bits), and no integrator needs to.
+/// Share of the motion (RMS) that no sensor shows (20 bits), and no integrator needs to.
 const FINEST: f64 = 1e-6;
 
 /// Noise (m) to lay over each sample of the displacement, on the axles that need it.

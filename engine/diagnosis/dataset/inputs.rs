@@ -161,7 +161,7 @@ impl Track {
 
 /// The ride as the extended model sees it.
 #[derive(Clone, Debug)]
-pub struct Scene {
+pub struct Dataset {
     pub samples: usize,
     pub step: f64,
     pub tracks: Vec<Track>,
@@ -193,7 +193,7 @@ const ORDER: usize = 10;
 /// before the first sample is not known.
 const WARM_UP_S: f64 = 1.0;
 
-impl Scene {
+impl Dataset {
     pub fn new(ride: &Ride, bike: &Bike, fits: &PerAxle<AxleFit>, train_end: usize) -> Self {
         let n = ride.samples;
         let speed = ride.speed.clone().unwrap_or_else(|| vec![0.0; n]);
@@ -215,7 +215,7 @@ impl Scene {
             (Some(a), Some(b), Some(c), Some(d)) => Some([a, b, c, d]),
             _ => None,
         };
-        let mut scene = Self {
+        let mut dataset = Self {
             samples: n,
             step: ride.step_s,
             tracks: Vec::new(),
@@ -234,11 +234,11 @@ impl Scene {
         };
         for (axle, record) in ride.axles.iter() {
             if let Some(fit) = fits.get(axle) {
-                let track = scene.track(ride, bike, axle, record, fit, train_end, mean, span);
-                scene.tracks.push(track);
+                let track = dataset.track(ride, bike, axle, record, fit, train_end, mean, span);
+                dataset.tracks.push(track);
             }
         }
-        scene
+        dataset
     }
 
     #[expect(
@@ -369,12 +369,12 @@ impl Scene {
 
     /// The ride without the noise (m) that was laid over its displacements.
     pub fn without(&self, dither: &PerAxle<Vec<f64>>) -> Self {
-        let mut scene = self.clone();
-        for track in &mut scene.tracks {
+        let mut dataset = self.clone();
+        for track in &mut dataset.tracks {
             let noise = dither.get(track.axle).into_iter().flatten();
             (track.measured.iter_mut().zip(noise)).for_each(|(z, n)| *z -= n);
         }
-        scene
+        dataset
     }
 
     /// Whether a road passes below an axle: a base that moves without a speed is a bench's.

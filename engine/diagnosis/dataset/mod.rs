@@ -7,6 +7,6 @@ mod speed;
 pub mod windows;
 mod work;
 
-pub use inputs::{Scene, Track};
+pub use inputs::{Dataset, Track};
 pub use windows::Windows;
 pub use work::Budget;

@@ -4,7 +4,7 @@
 
 use std::f64::consts::TAU;
 
-use super::inputs::Scene;
+use super::inputs::Dataset;
 use crate::numerics::spline::{cubic, slopes};
 
 /// How the present ride's inputs change.
@@ -46,25 +46,25 @@ impl Change {
 
 /// The changed ride. What is measured on it is not known yet; the sizes in `Scale` stay, since the laws
 /// of the present ride's effects are written in them (the mean speed that a slope counts from).
-pub fn planned(scene: &Scene, change: &Change) -> Scene {
-    let mut next = scene.clone();
-    let last = scene.samples.saturating_sub(1);
+pub fn planned(dataset: &Dataset, change: &Change) -> Dataset {
+    let mut next = dataset.clone();
+    let last = dataset.samples.saturating_sub(1);
     // Place on the present ride (samples), the pace there and its growth.
     let way = |i: usize| {
-        let [pace, growth, led] = change.pace(i as f64 * scene.step);
-        (led / scene.step, pace, growth)
+        let [pace, growth, led] = change.pace(i as f64 * dataset.step);
+        (led / dataset.step, pace, growth)
     };
     let places: Vec<(f64, f64, f64)> = (0..)
         .map(way)
         .take_while(|(place, ..)| *place <= last as f64)
         .collect();
     let at = |x: &[f64]| -> Vec<f64> {
-        let slope = slopes(x, scene.step);
+        let slope = slopes(x, dataset.step);
         let at = |(place, ..): &(f64, f64, f64)| {
             let i = (*place as usize).min(last.saturating_sub(1));
             let s = place - i as f64;
             let j = (i + 1).min(last);
-            let c = cubic(x[i], x[j], slope[i], slope[j], scene.step);
+            let c = cubic(x[i], x[j], slope[i], slope[j], dataset.step);
             c[0] + s * (c[1] + s * (c[2] + s * c[3]))
         };
         places.iter().map(at).collect()
@@ -74,16 +74,16 @@ pub fn planned(scene: &Scene, change: &Change) -> Scene {
         x
     };
     next.samples = places.len();
-    let (speed, rate) = (at(&scene.speed), at(&scene.speed_rate));
+    let (speed, rate) = (at(&dataset.speed), at(&dataset.speed_rate));
     let paced = || speed.iter().zip(&rate).zip(&places);
     next.speed = paced().map(|((v, _), (_, pace, _))| v * pace).collect();
     next.speed_rate = paced()
         .map(|((v, a), (_, pace, growth))| a * pace * pace + v * growth)
         .collect();
-    next.distance = at(&scene.distance);
+    next.distance = at(&dataset.distance);
     next.set_crank(match change.coasting {
-        true => vec![scene.crank.first().copied().unwrap_or(0.0); places.len()],
-        false => at(&scene.crank),
+        true => vec![dataset.crank.first().copied().unwrap_or(0.0); places.len()],
+        false => at(&dataset.crank),
     });
     for track in &mut next.tracks {
         let road = times(at(&track.input.road), change.rougher);
@@ -106,9 +106,9 @@ mod tests {
     use crate::numerics::lanes::LANES;
     use crate::output_error::AxleFit;
     use crate::report::diagnosis::Place;
-    use crate::simulate::outing::{Excitation, Outing, SpeedChange};
     use crate::simulate::road::Bump;
     use crate::simulate::sensitivity::Plain;
+    use crate::simulate::simulated_ride::{Excitation, SimulatedRide, SpeedChange};
 
     fn bike() -> Bike {
         Bike {
@@ -123,7 +123,7 @@ mod tests {
     }
 
     /// A course over bumps with a swinging speed and steady pedalling in one gear, ridden so many times faster.
-    fn course(faster: f64) -> Scene {
+    fn course(faster: f64) -> Dataset {
         let change = SpeedChange {
             share: 0.25,
             period_s: 8.0 / faster,
@@ -131,13 +131,13 @@ mod tests {
         ridden(faster, Some(change), Some(60.0 * faster))
     }
 
-    fn ridden(faster: f64, speed_change: Option<SpeedChange>, cadence_rpm: Option<f64>) -> Scene {
+    fn ridden(faster: f64, speed_change: Option<SpeedChange>, cadence_rpm: Option<f64>) -> Dataset {
         let bumps = (0..12).map(|i| Bump {
             at_m: 4.0 + 6.5 * f64::from(i),
             length_m: 1.2,
             height_m: 0.01 + 1e-3 * f64::from(i),
         });
-        let outing = Outing {
+        let simulated_ride = SimulatedRide {
             duration_s: 20.0 / faster,
             rate_hz: 400.0,
             speed_m_s: 4.0 * faster,
@@ -147,9 +147,9 @@ mod tests {
                 roughness: None,
                 bumps: bumps.collect(),
             },
-            ..Outing::default()
+            ..SimulatedRide::default()
         };
-        let ride = outing.ride();
+        let ride = simulated_ride.ride();
         let mut fits = PerAxle::default();
         for (axle, mass) in [(Axle::Front, 23.0), (Axle::Rear, 63.0)] {
             let plain = Plain {
@@ -161,11 +161,11 @@ mod tests {
             };
             fits.set(axle, AxleFit::exact(plain, ride.samples));
         }
-        Scene::new(&ride, &bike(), &fits, ride.samples)
+        Dataset::new(&ride, &bike(), &fits, ride.samples)
     }
 
     /// Motion of the axles (m) with an effect of these values, or none.
-    fn moved(scene: &Scene, effect: Option<(Kind, Place, [f64; 2])>) -> Vec<f64> {
+    fn moved(dataset: &Dataset, effect: Option<(Kind, Place, [f64; 2])>) -> Vec<f64> {
         let terms: Vec<Term> = (effect.iter())
             .map(|(kind, place, _)| Term {
                 kind: *kind,
@@ -173,9 +173,9 @@ mod tests {
             })
             .collect();
         let mut out = Vec::new();
-        for unit in Unit::all(scene, &terms) {
+        for unit in Unit::all(dataset, &terms) {
             let base = unit.tracks.iter().map(|t| {
-                let s = &scene.tracks[*t].scale;
+                let s = &dataset.tracks[*t].scale;
                 [s.k / s.mass, s.b / s.mass, 1.0 / s.mass, 0.0, 0.0, 0.0]
             });
             let mut values = [0.0; MAX_PARAMETERS];
@@ -189,7 +189,7 @@ mod tests {
                 initial: vec![[0.0; 2]; unit.terms.len()],
             };
             let points: [Point; LANES] = std::array::from_fn(|_| point.clone());
-            for z in unit.simulate(scene, &points, None, 0..scene.samples, 2) {
+            for z in unit.simulate(dataset, &points, None, 0..dataset.samples, 2) {
                 out.extend(z.iter().map(|z| z.0[0]));
             }
         }
@@ -284,13 +284,13 @@ mod tests {
             period_s: SWING_S,
         };
         let truth = ridden(1.25, Some(swing), None);
-        let of = |scene: &Scene| {
-            let road = scene.tracks[1].input.road.clone();
-            [scene.speed.clone(), scene.distance.clone(), road]
+        let of = |dataset: &Dataset| {
+            let road = dataset.tracks[1].input.road.clone();
+            [dataset.speed.clone(), dataset.distance.clone(), road]
         };
-        for (told, true_) in of(&next).iter().zip(of(&truth)) {
-            assert!(told.len() > 4000);
-            let off = rms(told.iter().zip(&true_).map(|(a, b)| a - b));
+        for (reported, true_) in of(&next).iter().zip(of(&truth)) {
+            assert!(reported.len() > 4000);
+            let off = rms(reported.iter().zip(&true_).map(|(a, b)| a - b));
             assert!(off < 0.01 * rms(true_.iter().copied()), "{off}");
         }
         let slope = |x: &[f64]| slopes(x, next.step);
@@ -304,23 +304,23 @@ mod tests {
             coasting: true,
             ..Change::NONE
         };
-        let pedalled = |scene: &Scene| scene.crank.iter().any(|c| *c != scene.crank[0]);
-        let scene = course(1.0);
-        assert!(pedalled(&scene) && !pedalled(&planned(&scene, &change)));
+        let pedalled = |dataset: &Dataset| dataset.crank.iter().any(|c| *c != dataset.crank[0]);
+        let dataset = course(1.0);
+        assert!(pedalled(&dataset) && !pedalled(&planned(&dataset, &change)));
     }
 
     #[test]
     fn a_rougher_ride_scales_what_drives_it() {
-        let scene = course(1.0);
+        let dataset = course(1.0);
         let next = planned(
-            &scene,
+            &dataset,
             &Change {
                 rougher: 2.0,
                 ..Change::NONE
             },
         );
-        let (a, b) = (&next.tracks[0].input.road, &scene.tracks[0].input.road);
+        let (a, b) = (&next.tracks[0].input.road, &dataset.tracks[0].input.road);
         assert!(a.iter().zip(b).all(|(a, b)| (a - 2.0 * b).abs() < 1e-12));
-        assert_eq!(next.speed.len(), scene.speed.len());
+        assert_eq!(next.speed.len(), dataset.speed.len());
     }
 }

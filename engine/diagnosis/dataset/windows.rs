@@ -87,7 +87,7 @@ fn length_and_stride(wanted: usize, least: usize, samples: usize) -> (usize, usi
     (length, stride.min(length))
 }
 
-/// The period (s) below and above which half of the motion's power lies; nothing where a record is too short to tell.
+/// The period (s) below and above which half of the motion's power lies; nothing where a record is too short to show.
 pub fn dominant_period(track: &Track) -> Option<f64> {
     let driven = track.has_road || track.input.force.is_some();
     let moved: Vec<f64> = match (track.input.prescribed, driven) {

@@ -24,7 +24,7 @@ impl Effect for BumpStop {
         acts: Acts::OneAxle,
         parameters: &[GAP, STIFFNESS],
         amplitudes: &[1],
-        told: 1,
+        size_parameter: 1,
         starts: |s| {
             let mut starts = Vec::new();
             for side in [1.0, -1.0, 0.0] {

@@ -1,6 +1,6 @@
 //! The library as people look things up in it.
 
-use super::{ALL, FOILS, Kind};
+use super::{ALL, GENERAL_LAWS, Kind};
 use crate::diagnosis::law::{Acts, MAX_PARAMETERS, Need, Scale};
 
 /// One effect.
@@ -52,7 +52,7 @@ fn entry(kind: Kind) -> Entry {
     };
     let [reported, turned] =
         [1.0, -1.0].map(|value| (spec.report)(&[value; MAX_PARAMETERS], scale));
-    // A choice tells in its unit what it is.
+    // A choice shows in its unit what it is.
     let unit = |one: &str, other: &str| match one == other {
         true => one.to_owned(),
         false => format!("{one} or {other}"),
@@ -79,7 +79,7 @@ fn entry(kind: Kind) -> Entry {
             .collect(),
         confused_with: spec.confused_with,
         source: spec.source,
-        is_named: !FOILS.contains(&kind),
+        is_named: !GENERAL_LAWS.contains(&kind),
     }
 }
 

@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_width_tells_however_strong_the_friction() {
+    fn the_width_shows_however_strong_the_friction() {
         let at = |width: f64| {
             let [force, rate, width] = [20.0, 1e-3, width].map(Lanes::all);
             dry(force, rate, width, 2e-3).0[0]

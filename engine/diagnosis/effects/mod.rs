@@ -161,7 +161,7 @@ library! {
 }
 
 /// General shapes that are never named, against which names are held.
-pub const FOILS: [Kind; 5] = [
+pub const GENERAL_LAWS: [Kind; 5] = [
     Kind::PowerDamping,
     Kind::PositionDamping,
     Kind::FrictionCurve,
@@ -180,7 +180,9 @@ impl Kind {
 
     /// Every effect that may be named.
     pub fn named() -> impl Iterator<Item = Self> {
-        ALL.iter().copied().filter(|kind| !FOILS.contains(kind))
+        ALL.iter()
+            .copied()
+            .filter(|kind| !GENERAL_LAWS.contains(kind))
     }
 
     /// What a ride must have for the effect to be spoken about.
@@ -209,7 +211,10 @@ impl Kind {
 
     /// Names of the parameters as reports give them.
     pub fn reported(self) -> Vec<Cow<'static, str>> {
-        let told = (self.spec().report)(&[1.0; MAX_PARAMETERS], &Scale::TYPICAL);
-        told.into_iter().map(|parameter| parameter.name).collect()
+        let reported = (self.spec().report)(&[1.0; MAX_PARAMETERS], &Scale::TYPICAL);
+        reported
+            .into_iter()
+            .map(|parameter| parameter.name)
+            .collect()
     }
 }

@@ -6,7 +6,7 @@ use crate::diagnosis::law::own::{OwnLaw, OwnMotion, OwnParameter, Where};
 use crate::diagnosis::law::*;
 use crate::numerics::lanes::LANES;
 
-/// What tells one law's plan from another's.
+/// What shows one law's plan from another's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Shape {
     /// 1 to [`MAX_PARAMETERS`].
@@ -100,7 +100,7 @@ const fn spec(shape: Shape) -> Spec {
             3 => &[3],
             _ => &[],
         },
-        told: if amplitude < MAX_PARAMETERS {
+        size_parameter: if amplitude < MAX_PARAMETERS {
             amplitude
         } else {
             0
@@ -109,7 +109,7 @@ const fn spec(shape: Shape) -> Spec {
         report: |p, s| {
             let law = s.own.iter().flat_map(|law| &law.parameters);
             law.zip(p)
-                .map(|(parameter, value)| told(parameter, *value))
+                .map(|(parameter, value)| reported(parameter, *value))
                 .collect()
         },
         stiffens: |p, s| steepest(p, s)[0],
@@ -121,7 +121,7 @@ const fn spec(shape: Shape) -> Spec {
     }
 }
 
-fn told(parameter: &OwnParameter, value: f64) -> Reported {
+fn reported(parameter: &OwnParameter, value: f64) -> Reported {
     let [low, high] = parameter.range;
     let unit = match parameter.unit.as_str() {
         "" => "-",

@@ -43,7 +43,7 @@ impl Effect for UnsprungMass {
         needs: &[Need::Mass],
         parameters: &[FRACTION, FREQUENCY, DAMPING],
         amplitudes: &[],
-        told: 1,
+        size_parameter: 1,
         stronger: Stronger::Smaller,
         starts: |s| {
             let f0 = 1.0 / s.period();

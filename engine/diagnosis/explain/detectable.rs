@@ -6,7 +6,7 @@ use crate::diagnosis::fit::tangent::Tangent;
 use crate::diagnosis::fit::{COARSE, Model};
 use crate::diagnosis::law::{Scale, Spec, Values};
 use crate::diagnosis::search::Search;
-use crate::diagnosis::search::score_test::{Promise, Signatures};
+use crate::diagnosis::search::score_test::{Prediction, Signatures};
 use crate::numerics::lanes::LANES;
 use crate::report::diagnosis::{Detectable, Stronger};
 
@@ -16,7 +16,7 @@ const POWER: f64 = 1.65;
 const RUNGS: usize = LANES - 1;
 /// Ratio of the strongest to the weakest size of a ladder that knows nothing.
 const SPAN: f64 = 1e4;
-/// Factor to either side of the size that a linear start promises.
+/// Factor to either side of the size that a linear start predicts.
 const NEAR: f64 = 16.0;
 /// Ratio of neighbouring sizes between which the crossing is interpolated.
 const CLOSE: f64 = 1.5;
@@ -47,51 +47,51 @@ fn weakest(
     let (fitter, term) = (&search.fitter, offer.term);
     let spec = term.kind.spec();
     let (unit, at, _) = tangent.with(term);
-    let scale = unit.scale(fitter.scene, at);
-    let substeps = model.substeps(fitter.scene, COARSE);
-    let mut starts: Vec<&Promise> = offer.starts.iter().collect();
+    let scale = unit.scale(fitter.dataset, at);
+    let substeps = model.substeps(fitter.dataset, COARSE);
+    let mut starts: Vec<&Prediction> = offer.starts.iter().collect();
     starts.sort_by(|a, b| b.size.total_cmp(&a.size));
     starts.truncate(STARTS);
     let lengths = |rungs: &[Values]| tangent.lengths(fitter, term, rungs, substeps);
     let ladders = starts.iter().map(|s| Ladder::new(spec, scale, s, need));
     let size = ladders
         .filter_map(|ladder| ladder.climb(need, &lengths))
-        .find_map(|values| told_size(spec, scale, &values));
-    let told = starts.first().map(|s| (spec.report)(&s.unit, scale));
-    let told = told.and_then(|r| r.into_iter().nth(spec.told));
+        .find_map(|values| reported_size(spec, scale, &values));
+    let reported = starts.first().map(|s| (spec.report)(&s.unit, scale));
+    let reported = reported.and_then(|r| r.into_iter().nth(spec.size_parameter));
     Detectable {
         id: term.kind.id_on(scale).to_owned(),
         axle: term.place,
-        parameter: told.as_ref().map_or("", |r| &r.name).to_owned(),
+        parameter: reported.as_ref().map_or("", |r| &r.name).to_owned(),
         smallest_detectable: size,
         stronger: spec.stronger,
         reason: (size.is_none())
             .then(|| "not on this ride: no size that is looked for would show".to_owned()),
-        unit: told.as_ref().map_or("", |r| &r.unit).to_owned(),
+        unit: reported.as_ref().map_or("", |r| &r.unit).to_owned(),
     }
 }
 
-/// How much of an effect these values are: the parameter that tells it, counted from what it is without the effect.
-fn told_size(spec: &Spec, scale: &Scale, values: &Values) -> Option<f64> {
-    let told = |values: &Values| {
+/// How much of an effect these values are: the parameter that shows it, counted from what it is without the effect.
+fn reported_size(spec: &Spec, scale: &Scale, values: &Values) -> Option<f64> {
+    let reported = |values: &Values| {
         let reported = (spec.report)(values, scale);
-        reported.get(spec.told).map(|r| r.value)
+        reported.get(spec.size_parameter).map(|r| r.value)
     };
     let mut none = *values;
-    none[spec.told] = 0.0;
+    none[spec.size_parameter] = 0.0;
     let neutral = match spec.amplitudes {
         [] => 0.0,
-        _ => told(&none)?,
+        _ => reported(&none)?,
     };
-    let size = (told(values)? - neutral).abs();
+    let size = (reported(values)? - neutral).abs();
     (size.is_finite() && size > 0.0).then_some(size)
 }
 
 /// Sizes of an effect within the limits of its fit.
 struct Ladder {
     base: Values,
-    /// Which of the values tells the size.
-    told: usize,
+    /// Which of the values shows the size.
+    size_parameter: usize,
     /// Its weakest and its strongest value to try first, and the strongest of all.
     first: [f64; 2],
     end: f64,
@@ -100,13 +100,13 @@ struct Ladder {
 }
 
 impl Ladder {
-    fn new(spec: &Spec, scale: &Scale, start: &Promise, need: f64) -> Self {
-        let told = spec.told;
-        let [low, high] = (spec.parameters[told].limits)(scale);
+    fn new(spec: &Spec, scale: &Scale, start: &Prediction, need: f64) -> Self {
+        let size_parameter = spec.size_parameter;
+        let [low, high] = (spec.parameters[size_parameter].limits)(scale);
         let amplitude = !spec.amplitudes.is_empty();
         let (first, end) = match spec.stronger {
             _ if amplitude => {
-                let guess = start.unit[told] * need / start.size;
+                let guess = start.unit[size_parameter] * need / start.size;
                 let end = if guess > 0.0 { high } else { low };
                 let strong = if (NEAR * guess).abs() < end.abs() {
                     NEAR * guess
@@ -120,7 +120,7 @@ impl Ladder {
         };
         Self {
             base: start.unit,
-            told,
+            size_parameter,
             first,
             end,
             amplitude,
@@ -131,7 +131,7 @@ impl Ladder {
     fn climb(&self, need: f64, lengths: &dyn Fn(&[Values]) -> Vec<f64>) -> Option<Values> {
         let with = |x: f64| {
             let mut values = self.base;
-            values[self.told] = x;
+            values[self.size_parameter] = x;
             values
         };
         let [mut weak, mut strong] = self.first;
@@ -186,7 +186,7 @@ mod tests {
     fn ladder(first: [f64; 2], end: f64, amplitude: bool) -> Ladder {
         Ladder {
             base: [0.0; MAX_PARAMETERS],
-            told: 0,
+            size_parameter: 0,
             first,
             end,
             amplitude,
@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn where_smaller_is_stronger_the_largest_is_told() {
+    fn where_smaller_is_stronger_the_largest_is_reported() {
         let ladder = ladder([1e4, 1.0], 1.0, false);
         let found = climbed(&ladder, 5.0, |x| 500.0 / x).unwrap_or_default();
         assert!((found / 100.0 - 1.0).abs() < 0.01, "{found}");

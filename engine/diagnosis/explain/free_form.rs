@@ -1,18 +1,18 @@
 //! The missing force where it has no name.
 
-use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::fit::Motion;
-use crate::diagnosis::residual::omnibus::Leftover;
+use crate::diagnosis::residual::omnibus::Remainder;
 use crate::numerics::finite::finite;
 use crate::report::diagnosis::FreeForm;
 
 /// The missing force without a name, on a grid of deflection and rate and along the ride. Empty where the model
 /// runs away.
-pub fn free_form(scene: &Scene, m: &Motion, left: &Leftover, t: usize) -> FreeForm {
+pub fn free_form(dataset: &Dataset, m: &Motion, left: &Remainder, t: usize) -> FreeForm {
     const CELLS: usize = 11;
     const POINTS: usize = 400;
-    let mass = scene.tracks[t].scale.mass;
-    let force: Vec<f64> = (0..scene.samples)
+    let mass = dataset.tracks[t].scale.mass;
+    let force: Vec<f64> = (0..dataset.samples)
         .map(|i| mass * (m.acceleration[i] - m.linear[i] + left.force[i]))
         .collect();
     if force.iter().chain(&m.d).chain(&m.w).any(|x| !x.is_finite()) {
@@ -48,7 +48,7 @@ pub fn free_form(scene: &Scene, m: &Motion, left: &Leftover, t: usize) -> FreeFo
         .filter(|s| s.1 > 0)
         .map(|s| s.0 * s.0 / s.1 as f64)
         .sum();
-    let thin = (scene.samples / POINTS).max(1);
+    let thin = (dataset.samples / POINTS).max(1);
     FreeForm {
         against: if explained > 0.5 * total {
             "deflection and rate"
@@ -66,9 +66,9 @@ pub fn free_form(scene: &Scene, m: &Motion, left: &Leftover, t: usize) -> FreeFo
                     .collect()
             })
             .collect(),
-        t_s: (0..scene.samples)
+        t_s: (0..dataset.samples)
             .step_by(thin)
-            .map(|i| i as f64 * scene.step)
+            .map(|i| i as f64 * dataset.step)
             .collect(),
         force_along_n: force.iter().copied().step_by(thin).collect(),
         held_out_rms_m: finite(left.held_after),

@@ -1,16 +1,16 @@
 //! What noise in the road channel does to the estimates, and the estimates without it, by simulation
 //! and extrapolation (Cook & Stefanski 1994, J. Am. Stat. Assoc. 89:1314): as much noise again is put
-//! on the recorded road, and what that changes is taken off. How much noise it holds is told by the
+//! on the recorded road, and what that changes is taken off. How much noise it holds is reported by the
 //! residual: roughness, which moves the axle, leaves nothing there.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::fit::{Effort, FINE, Fitted, Fitter, Model, Point};
 use crate::diagnosis::residual::resonance::{Inputs, road_noise};
-use crate::numerics::autoregressive::Colour;
+use crate::numerics::autoregressive::NoiseModel;
 use crate::numerics::spectrum::deviation;
 
 /// Pairs of refits. The two of a pair see the same noise with opposite signs, so that only what does
@@ -20,7 +20,7 @@ const PAIRS: u64 = 2;
 /// The model with the values that its parameters would have if the road had been recorded without
 /// noise. It describes the bicycle; what predicts the ride from its log is the model as fitted.
 pub fn corrected(fitter: &Fitter, model: &Model, seed: u64) -> Model {
-    let substeps = model.substeps(fitter.scene, FINE);
+    let substeps = model.substeps(fitter.dataset, FINE);
     let fits = model
         .fits
         .iter()
@@ -30,12 +30,12 @@ pub fn corrected(fitter: &Fitter, model: &Model, seed: u64) -> Model {
 }
 
 /// White noise (m, RMS) in the road of each axle of a fit, as far as its residual shows it.
-fn noises(scene: &Scene, fit: &Fitted) -> Vec<f64> {
+fn noises(dataset: &Dataset, fit: &Fitted) -> Vec<f64> {
     let axles = fit.unit.tracks.iter().zip(&fit.point.base);
     axles
         .zip(&fit.residuals)
         .map(|((t, [kappa, beta, per_mass, ..]), residual)| {
-            let track = &scene.tracks[*t];
+            let track = &dataset.tracks[*t];
             if !track.has_road {
                 return 0.0;
             }
@@ -43,8 +43,8 @@ fn noises(scene: &Scene, fit: &Fitted) -> Vec<f64> {
                 road: track.road_floor,
                 force: track.force_most * per_mass * per_mass,
             };
-            let density = road_noise(residual, scene.step, *kappa, *beta, &inputs);
-            deviation(density, scene.step)
+            let density = road_noise(residual, dataset.step, *kappa, *beta, &inputs);
+            deviation(density, dataset.step)
         })
         .collect()
 }
@@ -53,10 +53,11 @@ fn noises(scene: &Scene, fit: &Fitted) -> Vec<f64> {
 const NEGLIGIBLE: f64 = 0.03;
 
 fn without_bias(fitter: &Fitter, fit: &Fitted, substeps: usize, seed: u64) -> Option<Fitted> {
-    let noises = noises(fitter.scene, fit);
-    let matters =
-        |(noise, colour): (&f64, &Colour)| *noise > NEGLIGIBLE * colour.total_variance().sqrt();
-    if !noises.iter().zip(&fit.colours).any(matters) {
+    let noises = noises(fitter.dataset, fit);
+    let matters = |(noise, noise_model): (&f64, &NoiseModel)| {
+        *noise > NEGLIGIBLE * noise_model.total_variance().sqrt()
+    };
+    if !noises.iter().zip(&fit.noise_models).any(matters) {
         return None;
     }
     let effort = Effort {
@@ -64,15 +65,15 @@ fn without_bias(fitter: &Fitter, fit: &Fitted, substeps: usize, seed: u64) -> Op
         gain: 1e-3,
         substeps,
     };
-    let refit = |scene: &Scene| -> Option<Point> {
+    let refit = |dataset: &Dataset| -> Option<Point> {
         let fitter = Fitter {
-            scene,
+            dataset,
             samples: fitter.samples,
         };
-        let found = fitter.fit(&fit.unit, fit.point.clone(), &fit.colours, effort)?;
+        let found = fitter.fit(&fit.unit, fit.point.clone(), &fit.noise_models, effort)?;
         Some(found.point)
     };
-    let own = refit(fitter.scene)?;
+    let own = refit(fitter.dataset)?;
     let noisier: Vec<Point> = (0..2 * PAIRS)
         .into_par_iter()
         .filter_map(|draw| {
@@ -81,16 +82,16 @@ fn without_bias(fitter: &Fitter, fit: &Fitted, substeps: usize, seed: u64) -> Op
             let sign = if draw % 2 == 0 { 1.0 } else { -1.0 };
             let noises = noises.iter().map(|n| sign * n);
             let pairs = fit.unit.tracks.iter().copied().zip(noises);
-            refit(&noisier(fitter.scene, pairs, &mut rng))
+            refit(&noisier(fitter.dataset, pairs, &mut rng))
         })
         .collect();
     if noisier.len() < 2 * PAIRS as usize {
         return None;
     }
     let mut better = fit.clone();
-    for slot in fit.unit.slots(fitter.scene) {
+    for slot in fit.unit.slots(fitter.dataset) {
         let mean = noisier.iter().map(|p| p.get(slot)).sum::<f64>() / noisier.len() as f64;
-        let (_, [low, high]) = fit.unit.range(fitter.scene, slot);
+        let (_, [low, high]) = fit.unit.range(fitter.dataset, slot);
         let value = fit.point.get(slot) - (mean - own.get(slot));
         better.point.set(slot, value.max(low).min(high));
     }
@@ -99,11 +100,11 @@ fn without_bias(fitter: &Fitter, fit: &Fitted, substeps: usize, seed: u64) -> Op
 
 /// The ride with white noise (m, RMS) added to the roads of some tracks.
 fn noisier(
-    scene: &Scene,
+    dataset: &Dataset,
     noises: impl Iterator<Item = (usize, f64)>,
     rng: &mut ChaCha8Rng,
-) -> Scene {
-    let mut again = scene.clone();
+) -> Dataset {
+    let mut again = dataset.clone();
     for (track, noise) in noises {
         again.tracks[track].add_road_noise(noise, rng);
     }

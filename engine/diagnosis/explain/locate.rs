@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::fit::Motion;
 use crate::numerics::spectrum::adjoining_powers;
 use crate::numerics::statistics::normal_tail;
@@ -13,7 +13,7 @@ pub fn windows(
     plain: &[f64],
     left: &[f64],
     valid: &[bool],
-    scene: &Scene,
+    dataset: &Dataset,
     alpha: f64,
 ) -> Vec<[f64; 2]> {
     const WINDOWS: usize = 30;
@@ -27,9 +27,9 @@ pub fn windows(
             .map(|i| plain[i].powi(2) - left[i].powi(2))
             .collect();
         if significance(&excess) < alpha / WINDOWS as f64 {
-            let window = [start as f64 * scene.step, end as f64 * scene.step];
+            let window = [start as f64 * dataset.step, end as f64 * dataset.step];
             match found.last_mut() {
-                Some(last) if k > 0 && (last[1] - window[0]).abs() < 0.5 * scene.step => {
+                Some(last) if k > 0 && (last[1] - window[0]).abs() < 0.5 * dataset.step => {
                     last[1] = window[1]
                 }
                 _ => found.push(window),
@@ -101,7 +101,7 @@ pub fn bands(plain: &[f64], left: &[f64], step: f64, alpha: f64) -> Vec<[f64; 2]
 
 /// Regions of deflection, rate, speed and crank angle in which most of the missing force (m/s^2)
 /// lies although the ride spends little time there, in words.
-pub fn states(force: &[f64], m: &Motion, scene: &Scene, samples: Range<usize>) -> Vec<String> {
+pub fn states(force: &[f64], m: &Motion, dataset: &Dataset, samples: Range<usize>) -> Vec<String> {
     let total: f64 = samples.clone().map(|i| force[i] * force[i]).sum();
     if !(total > 0.0) {
         return Vec::new();
@@ -153,7 +153,7 @@ pub fn states(force: &[f64], m: &Motion, scene: &Scene, samples: Range<usize>) -
     tell("rebound".into(), &|i| m.d[i] < 0.0);
     tell("while compressing".into(), &|i| m.w[i] > 0.0);
     tell("while rebounding".into(), &|i| m.w[i] < 0.0);
-    let mut speeds: Vec<f64> = samples.clone().map(|i| scene.speed[i]).collect();
+    let mut speeds: Vec<f64> = samples.clone().map(|i| dataset.speed[i]).collect();
     speeds.sort_by(f64::total_cmp);
     if let (Some(low), Some(high)) = (
         speeds.get(speeds.len() / 3),
@@ -162,10 +162,10 @@ pub fn states(force: &[f64], m: &Motion, scene: &Scene, samples: Range<usize>) -
     {
         let (low, high) = (*low, *high);
         tell(format!("speeds above {high:.1} m/s"), &|i| {
-            scene.speed[i] > high
+            dataset.speed[i] > high
         });
         tell(format!("speeds below {low:.1} m/s"), &|i| {
-            scene.speed[i] < low
+            dataset.speed[i] < low
         });
     }
     words

@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::dataset::planned::{Change, planned};
 use crate::diagnosis::fit::{COARSE, Effort, Fitted, Fitter, Model, Point};
 use crate::diagnosis::search::Search;
@@ -67,15 +67,15 @@ const RELEASES: [Plan; 3] = [
 ];
 
 /// The rides that whoever recorded this one can record next.
-fn catalogue(scene: &Scene) -> Vec<&'static Plan> {
-    let plans: &[Plan] = if scene.tracks.iter().any(|t| t.has_road) {
+fn catalogue(dataset: &Dataset) -> Vec<&'static Plan> {
+    let plans: &[Plan] = if dataset.tracks.iter().any(|t| t.has_road) {
         &ROADS
-    } else if scene.tracks.iter().any(|t| t.input.force.is_some()) {
+    } else if dataset.tracks.iter().any(|t| t.input.force.is_some()) {
         &SHAKERS
     } else {
         &RELEASES
     };
-    let pedalled = scene.crank.iter().any(|angle| *angle != scene.crank[0]);
+    let pedalled = dataset.crank.iter().any(|angle| *angle != dataset.crank[0]);
     let possible = |plan: &&Plan| pedalled || !plan.change.coasting;
     plans.iter().filter(possible).collect()
 }
@@ -87,8 +87,8 @@ const PARTED: f64 = 20.0;
 /// Times that a ride is asked for: what ten do not part is not worth the riding.
 const MOST_TIMES: f64 = 10.0;
 
-/// What a plan promises.
-struct Promise {
+/// What a plan predicts.
+struct Prediction {
     plan: &'static Plan,
     /// Times that it has to be ridden, and the time that takes (s).
     times: f64,
@@ -102,27 +102,27 @@ pub fn propose(search: &Search, model: &Model, rivals: &[Model]) -> Option<NextR
     if rivals.is_empty() {
         return None;
     }
-    let plans = catalogue(search.fitter.scene);
-    let promises = plans.into_par_iter().filter_map(|plan| {
-        let scene = planned(search.fitter.scene, &plan.change);
+    let plans = catalogue(search.fitter.dataset);
+    let predicted_gains = plans.into_par_iter().filter_map(|plan| {
+        let dataset = planned(search.fitter.dataset, &plan.change);
         let fitter = Fitter {
-            scene: &scene,
-            samples: scene.samples,
+            dataset: &dataset,
+            samples: dataset.samples,
         };
         let least = (rivals.iter())
             .map(|rival| separation(&fitter, model, rival, &plan.change))
             .fold(f64::INFINITY, f64::min);
         let times = (PARTED / least).ceil().max(1.0);
-        (times <= MOST_TIMES).then_some(Promise {
+        (times <= MOST_TIMES).then_some(Prediction {
             plan,
             times,
-            duration_s: times * scene.samples as f64 * scene.step,
+            duration_s: times * dataset.samples as f64 * dataset.step,
             separation: times * least,
         })
     });
-    let promises: Vec<Promise> = promises.collect();
-    let quickest = |a: &&Promise, b: &&Promise| a.duration_s.total_cmp(&b.duration_s);
-    let best = promises.iter().min_by(quickest)?;
+    let predicted_gains: Vec<Prediction> = predicted_gains.collect();
+    let quickest = |a: &&Prediction, b: &&Prediction| a.duration_s.total_cmp(&b.duration_s);
+    let best = predicted_gains.iter().min_by(quickest)?;
     Some(NextRide {
         why: "several sets of effects explain this ride equally".to_owned(),
         what: match best.times {
@@ -134,10 +134,10 @@ pub fn propose(search: &Search, model: &Model, rivals: &[Model]) -> Option<NextR
 }
 
 /// Where a ride begins on a planned ride: as on the present one, but for what is let go from farther or nearer.
-fn begun(scene: &Scene, fit: &Fitted, change: &Change) -> Point {
+fn begun(dataset: &Dataset, fit: &Fitted, change: &Change) -> Point {
     let mut point = fit.point.clone();
     for (base, t) in point.base.iter_mut().zip(&fit.unit.tracks) {
-        let track = &scene.tracks[*t];
+        let track = &dataset.tracks[*t];
         if !track.has_road && track.input.force.is_none() {
             let [kappa, _, _, constant, height, rate] = base;
             let rest = if *kappa > 0.0 {
@@ -155,22 +155,22 @@ fn begun(scene: &Scene, fit: &Fitted, change: &Change) -> Point {
 /// Half the whitened squared distance between what `model` records on the planned ride and the nearest that
 /// `rival` can come to it.
 fn separation(on: &Fitter, model: &Model, rival: &Model, change: &Change) -> f64 {
-    let mut scene = on.scene.clone();
+    let mut dataset = on.dataset.clone();
     let substeps = model
-        .substeps(&scene, COARSE)
-        .max(rival.substeps(&scene, COARSE));
-    for t in 0..scene.tracks.len() {
+        .substeps(&dataset, COARSE)
+        .max(rival.substeps(&dataset, COARSE));
+    for t in 0..dataset.tracks.len() {
         let (fit, a) = model.of_track(t);
-        let point = begun(&scene, fit, change);
+        let point = begun(&dataset, fit, change);
         let points: [Point; LANES] = std::array::from_fn(|_| point.clone());
         let read = fit
             .unit
-            .simulate(&scene, &points, None, 0..scene.samples, substeps)
+            .simulate(&dataset, &points, None, 0..dataset.samples, substeps)
             .swap_remove(a);
-        scene.tracks[t].measured = read.iter().map(|z| z.0[0]).collect();
+        dataset.tracks[t].measured = read.iter().map(|z| z.0[0]).collect();
     }
     let fitter = Fitter {
-        scene: &scene,
+        dataset: &dataset,
         samples: on.samples,
     };
     let effort = Effort {
@@ -182,18 +182,19 @@ fn separation(on: &Fitter, model: &Model, rival: &Model, change: &Change) -> f64
         .fits
         .iter()
         .map(|f| {
-            let colours: Vec<_> = f
+            let noise_models: Vec<_> = f
                 .unit
                 .tracks
                 .iter()
-                .map(|t| model.colour(*t).clone())
+                .map(|t| model.noise_model(*t).clone())
                 .collect();
-            let Some(refit) = fitter.fit(&f.unit, begun(&scene, f, change), &colours, effort)
+            let Some(refit) =
+                fitter.fit(&f.unit, begun(&dataset, f, change), &noise_models, effort)
             else {
                 return 0.0;
             };
             let points: [Point; LANES] = std::array::from_fn(|_| refit.point.clone());
-            0.5 * fitter.costs(&f.unit, &points, &colours, substeps)[0]
+            0.5 * fitter.costs(&f.unit, &points, &noise_models, substeps)[0]
         })
         .sum()
 }

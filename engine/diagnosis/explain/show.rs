@@ -3,7 +3,7 @@
 
 use std::borrow::Cow;
 
-use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::fit::estimate::estimate;
 use crate::diagnosis::fit::{Fitted, Model, Motion, Slot, Term};
 use crate::diagnosis::law::{Reported, Scale, Values};
@@ -13,27 +13,27 @@ use crate::report::Estimate;
 use crate::report::diagnosis::{Consequences, EffectName, EffectReport, ParameterReport, Place};
 use crate::uncertainty::identifiable::identified;
 
-pub fn name(scene: &Scene, term: &Term) -> EffectName {
+pub fn name(dataset: &Dataset, term: &Term) -> EffectName {
     EffectName {
-        id: term.id(scene).to_owned(),
+        id: term.id(dataset).to_owned(),
         axle: term.place,
     }
 }
 
 /// One named effect. `separation` is what the model without it lacks in log likelihood, where that could be fitted.
 pub fn effect(
-    scene: &Scene,
+    dataset: &Dataset,
     model: &Model,
     term: &Term,
     separation: Option<f64>,
     p_value: Option<f64>,
 ) -> Option<EffectReport> {
-    told(scene, model, term, (separation, p_value), &[])
+    reported(dataset, model, term, (separation, p_value), &[])
 }
 
 /// The same with standard errors of at least `least`.
-fn told(
-    scene: &Scene,
+fn reported(
+    dataset: &Dataset,
     model: &Model,
     term: &Term,
     (separation, p_value): (Option<f64>, Option<f64>),
@@ -42,20 +42,20 @@ fn told(
     let fit = model.fits.iter().find(|f| f.unit.terms.contains(term))?;
     let at = fit.unit.terms.iter().position(|t| t == term)?;
     let spec = term.kind.spec();
-    let scale = fit.unit.scale(scene, at);
+    let scale = fit.unit.scale(dataset, at);
     let values = fit.point.values[at];
     let reported = (spec.report)(&values, scale);
-    let untold: Vec<&str> = unlearned(scene, fit)
+    let unreported: Vec<&str> = unlearned(dataset, fit)
         .filter(|(of, ..)| *of == term)
         .map(|(_, name, ..)| name)
         .collect();
     let twin = twin(fit).map(|(_, _, values)| (spec.report)(&values, scale));
-    let told = |(i, (r, error)): (usize, (&Reported, Option<f64>))| {
+    let known = |(i, (r, error)): (usize, (&Reported, Option<f64>))| {
         let error = error.map(|error| least.get(i).map_or(error, |least| error.max(*least)));
-        if untold.contains(&&*r.name) {
+        if unreported.contains(&&*r.name) {
             return Err(BEYOND_PRIOR.to_owned());
         }
-        if !untold.is_empty() {
+        if !unreported.is_empty() {
             return Err(RESTS_ON_PRIOR.to_owned());
         }
         let differs = |twin: &Vec<Reported>| (twin[i].value - r.value).abs() > 1e-9 * r.value.abs();
@@ -64,9 +64,9 @@ fn told(
         }
         identified(r.value, error, as_good_as_zero(&r.unit), &r.unit)
     };
-    let errors = standard_errors(scene, fit, at, &values, scale);
+    let errors = standard_errors(dataset, fit, at, &values, scale);
     let errors: Vec<Result<f64, String>> =
-        reported.iter().zip(errors).enumerate().map(told).collect();
+        reported.iter().zip(errors).enumerate().map(known).collect();
     let parameters: Vec<(Cow<str>, ParameterReport)> = reported
         .into_iter()
         .zip(errors)
@@ -82,11 +82,11 @@ fn told(
             )
         })
         .collect();
-    let told = parameters
+    let reported = parameters
         .iter()
         .map(|(name, p)| {
             let plain = name.replace('_', " ");
-            if untold.contains(&&**name) {
+            if unreported.contains(&&**name) {
                 return format!("{plain} as expected");
             }
             format!("{plain} {}", p.quantity(name))
@@ -111,24 +111,24 @@ fn told(
         support: None,
         adequate: true,
         material: true,
-        sentence: format!("{place}, {}: {told}", term.kind.words_on(scale)),
+        sentence: format!("{place}, {}: {reported}", term.kind.words_on(scale)),
     })
 }
 
 /// An effect that acts although something else is left: its intervals are those of the jackknife, where these are wider.
 pub fn supported(
-    scene: &Scene,
+    dataset: &Dataset,
     model: &Model,
     claim: &Claim,
     errors: &[f64],
 ) -> Option<EffectReport> {
-    let mut effect = told(scene, model, &claim.term, (None, None), errors)?;
+    let mut effect = reported(dataset, model, &claim.term, (None, None), errors)?;
     effect.affirmed = claim.holds;
     effect.support = Some(claim.support.clone());
     Some(effect)
 }
 
-/// An angle's zero is a direction as any other: it is told to within half a radian or not at all.
+/// An angle's zero is a direction as any other: it is reported to within half a radian or not at all.
 fn as_good_as_zero(unit: &str) -> f64 {
     match unit {
         "rad" => 1.0,
@@ -146,10 +146,10 @@ const RESTS_ON_PRIOR: &str =
 /// and its deviation. What the ride says adds to what was expected, so that together they have half its variance
 /// where both say as much.
 pub fn unlearned<'f>(
-    scene: &Scene,
+    dataset: &Dataset,
     fit: &'f Fitted,
 ) -> impl Iterator<Item = (&'f Term, &'static str, f64, f64)> {
-    let slots = fit.unit.slots(scene);
+    let slots = fit.unit.slots(dataset);
     fit.unit
         .terms
         .iter()
@@ -169,14 +169,14 @@ pub fn unlearned<'f>(
 
 /// Standard errors of the reported parameters, by the delta method.
 fn standard_errors(
-    scene: &Scene,
+    dataset: &Dataset,
     fit: &Fitted,
     at: usize,
     values: &Values,
     scale: &Scale,
 ) -> Vec<Option<f64>> {
     let spec = fit.unit.terms[at].kind.spec();
-    let slots = fit.unit.slots(scene);
+    let slots = fit.unit.slots(dataset);
     let fitted: Vec<(usize, usize)> = slots
         .iter()
         .enumerate()
@@ -233,33 +233,33 @@ pub fn twin(fit: &Fitted) -> Option<(&Term, [f64; 2], Values)> {
 
 /// The same without intervals where they rest on what was only expected: along a flat and curved ridge they are far
 /// too narrow.
-pub fn told_estimate(scene: &Scene, model: &Model, track: usize) -> Estimate {
-    let mut told = estimate(scene, model, track);
-    let axle = scene.tracks[track].axle;
+pub fn reported_estimate(dataset: &Dataset, model: &Model, track: usize) -> Estimate {
+    let mut reported = estimate(dataset, model, track);
+    let axle = dataset.tracks[track].axle;
     let (fit, _) = model.of_track(track);
-    if unlearned(scene, fit).any(|(term, ..)| term.acts_on(axle)) {
-        (told.k_std_n_m, told.b_std_n_s_m) = (None, None);
-        told.k_not_identifiable = Some(RESTS_ON_PRIOR.to_owned());
-        told.b_not_identifiable = Some(RESTS_ON_PRIOR.to_owned());
+    if unlearned(dataset, fit).any(|(term, ..)| term.acts_on(axle)) {
+        (reported.k_std_n_m, reported.b_std_n_s_m) = (None, None);
+        reported.k_not_identifiable = Some(RESTS_ON_PRIOR.to_owned());
+        reported.b_not_identifiable = Some(RESTS_ON_PRIOR.to_owned());
     }
     if twin(fit).is_some() {
-        (told.k_std_n_m, told.b_std_n_s_m) = (None, None);
-        told.k_not_identifiable = Some(HAS_TWIN.to_owned());
-        told.b_not_identifiable = Some(HAS_TWIN.to_owned());
+        (reported.k_std_n_m, reported.b_std_n_s_m) = (None, None);
+        reported.k_not_identifiable = Some(HAS_TWIN.to_owned());
+        reported.b_not_identifiable = Some(HAS_TWIN.to_owned());
     }
-    told
+    reported
 }
 
 /// What the omission changes for the rider.
 pub fn consequences(
-    scene: &Scene,
+    dataset: &Dataset,
     track: usize,
     plain: (&Estimate, &Motion),
     extended: (&Estimate, &Motion),
 ) -> Consequences {
-    let s = &scene.tracks[track].scale;
+    let s = &dataset.tracks[track].scale;
     let load = |m: &Motion, by_law: bool| -> Vec<f64> {
-        let constant = scene.tracks[track].input.force.is_some();
+        let constant = dataset.tracks[track].input.force.is_some();
         let force = if by_law && !constant {
             &m.acceleration
         } else {
@@ -274,7 +274,7 @@ pub fn consequences(
     };
     // What a model does where nothing was recorded, or before it has forgotten its start, is nobody's load.
     let recorded = |load: Vec<f64>| -> Vec<f64> {
-        let known = load.into_iter().zip(&scene.tracks[track].valid);
+        let known = load.into_iter().zip(&dataset.tracks[track].valid);
         known.filter(|(_, valid)| **valid).map(|(f, _)| f).collect()
     };
     let before = recorded(load(plain.1, false));
@@ -290,7 +290,7 @@ pub fn consequences(
         / after.len().max(1) as f64;
     let percent = |a: f64, b: f64| finite(100.0 * (a / b - 1.0));
     // What a rig presses carries no bicycle.
-    let moves = !scene.tracks[track].input.prescribed;
+    let moves = !dataset.tracks[track].input.prescribed;
     let resonance =
         |e: &Estimate| finite((e.k_n_m.max(0.0) / e.mass_kg).sqrt() / std::f64::consts::TAU);
     Consequences {
@@ -298,7 +298,7 @@ pub fn consequences(
         b_change_percent: percent(extended.0.b_n_s_m, plain.0.b_n_s_m),
         peak_load_plain_n: peak(&before).filter(|_| moves),
         peak_load_extended_n: peak(&after).filter(|_| moves),
-        airborne_share: scene.tracks[track].has_road.then_some(airborne),
+        airborne_share: dataset.tracks[track].has_road.then_some(airborne),
         resonance_plain_hz: resonance(plain.0),
         resonance_extended_hz: resonance(extended.0),
     }

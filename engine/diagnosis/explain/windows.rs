@@ -1,6 +1,6 @@
 //! What windows of a record say, as it is reported.
 
-use crate::diagnosis::dataset::{Scene, Track};
+use crate::diagnosis::dataset::{Dataset, Track};
 use crate::diagnosis::fit::shooting::Prediction;
 use crate::diagnosis::verdict::windows::{Sight, Sights, Supported};
 use crate::numerics::finite::finite;
@@ -10,7 +10,7 @@ use crate::report::windows::{SingleEffect, WindowEffect, WindowStart, Windows};
 const SINGLE: usize = 8;
 
 /// By length; the longer windows come first.
-pub fn windows(scene: &Scene, track: &Track, sights: &Sights) -> Vec<Windows> {
+pub fn windows(dataset: &Dataset, track: &Track, sights: &Sights) -> Vec<Windows> {
     let of_length = |(i, sight): (usize, &Sight)| {
         let starts = match i {
             0 => &sights.predictions[..],
@@ -23,10 +23,10 @@ pub fn windows(scene: &Scene, track: &Track, sights: &Sights) -> Vec<Windows> {
             count: sight.plain.errors.len(),
             plain_rms_m: finite(spread * sight.plain.left().sqrt()),
             extended_rms_m: finite(spread * sight.found.left().sqrt()),
-            effects: sight.effects.iter().map(|e| effect(scene, e)).collect(),
+            effects: sight.effects.iter().map(|e| effect(dataset, e)).collect(),
             single: (sight.single.iter().take(SINGLE))
                 .map(|(term, left)| SingleEffect {
-                    id: term.id(scene).to_owned(),
+                    id: term.id(dataset).to_owned(),
                     left_share: finite(left / sight.plain.left()),
                 })
                 .collect(),
@@ -36,14 +36,14 @@ pub fn windows(scene: &Scene, track: &Track, sights: &Sights) -> Vec<Windows> {
     sights.of_length.iter().enumerate().map(of_length).collect()
 }
 
-fn effect(scene: &Scene, effect: &Supported) -> WindowEffect {
+fn effect(dataset: &Dataset, effect: &Supported) -> WindowEffect {
     let [blocks, blocks_led] = effect.blocks;
     WindowEffect {
-        id: effect.term.id(scene).to_owned(),
+        id: effect.term.id(dataset).to_owned(),
         removed_share: finite(effect.share).unwrap_or_default(),
         blocks,
         blocks_led,
-        rival: effect.rival.map(|(term, _)| term.id(scene).to_owned()),
+        rival: effect.rival.map(|(term, _)| term.id(dataset).to_owned()),
         rival_ratio: effect.rival.and_then(|(_, ratio)| finite(ratio)),
         holds: effect.holds(),
     }

@@ -188,7 +188,7 @@ fn gains(d: &Diagnosis) -> String {
 mod tests {
     use super::*;
 
-    fn told(left: f64, floor: Option<f64>) -> String {
+    fn reported(left: f64, floor: Option<f64>) -> String {
         let held = HeldOut {
             plain_rms_m: Some(left),
             extended_rms_m: Some(left),
@@ -204,8 +204,8 @@ mod tests {
 
     #[test]
     fn noise_is_only_what_the_sensor_may_have() {
-        assert!(told(5e-5, Some(5e-5)).contains("to within its noise"));
-        assert!(told(5e-5, None).contains("to within its noise"));
-        assert!(told(NOISE * 1.01e-6, Some(1e-6)).contains("the sensor's noise is 0.001 mm"));
+        assert!(reported(5e-5, Some(5e-5)).contains("to within its noise"));
+        assert!(reported(5e-5, None).contains("to within its noise"));
+        assert!(reported(NOISE * 1.01e-6, Some(1e-6)).contains("the sensor's noise is 0.001 mm"));
     }
 }

@@ -2,17 +2,17 @@
 
 use super::model::Model;
 use super::unit::Slot;
-use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::dataset::Dataset;
 use crate::numerics::finite::std_error;
 use crate::report::Estimate;
 
 /// k, B and m of one track under a model.
-pub fn estimate(scene: &Scene, model: &Model, track: usize) -> Estimate {
+pub fn estimate(dataset: &Dataset, model: &Model, track: usize) -> Estimate {
     let (fit, a) = model.of_track(track);
-    let slots = fit.unit.slots(scene);
+    let slots = fit.unit.slots(dataset);
     let [kappa, beta, per_mass, ..] = fit.point.base[a];
     let m = 1.0 / per_mass;
-    let moves = !scene.tracks[track].input.prescribed;
+    let moves = !dataset.tracks[track].input.prescribed;
     let index = |q: usize| slots.iter().position(|s| *s == Slot::Base(a, q));
     let error = |by: [(usize, f64); 2]| {
         let mut variance = 0.0;

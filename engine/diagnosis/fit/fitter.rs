@@ -6,8 +6,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::damped::{Effort, Normal, Range, inverse, minimise};
 use super::unit::{Point, Slot, Unit};
-use crate::diagnosis::dataset::Scene;
-use crate::numerics::autoregressive::Colour;
+use crate::diagnosis::dataset::Dataset;
+use crate::numerics::autoregressive::NoiseModel;
 use crate::numerics::lanes::{LANES, Lanes, widest};
 
 /// Steps from where a fit ended to where a parameter is expected.
@@ -23,7 +23,7 @@ pub struct Fitted {
     /// Measured minus simulated (m) on the fitted part, by axle of the unit; zero where not valid.
     pub residuals: Vec<Vec<f64>>,
     /// Noise of each axle, from the residual.
-    pub colours: Vec<Colour>,
+    pub noise_models: Vec<NoiseModel>,
     /// Profile log likelihood, summed over the unit's axles.
     pub likelihood: f64,
     /// Inverse of the Gauss-Newton matrix for unit noise variance, over the unit's slots.
@@ -31,11 +31,11 @@ pub struct Fitted {
 }
 
 /// Profile log likelihood of a residual: -N/2 ln(innovation variance).
-pub fn likelihood(residual: &[f64], valid: usize, colour: &Colour) -> f64 {
+pub fn likelihood(residual: &[f64], valid: usize, noise_model: &NoiseModel) -> f64 {
     if residual.is_empty() {
         0.0
     } else {
-        -0.5 * valid as f64 * colour.variance.max(1e-300).ln()
+        -0.5 * valid as f64 * noise_model.variance.max(1e-300).ln()
     }
 }
 
@@ -48,7 +48,7 @@ pub fn expected(unit: &Unit) -> impl Iterator<Item = (Slot, f64, f64)> {
 }
 
 pub struct Fitter<'a> {
-    pub scene: &'a Scene,
+    pub dataset: &'a Dataset,
     /// Samples to fit on.
     pub samples: usize,
 }
@@ -59,10 +59,10 @@ impl Fitter<'_> {
         &self,
         unit: &Unit,
         start: Point,
-        colours: &[Colour],
+        noise_models: &[NoiseModel],
         effort: Effort,
     ) -> Option<Fitted> {
-        self.fit_over(&unit.slots(self.scene), unit, start, colours, effort)
+        self.fit_over(&unit.slots(self.dataset), unit, start, noise_models, effort)
     }
 
     /// Fits some of the slots; the covariance is theirs alone.
@@ -71,19 +71,19 @@ impl Fitter<'_> {
         slots: &[Slot],
         unit: &Unit,
         start: Point,
-        colours: &[Colour],
+        noise_models: &[NoiseModel],
         effort: Effort,
     ) -> Option<Fitted> {
-        let ranges: Vec<Range> = slots.iter().map(|s| unit.range(self.scene, *s)).collect();
+        let ranges: Vec<Range> = slots.iter().map(|s| unit.range(self.dataset, *s)).collect();
         let at = |values: &[f64]| start.with(slots, values);
         let (values, normal) = minimise(
             slots.iter().map(|s| start.get(*s)).collect(),
             &ranges,
             effort,
-            |values| self.normal(unit, slots, &at(values), colours, effort.substeps),
+            |values| self.normal(unit, slots, &at(values), noise_models, effort.substeps),
             |all| {
                 let points = std::array::from_fn(|i| at(&all[i]));
-                self.costs(unit, &points, colours, effort.substeps)
+                self.costs(unit, &points, noise_models, effort.substeps)
             },
         )?;
         let point = at(&values);
@@ -96,17 +96,17 @@ impl Fitter<'_> {
         &self,
         unit: &Unit,
         point: &Point,
-        colours: &[Colour],
+        noise_models: &[NoiseModel],
         effort: Effort,
     ) -> Option<Fitted> {
-        let slots = unit.slots(self.scene);
+        let slots = unit.slots(self.dataset);
         let starts = |slot: &Slot| matches!(slot, Slot::Base(_, 4 | 5) | Slot::Initial(..));
         let own: Vec<Slot> = slots.iter().filter(|slot| starts(slot)).copied().collect();
         let point = match own.is_empty() {
             true => point.clone(),
-            false => (self.fit_over(&own, unit, point.clone(), colours, effort))?.point,
+            false => (self.fit_over(&own, unit, point.clone(), noise_models, effort))?.point,
         };
-        let normal = self.normal(unit, &slots, &point, colours, effort.substeps)?;
+        let normal = self.normal(unit, &slots, &point, noise_models, effort.substeps)?;
         let residuals = self.residuals(unit, &point, effort.substeps);
         self.finish(unit, point, residuals, inverse(&normal.matrix)?)
     }
@@ -117,10 +117,10 @@ impl Fitter<'_> {
         &self,
         unit: &Unit,
         start: &Point,
-        colours: &[Colour],
+        noise_models: &[NoiseModel],
         effort: Effort,
     ) -> Option<Point> {
-        let mut slots = unit.slots(self.scene);
+        let mut slots = unit.slots(self.dataset);
         let all = slots.len();
         slots.retain(|slot| expected(unit).all(|(held, ..)| held != *slot));
         if slots.len() == all {
@@ -132,7 +132,7 @@ impl Fitter<'_> {
                 let now = point.get(slot);
                 point.set(slot, now + (value - now) / (left + 1) as f64);
             }
-            point = (self.fit_over(&slots, unit, point, colours, effort))?.point;
+            point = (self.fit_over(&slots, unit, point, noise_models, effort))?.point;
         }
         Some(point)
     }
@@ -146,21 +146,21 @@ impl Fitter<'_> {
         covariance: DMatrix<f64>,
     ) -> Option<Fitted> {
         let mut total = 0.0;
-        let mut colours = Vec::new();
+        let mut noise_models = Vec::new();
         for (r, t) in residuals.iter().zip(&unit.tracks) {
-            let colour = Colour::of_order(r, self.scene.noise_order);
-            let valid = self.scene.tracks[*t].valid[..self.samples]
+            let noise_model = NoiseModel::of_order(r, self.dataset.noise_order);
+            let valid = self.dataset.tracks[*t].valid[..self.samples]
                 .iter()
                 .filter(|v| **v)
                 .count();
-            total += likelihood(r, valid, &colour);
-            colours.push(colour);
+            total += likelihood(r, valid, &noise_model);
+            noise_models.push(noise_model);
         }
         total.is_finite().then_some(Fitted {
             unit: unit.clone(),
             point,
             residuals,
-            colours,
+            noise_models,
             likelihood: total,
             covariance,
         })
@@ -180,11 +180,11 @@ impl Fitter<'_> {
         end: usize,
     ) -> Vec<Vec<f64>> {
         let points: [Point; LANES] = std::array::from_fn(|_| point.clone());
-        let z = unit.simulate(self.scene, &points, None, 0..end, substeps);
+        let z = unit.simulate(self.dataset, &points, None, 0..end, substeps);
         z.iter()
             .zip(&unit.tracks)
             .map(|(z, t)| {
-                let track = &self.scene.tracks[*t];
+                let track = &self.dataset.tracks[*t];
                 (0..end)
                     .map(|i| {
                         if track.valid[i] {
@@ -203,13 +203,13 @@ impl Fitter<'_> {
         &self,
         unit: &Unit,
         points: &[Point; LANES],
-        colours: &[Colour],
+        noise_models: &[NoiseModel],
         substeps: usize,
     ) -> [f64; LANES] {
-        let z = unit.simulate(self.scene, points, None, 0..self.samples, substeps);
+        let z = unit.simulate(self.dataset, points, None, 0..self.samples, substeps);
         let mut total = Lanes::ZERO;
-        for ((z, t), colour) in z.iter().zip(&unit.tracks).zip(colours) {
-            let track = &self.scene.tracks[*t];
+        for ((z, t), noise_model) in z.iter().zip(&unit.tracks).zip(noise_models) {
+            let track = &self.dataset.tracks[*t];
             let residual: Vec<Lanes> = (0..self.samples)
                 .map(|i| {
                     if track.valid[i] {
@@ -220,10 +220,10 @@ impl Fitter<'_> {
                 })
                 .collect();
             let mut sum = Lanes::ZERO;
-            for x in whitened(&residual, &colour.a) {
+            for x in whitened(&residual, &noise_model.a) {
                 sum += x * x;
             }
-            total += sum / colour.variance;
+            total += sum / noise_model.variance;
         }
         std::array::from_fn(|i| {
             let cost = total.0[i]
@@ -251,9 +251,9 @@ impl Fitter<'_> {
             (slot, (point.get(slot) - value) / deviation, 1.0 / deviation)
         });
         let moving = unit.tracks.iter().enumerate();
-        let moving = moving.filter(|(_, t)| !self.scene.tracks[**t].input.prescribed);
+        let moving = moving.filter(|(_, t)| !self.dataset.tracks[**t].input.prescribed);
         let starts = moving.flat_map(move |(a, t)| {
-            let track = &self.scene.tracks[*t];
+            let track = &self.dataset.tracks[*t];
             let expected = [track.measured[0], 0.0];
             let wide = [0.3 / track.scale.z_rms, 0.3 / track.scale.v_rms];
             let per = track.at_rest.map_or(wide, |[z, v]| [1.0 / z, 1.0 / v]);
@@ -271,7 +271,7 @@ impl Fitter<'_> {
         unit: &Unit,
         slots: &[Slot],
         point: &Point,
-        colours: &[Colour],
+        noise_models: &[NoiseModel],
         substeps: usize,
     ) -> Option<Normal> {
         let mut normal = Normal {
@@ -280,12 +280,12 @@ impl Fitter<'_> {
             matrix: DMatrix::zeros(slots.len(), slots.len()),
         };
         let coupled =
-            (0..unit.tracks.len()).all(|a| slots.iter().all(|s| unit.touches(self.scene, *s, a)));
+            (0..unit.tracks.len()).all(|a| slots.iter().all(|s| unit.touches(self.dataset, *s, a)));
         let groups: Vec<(Option<usize>, Vec<usize>)> = match coupled {
             true => vec![(None, (0..slots.len()).collect())],
             false => (0..unit.tracks.len())
                 .map(|a| {
-                    let touches = |s: &usize| unit.touches(self.scene, slots[*s], a);
+                    let touches = |s: &usize| unit.touches(self.dataset, slots[*s], a);
                     (Some(a), (0..slots.len()).filter(touches).collect())
                 })
                 .collect(),
@@ -295,7 +295,7 @@ impl Fitter<'_> {
                 unit,
                 slots,
                 point,
-                colours,
+                noise_models,
                 substeps,
                 wanted,
                 &touching,
@@ -319,7 +319,7 @@ impl Fitter<'_> {
         unit: &Unit,
         slots: &[Slot],
         point: &Point,
-        colours: &[Colour],
+        noise_models: &[NoiseModel],
         substeps: usize,
         wanted: Option<usize>,
         touching: &[usize],
@@ -335,7 +335,7 @@ impl Fitter<'_> {
             let mut points: [Point; LANES] = std::array::from_fn(|_| point.clone());
             let mut per_step = [0.0; LANES];
             for (lane, s) in chunk.iter().enumerate() {
-                let (size, limits) = unit.range(self.scene, slots[*s]);
+                let (size, limits) = unit.range(self.dataset, slots[*s]);
                 let value = point.get(slots[*s]);
                 let step = 1e-4 * size.abs().max(value.abs());
                 let moved = if value + step > limits[1] {
@@ -346,9 +346,9 @@ impl Fitter<'_> {
                 points[lane + 1].set(slots[*s], moved);
                 per_step[lane + 1] = 1.0 / (moved - value);
             }
-            let z = unit.simulate(self.scene, &points, wanted, 0..self.samples, substeps);
+            let z = unit.simulate(self.dataset, &points, wanted, 0..self.samples, substeps);
             for ((z, a), columns) in z.iter().zip(&axles).zip(&mut columns) {
-                let track = &self.scene.tracks[unit.tracks[*a]];
+                let track = &self.dataset.tracks[unit.tracks[*a]];
                 let raw: Vec<Lanes> = (0..self.samples)
                     .map(|i| {
                         if !track.valid[i] {
@@ -360,11 +360,11 @@ impl Fitter<'_> {
                         out
                     })
                     .collect();
-                columns.push(whitened(&raw, &colours[*a].a));
+                columns.push(whitened(&raw, &noise_models[*a].a));
             }
         }
         for (columns, a) in columns.iter().zip(&axles) {
-            let scale = 1.0 / colours[*a].variance;
+            let scale = 1.0 / noise_models[*a].variance;
             for (c, first) in columns.iter().enumerate() {
                 for (d, second) in columns.iter().enumerate().skip(c) {
                     let products = products(first, second);

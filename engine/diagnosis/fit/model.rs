@@ -2,9 +2,9 @@
 
 use super::fitter::{Fitted, Fitter};
 use super::unit::{Point, Term, Unit};
-use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::law::{MAX_PARAMETERS, STABLE};
-use crate::numerics::autoregressive::Colour;
+use crate::numerics::autoregressive::NoiseModel;
 
 /// Largest angle (rad) that the stiffest axle turns through in one step of the integrator, while
 /// searching and in the end.
@@ -44,32 +44,32 @@ impl Model {
 
     /// Steps of the integrator for each sample, so that the stiffest axle turns by no more than `angle`
     /// (rad) in one, or by less where a force has corners.
-    pub fn substeps(&self, scene: &Scene, angle: f64) -> usize {
+    pub fn substeps(&self, dataset: &Dataset, angle: f64) -> usize {
         let angle = if self.terms.iter().any(|t| t.kind.spec().corners) {
             CORNERS * angle
         } else {
             angle
         };
-        let of_fit = |f: &Fitted| f.unit.substeps(scene, &f.point, angle);
+        let of_fit = |f: &Fitted| f.unit.substeps(dataset, &f.point, angle);
         self.fits.iter().map(of_fit).max().unwrap_or(1)
     }
 
     /// Measured minus simulated on one track along the whole ride (m, or N where a force is predicted); zero where not valid.
-    pub fn residual(&self, scene: &Scene, track: usize) -> Vec<f64> {
+    pub fn residual(&self, dataset: &Dataset, track: usize) -> Vec<f64> {
         let whole = Fitter {
-            scene,
-            samples: scene.samples,
+            dataset,
+            samples: dataset.samples,
         };
         let (fit, a) = self.of_track(track);
-        let substeps = self.substeps(scene, FINE);
+        let substeps = self.substeps(dataset, FINE);
         let mut residuals = whole.residuals(&fit.unit, &fit.point, substeps);
         residuals.swap_remove(a)
     }
 
     /// Noise of one track's residual.
-    pub fn colour(&self, track: usize) -> &Colour {
+    pub fn noise_model(&self, track: usize) -> &NoiseModel {
         let (fit, a) = self.of_track(track);
-        &fit.colours[a]
+        &fit.noise_models[a]
     }
 
     /// The fit that a track belongs to, and which of its axles it is.
@@ -88,13 +88,13 @@ impl Model {
 
     /// Where a fit of `unit` starts when this model is what is known: new terms at zero, and without those
     /// that it leaves out.
-    pub fn carried(&self, unit: &Unit) -> (Point, Vec<Colour>) {
+    pub fn carried(&self, unit: &Unit) -> (Point, Vec<NoiseModel>) {
         let mut point = Point {
             base: Vec::new(),
             values: Vec::new(),
             initial: Vec::new(),
         };
-        let mut colours = Vec::new();
+        let mut noise_models = Vec::new();
         for t in &unit.tracks {
             let (fit, a) = self.of_track(*t);
             let mut base = fit.point.base[a];
@@ -104,7 +104,7 @@ impl Model {
                 }
             }
             point.base.push(base);
-            colours.push(fit.colours[a].clone());
+            noise_models.push(fit.noise_models[a].clone());
         }
         for term in &unit.terms {
             let known = self
@@ -118,27 +118,27 @@ impl Model {
                 .initial
                 .push(known.map_or([0.0; 2], |(f, i)| f.point.initial[i]));
         }
-        (point, colours)
+        (point, noise_models)
     }
 }
 
 impl Unit {
     /// The same of a last fit of this unit alone.
-    pub fn fine_substeps(&self, scene: &Scene, point: &Point) -> usize {
+    pub fn fine_substeps(&self, dataset: &Dataset, point: &Point) -> usize {
         let corners = self.terms.iter().any(|t| t.kind.spec().corners);
-        self.substeps(scene, point, if corners { CORNERS * FINE } else { FINE })
+        self.substeps(dataset, point, if corners { CORNERS * FINE } else { FINE })
     }
 
     /// Steps of the integrator for each sample, so that the stiffest axle turns by no more than `angle` (rad) in one.
-    pub fn substeps(&self, scene: &Scene, point: &Point, angle: f64) -> usize {
-        let turns = (self.fastest(scene, point) * scene.step / angle).ceil() as usize;
+    pub fn substeps(&self, dataset: &Dataset, point: &Point, angle: f64) -> usize {
+        let turns = (self.fastest(dataset, point) * dataset.step / angle).ceil() as usize;
         turns
-            .max(stable_substeps(scene, self.decay(scene, point)))
+            .max(stable_substeps(dataset, self.decay(dataset, point)))
             .clamp(1, 20)
     }
 }
 
 /// Steps of the integrator for each sample that a damping of B/m = `beta` (1/s) bears.
-pub fn stable_substeps(scene: &Scene, beta: f64) -> usize {
-    (beta.abs() * scene.step / STABLE).ceil() as usize
+pub fn stable_substeps(dataset: &Dataset, beta: f64) -> usize {
+    (beta.abs() * dataset.step / STABLE).ceil() as usize
 }

@@ -3,7 +3,7 @@
 use super::integrate::run;
 use super::model::{FINE, Model};
 use super::unit::Point;
-use crate::diagnosis::dataset::{Scene, Track};
+use crate::diagnosis::dataset::{Dataset, Track};
 use crate::numerics::lanes::{LANES, Lanes};
 use crate::numerics::spline::slopes;
 use crate::output_error::AxleFit;
@@ -58,33 +58,33 @@ impl Motion {
 }
 
 /// The motion of every track under a model.
-pub fn motions(scene: &Scene, model: &Model) -> Vec<Motion> {
-    (0..scene.tracks.len())
+pub fn motions(dataset: &Dataset, model: &Model) -> Vec<Motion> {
+    (0..dataset.tracks.len())
         .map(|t| {
             let (fit, a) = model.of_track(t);
             let points: [Point; LANES] = std::array::from_fn(|_| fit.point.clone());
             let lanes: Vec<_> = (0..fit.unit.tracks.len())
-                .map(|a| fit.unit.lanes(scene, &points, a))
+                .map(|a| fit.unit.lanes(dataset, &points, a))
                 .collect();
             let axles: Vec<_> = fit
                 .unit
                 .tracks
                 .iter()
                 .zip(&lanes)
-                .map(|(t, l)| (&scene.tracks[*t], l))
+                .map(|(t, l)| (&dataset.tracks[*t], l))
                 .collect();
             let coupling = fit.unit.coupling(&points);
-            let substeps = model.substeps(scene, FINE);
+            let substeps = model.substeps(dataset, FINE);
             let out = run(
-                scene,
+                dataset,
                 &axles,
                 coupling.as_ref(),
-                0..scene.samples,
+                0..dataset.samples,
                 substeps,
                 true,
             );
             let m = &out[a];
-            let input = &scene.tracks[t].input;
+            let input = &dataset.tracks[t].input;
             let [kappa, beta, per_mass, constant, _, _] = fit.point.base[a];
             let lane = |x: &[Lanes]| -> Vec<f64> { x.iter().map(|x| x.0[0]).collect() };
             let (z, v, acceleration) = (lane(&m.z), lane(&m.v), lane(&m.a));

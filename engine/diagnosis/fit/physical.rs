@@ -3,20 +3,20 @@
 use super::estimate::estimate;
 use super::model::Model;
 use super::unit::{Point, Term, Unit};
-use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::effects::Kind;
 use crate::diagnosis::policy;
 
 /// Whether the effects are physical and what is left of the plain spring and damper on their axles is one: between stops lies a
 /// spring, and no damper pushes.
-pub fn is_physical(scene: &Scene, plain: &Model, model: &Model) -> bool {
-    let effects = (model.fits.iter()).all(|f| has_physical_effects(scene, &f.unit, &f.point));
-    let spring = (0..scene.tracks.len()).all(|t| {
-        let track = &scene.tracks[t];
+pub fn is_physical(dataset: &Dataset, plain: &Model, model: &Model) -> bool {
+    let effects = (model.fits.iter()).all(|f| has_physical_effects(dataset, &f.unit, &f.point));
+    let spring = (0..dataset.tracks.len()).all(|t| {
+        let track = &dataset.tracks[t];
         if !model.terms.iter().any(|term| term.acts_on(track.axle)) {
             return true;
         }
-        let (before, after) = (estimate(scene, plain, t), estimate(scene, model, t));
+        let (before, after) = (estimate(dataset, plain, t), estimate(dataset, model, t));
         let replaces = |kind| matches!(kind, Kind::BumpStop | Kind::ViscoelasticTyre);
         let replaced = (model.terms.iter()).any(|t| replaces(t.kind) && t.acts_on(track.axle));
         (!replaced || after.k_n_m > policy::SPRING_STAYS * before.k_n_m.abs())
@@ -28,13 +28,13 @@ pub fn is_physical(scene: &Scene, plain: &Model, model: &Model) -> bool {
 }
 
 /// Whether the effects' parameters lie in their physical ranges; a tyre does not relax to nothing.
-pub fn has_physical_effects(scene: &Scene, unit: &Unit, point: &Point) -> bool {
+pub fn has_physical_effects(dataset: &Dataset, unit: &Unit, point: &Point) -> bool {
     let is_physical = |(i, term): (usize, &Term)| {
         let values = &point.values[i];
-        let reported = (term.kind.spec().report)(values, unit.scale(scene, i));
+        let reported = (term.kind.spec().report)(values, unit.scale(dataset, i));
         let relaxes = term.kind == Kind::ViscoelasticTyre;
         let own = unit.tracks.iter().zip(&point.base);
-        let mut own = own.filter(|(t, _)| term.acts_on(scene.tracks[**t].axle));
+        let mut own = own.filter(|(t, _)| term.acts_on(dataset.tracks[**t].axle));
         reported.iter().all(|r| r.physical)
             && own.all(|(_, base)| !relaxes || base[0] >= policy::STATIC * values[0] * base[2])
     };

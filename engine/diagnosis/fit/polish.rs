@@ -10,13 +10,13 @@ use super::unit::{Term, Unit};
 /// Fits the model with fewer terms than `known` has, starting from there; units that do not change
 /// are kept.
 pub fn reduce(fitter: &Fitter, known: &Model, terms: &[Term], effort: Effort) -> Option<Model> {
-    let fits = Unit::all(fitter.scene, terms)
+    let fits = Unit::all(fitter.dataset, terms)
         .into_iter()
         .map(|unit| match known.fits.iter().find(|f| f.unit == unit) {
             Some(same) => Some(same.clone()),
             None => {
-                let (point, colours) = known.carried(&unit);
-                fitter.fit(&unit, point, &colours, effort)
+                let (point, noise_models) = known.carried(&unit);
+                fitter.fit(&unit, point, &noise_models, effort)
             }
         })
         .collect::<Option<Vec<_>>>()?;
@@ -29,7 +29,7 @@ pub fn polish(fitter: &Fitter, model: &Model, effort: Effort) -> Option<Model> {
         .fits
         .par_iter()
         .map(|f| {
-            let again = |f: &Fitted| fitter.fit(&f.unit, f.point.clone(), &f.colours, effort);
+            let again = |f: &Fitted| fitter.fit(&f.unit, f.point.clone(), &f.noise_models, effort);
             until_still(f.clone(), |f| f.likelihood, again)
         })
         .collect::<Option<Vec<_>>>()?;

@@ -1,5 +1,5 @@
 //! The chosen model once more, with steps so short that the integrator's error is far below what the
-//! ride can tell.
+//! ride can show.
 
 use super::damped::Effort;
 use super::fitter::{Fitted, Fitter};
@@ -13,8 +13,8 @@ const FINER: usize = 3;
 const ZOOMS: [u32; 2] = [3, 4];
 
 /// The model at its best under its own noise, with finer steps.
-pub fn finer(fitter: &Fitter, model: &Model) -> Model {
-    let substeps = FINER * model.substeps(fitter.scene, FINE);
+pub fn refined(fitter: &Fitter, model: &Model) -> Model {
+    let substeps = FINER * model.substeps(fitter.dataset, FINE);
     let fits = model
         .fits
         .iter()
@@ -29,7 +29,7 @@ pub fn finer(fitter: &Fitter, model: &Model) -> Model {
             };
             let start = as_expected(fitter, fit, closer(fitter, fit, substeps), effort);
             fitter
-                .fit(&fit.unit, start, &fit.colours, effort)
+                .fit(&fit.unit, start, &fit.noise_models, effort)
                 .unwrap_or_else(|| fit.clone())
         })
         .collect();
@@ -43,11 +43,11 @@ fn as_expected(fitter: &Fitter, fit: &Fitted, start: Point, effort: Effort) -> P
         gain: 1e-4,
         ..effort
     };
-    let Some(other) = fitter.fit_as_expected(&fit.unit, &start, &fit.colours, patient) else {
+    let Some(other) = fitter.fit_as_expected(&fit.unit, &start, &fit.noise_models, patient) else {
         return start;
     };
     let points = std::array::from_fn(|lane| if lane == 0 { &start } else { &other }.clone());
-    let costs = fitter.costs(&fit.unit, &points, &fit.colours, effort.substeps);
+    let costs = fitter.costs(&fit.unit, &points, &fit.noise_models, effort.substeps);
     if costs[1] < costs[0] { other } else { start }
 }
 
@@ -58,7 +58,7 @@ fn closer(fitter: &Fitter, fit: &Fitted, substeps: usize) -> Point {
     for (i, term) in fit.unit.terms.iter().enumerate() {
         let spec = term.kind.spec();
         for zoom in ZOOMS {
-            let near = (spec.nearer)(&best.values[i], fit.unit.scale(fitter.scene, i), zoom);
+            let near = (spec.nearer)(&best.values[i], fit.unit.scale(fitter.dataset, i), zoom);
             let mut tried = vec![best.clone()];
             tried.extend(near.into_iter().map(|mut values| {
                 for q in spec.amplitudes {
@@ -71,7 +71,7 @@ fn closer(fitter: &Fitter, fit: &Fitted, substeps: usize) -> Point {
             let mut least = f64::INFINITY;
             for some in tried.chunks(LANES) {
                 let points = std::array::from_fn(|lane| some[lane.min(some.len() - 1)].clone());
-                let costs = fitter.costs(&fit.unit, &points, &fit.colours, substeps);
+                let costs = fitter.costs(&fit.unit, &points, &fit.noise_models, substeps);
                 for (point, cost) in some.iter().zip(costs) {
                     if cost < least {
                         (least, best) = (cost, point.clone());

@@ -10,13 +10,13 @@ use rayon::prelude::*;
 use super::damped::{Normal, stepped};
 use super::fitter::products;
 use super::unit::{Point, Slot, Unit};
-use crate::diagnosis::dataset::{Scene, Track};
+use crate::diagnosis::dataset::{Dataset, Track};
 use crate::numerics::lanes::{LANES, Lanes};
 
 /// Slots whose derivatives one simulation gives.
 const CHUNK: usize = LANES - 1;
 /// Curvature that the starting states are given at least, as a part of their mean one over all windows: a mass that sticks
-/// through a window tells nothing of where it started.
+/// through a window shows nothing of where it started.
 const FLOOR: f64 = 1e-4;
 /// Damping of a window's states, as a part of the mean one, so that silent windows are damped as others are.
 const SHARED: f64 = 0.1;
@@ -30,7 +30,7 @@ const SETTLES: usize = 8;
 
 /// Windows of one axle.
 pub struct Shooting<'a> {
-    pub scene: &'a Scene,
+    pub dataset: &'a Dataset,
     /// The index of the axle's track.
     pub track: usize,
     pub spans: &'a [Range<usize>],
@@ -79,7 +79,7 @@ struct Setting<'u> {
 
 impl<'a> Shooting<'a> {
     fn data(&self) -> &'a Track {
-        &self.scene.tracks[self.track]
+        &self.dataset.tracks[self.track]
     }
 
     /// Whether a window's mean is left to it: a sensor's zero, or what a spring carries.
@@ -129,7 +129,7 @@ impl<'a> Shooting<'a> {
         let readings =
             setting
                 .unit
-                .simulate(self.scene, &points, None, span.clone(), setting.substeps);
+                .simulate(self.dataset, &points, None, span.clone(), setting.substeps);
         let errors: Vec<Option<f64>> = (span.clone().zip(&readings[0]))
             .map(|(i, z)| track.valid[i].then(|| track.measured[i] - z.0[0]))
             .collect();
@@ -149,7 +149,7 @@ impl<'a> Shooting<'a> {
 
     fn setting<'u>(&self, unit: &'u Unit, point: &Point, with_common: bool) -> Setting<'u> {
         let is_own = |slot: &Slot| matches!(slot, Slot::Base(_, 4 | 5) | Slot::Initial(..));
-        let all = unit.slots(self.scene);
+        let all = unit.slots(self.dataset);
         let (mut own, mut common): (Vec<Slot>, Vec<Slot>) = all.into_iter().partition(is_own);
         for (i, term) in unit.terms.iter().enumerate() {
             let states = (0..term.kind.spec().states).map(|q| Slot::Initial(i, q));
@@ -162,7 +162,7 @@ impl<'a> Shooting<'a> {
             common.clear();
         }
         Setting {
-            substeps: unit.fine_substeps(self.scene, point),
+            substeps: unit.fine_substeps(self.dataset, point),
             unit,
             common,
             own,
@@ -171,7 +171,8 @@ impl<'a> Shooting<'a> {
 
     /// Where a window starts as its first samples show: height and velocity of a parabola through them, and effects at rest.
     fn state(&self, setting: &Setting, span: &Range<usize>) -> Vec<f64> {
-        let [height, velocity] = parabola(self.data(), span, FIRST * self.period, self.scene.step);
+        let [height, velocity] =
+            parabola(self.data(), span, FIRST * self.period, self.dataset.step);
         let of = |slot: &Slot| match slot {
             Slot::Base(_, 4) => height,
             Slot::Base(_, 5) => velocity,
@@ -284,7 +285,7 @@ impl<'a> Shooting<'a> {
         let mut points: [Point; LANES] = std::array::from_fn(|_| point.clone());
         let mut per_step = [0.0; LANES];
         for (lane, slot) in chunk.iter().enumerate() {
-            let (size, limits) = setting.unit.range(self.scene, *slot);
+            let (size, limits) = setting.unit.range(self.dataset, *slot);
             let value = point.get(*slot);
             let step = 1e-4 * size.abs().max(value.abs());
             let moved = if value + step > limits[1] {
@@ -296,7 +297,7 @@ impl<'a> Shooting<'a> {
             per_step[lane + 1] = 1.0 / (moved - value);
         }
         let readings =
-            (setting.unit).simulate(self.scene, &points, None, span.clone(), setting.substeps);
+            (setting.unit).simulate(self.dataset, &points, None, span.clone(), setting.substeps);
         let column = |z: &Lanes, measured: f64| {
             let mut out = (*z - z.0[0]) * Lanes(per_step);
             out.0[0] = measured - z.0[0];
@@ -340,8 +341,13 @@ impl<'a> Shooting<'a> {
         let of_window = |w: &usize| {
             let span = &spans[*w];
             let points = std::array::from_fn(|lane| tried[lane].of_window(setting, *w));
-            let readings =
-                (setting.unit).simulate(self.scene, &points, None, span.clone(), setting.substeps);
+            let readings = (setting.unit).simulate(
+                self.dataset,
+                &points,
+                None,
+                span.clone(),
+                setting.substeps,
+            );
             let mut errors: Vec<Lanes> = (span.clone().zip(&readings[0]))
                 .map(|(i, z)| match track.valid[i] {
                     true => Lanes::all(track.measured[i]) - *z,
@@ -383,7 +389,7 @@ impl<'a> Shooting<'a> {
         }
         let values: Vec<f64> = setting.common.iter().map(|s| known.point.get(*s)).collect();
         let ranges: Vec<_> = (setting.common.iter())
-            .map(|s| setting.unit.range(self.scene, *s))
+            .map(|s| setting.unit.range(self.dataset, *s))
             .collect();
         let next = stepped(&values, &ranges, &common, damping);
         let moved = DVector::from_fn(n, |i, _| next[i] - values[i]);

@@ -3,7 +3,7 @@
 use super::fitter::{Fitter, whitened};
 use super::model::Model;
 use super::unit::{Point, Term, Unit};
-use crate::numerics::autoregressive::Colour;
+use crate::numerics::autoregressive::NoiseModel;
 use crate::numerics::lanes::{LANES, Lanes};
 use crate::numerics::projection::orthonormal;
 
@@ -14,18 +14,18 @@ pub struct Tangent {
     pub point: Point,
     pub basis: Vec<Vec<f64>>,
     pub residual: Vec<f64>,
-    pub colours: Vec<Colour>,
+    pub noise_models: Vec<NoiseModel>,
     /// Displacement of the model itself, by axle of the unit.
     pub own: Vec<Vec<f64>>,
 }
 
 impl Tangent {
     pub fn new(fitter: &Fitter, model: &Model, unit: &Unit, substeps: usize) -> Self {
-        let (point, colours) = model.carried(unit);
-        let slots = unit.slots(fitter.scene);
+        let (point, noise_models) = model.carried(unit);
+        let slots = unit.slots(fitter.dataset);
         let own: [Point; LANES] = std::array::from_fn(|_| point.clone());
         let own = unit
-            .simulate(fitter.scene, &own, None, 0..fitter.samples, substeps)
+            .simulate(fitter.dataset, &own, None, 0..fitter.samples, substeps)
             .iter()
             .map(|z| z.iter().map(|z| z.0[0]).collect())
             .collect();
@@ -34,11 +34,11 @@ impl Tangent {
         for chunk in slots.chunks(LANES - 1) {
             let mut points: [Point; LANES] = std::array::from_fn(|_| point.clone());
             for (lane, slot) in chunk.iter().enumerate() {
-                let (size, _) = unit.range(fitter.scene, *slot);
+                let (size, _) = unit.range(fitter.dataset, *slot);
                 let value = point.get(*slot);
                 points[lane + 1].set(*slot, value + 1e-4 * size.abs().max(value.abs()));
             }
-            let found = differences(fitter, unit, &points, &colours, substeps, chunk.len());
+            let found = differences(fitter, unit, &points, &noise_models, substeps, chunk.len());
             residual = found.0;
             columns.extend(found.1);
         }
@@ -47,7 +47,7 @@ impl Tangent {
             point,
             basis: orthonormal(columns, &[]),
             residual,
-            colours,
+            noise_models,
             own,
         }
     }
@@ -58,15 +58,15 @@ fn differences(
     fitter: &Fitter,
     unit: &Unit,
     points: &[Point; LANES],
-    colours: &[Colour],
+    noise_models: &[NoiseModel],
     substeps: usize,
     count: usize,
 ) -> (Vec<f64>, Vec<Vec<f64>>) {
-    let moved = unit.simulate(fitter.scene, points, None, 0..fitter.samples, substeps);
+    let moved = unit.simulate(fitter.dataset, points, None, 0..fitter.samples, substeps);
     let mut columns = vec![Vec::new(); count];
     let mut residual = Vec::new();
-    for ((z, t), colour) in moved.iter().zip(&unit.tracks).zip(colours) {
-        let track = &fitter.scene.tracks[*t];
+    for ((z, t), noise_model) in moved.iter().zip(&unit.tracks).zip(noise_models) {
+        let track = &fitter.dataset.tracks[*t];
         let raw: Vec<Lanes> = (0..fitter.samples)
             .map(|i| {
                 if !track.valid[i] {
@@ -78,17 +78,17 @@ fn differences(
                 out
             })
             .collect();
-        let white = whitened(&raw, &colour.a);
-        let per = colour.variance.sqrt().recip();
+        let white = whitened(&raw, &noise_model.a);
+        let per = noise_model.variance.sqrt().recip();
         residual.extend(white.iter().map(|x| x.0[0] * per));
-        spread(&white, colour, count, &mut columns);
+        spread(&white, noise_model, count, &mut columns);
     }
     (residual, columns)
 }
 
 /// Appends lanes 1.. to the columns.
-pub fn spread(white: &[Lanes], colour: &Colour, count: usize, columns: &mut [Vec<f64>]) {
-    let per = colour.variance.sqrt().recip();
+pub fn spread(white: &[Lanes], noise_model: &NoiseModel, count: usize, columns: &mut [Vec<f64>]) {
+    let per = noise_model.variance.sqrt().recip();
     for (lane, column) in columns.iter_mut().enumerate().take(count) {
         column.extend(white.iter().map(|x| x.0[lane + 1] * per));
     }
@@ -96,10 +96,10 @@ pub fn spread(white: &[Lanes], colour: &Colour, count: usize, columns: &mut [Vec
 
 /// Tangents for adding terms on one axle and on both: the units a new term may belong to.
 pub fn tangent_for(fitter: &Fitter, model: &Model, term: Term, substeps: usize) -> Tangent {
-    let scene = fitter.scene;
+    let dataset = fitter.dataset;
     let mut terms = model.terms.clone();
     terms.push(term);
-    let unit = Unit::all(scene, &terms)
+    let unit = Unit::all(dataset, &terms)
         .into_iter()
         .find(|u| u.terms.contains(&term));
     let mut unit = unit.unwrap_or(Unit {

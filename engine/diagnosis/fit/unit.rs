@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::integrate::{AxleLanes, EffectLanes, run, sensed};
 use crate::bicycle::Axle;
-use crate::diagnosis::dataset::{Scene, Track};
+use crate::diagnosis::dataset::{Dataset, Track};
 use crate::diagnosis::effects::Kind;
 use crate::diagnosis::law::{Scale, Spec, Values};
 use crate::numerics::lanes::{LANES, Lanes};
@@ -24,8 +24,8 @@ impl Term {
     }
 
     /// The id in reports.
-    pub fn id<'s>(&self, scene: &'s Scene) -> &'s str {
-        let acted = scene.tracks.iter().find(|track| self.acts_on(track.axle));
+    pub fn id<'s>(&self, dataset: &'s Dataset) -> &'s str {
+        let acted = dataset.tracks.iter().find(|track| self.acts_on(track.axle));
         acted.map_or(self.kind.id(), |track| self.kind.id_on(&track.scale))
     }
 }
@@ -33,7 +33,7 @@ impl Term {
 /// Axles that are fitted together, because an effect acts on both or each for itself.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unit {
-    /// Indices into [`Scene::tracks`].
+    /// Indices into [`Dataset::tracks`].
     pub tracks: Vec<usize>,
     /// In the order in which the effects act.
     pub terms: Vec<Term>,
@@ -41,10 +41,10 @@ pub struct Unit {
 
 impl Unit {
     /// The units of a set of terms.
-    pub fn all(scene: &Scene, terms: &[Term]) -> Vec<Unit> {
+    pub fn all(dataset: &Dataset, terms: &[Term]) -> Vec<Unit> {
         let mut terms = terms.to_vec();
         terms.sort();
-        let indices: Vec<usize> = (0..scene.tracks.len()).collect();
+        let indices: Vec<usize> = (0..dataset.tracks.len()).collect();
         if terms.iter().any(|t| t.place == Place::Both) {
             return vec![Unit {
                 tracks: indices,
@@ -58,7 +58,7 @@ impl Unit {
                 terms: terms
                     .iter()
                     .copied()
-                    .filter(|t| t.acts_on(scene.tracks[i].axle))
+                    .filter(|t| t.acts_on(dataset.tracks[i].axle))
                     .collect(),
             })
             .collect()
@@ -71,10 +71,10 @@ impl Unit {
     }
 
     /// Numbers that a fit may move.
-    pub fn slots(&self, scene: &Scene) -> Vec<Slot> {
+    pub fn slots(&self, dataset: &Dataset) -> Vec<Slot> {
         let mut slots = Vec::new();
         for (a, t) in self.tracks.iter().enumerate() {
-            let track = &scene.tracks[*t];
+            let track = &dataset.tracks[*t];
             for q in 0..6 {
                 let free = match q {
                     0 => track.has_spring,
@@ -92,7 +92,7 @@ impl Unit {
             let spec = term.kind.spec();
             slots.extend((0..spec.parameters.len()).map(|q| Slot::Value(i, q)));
             // Where nothing drives the axle, where a second mass starts is half of what it does.
-            let track = &scene.tracks[self.tracks[0]];
+            let track = &dataset.tracks[self.tracks[0]];
             let driven = track.has_road || track.input.force.is_some();
             if spec.second_mass && !driven {
                 slots.extend([Slot::Initial(i, 0), Slot::Initial(i, 1)]);
@@ -102,8 +102,8 @@ impl Unit {
     }
 
     /// Whether a slot changes the motion of the unit's axle `a`.
-    pub fn touches(&self, scene: &Scene, slot: Slot, a: usize) -> bool {
-        let axle = scene.tracks[self.tracks[a]].axle;
+    pub fn touches(&self, dataset: &Dataset, slot: Slot, a: usize) -> bool {
+        let axle = dataset.tracks[self.tracks[a]].axle;
         match slot {
             _ if self.coupled().is_some() => true,
             Slot::Base(of, _) => of == a,
@@ -112,14 +112,14 @@ impl Unit {
     }
 
     /// A typical size and the limits of a slot.
-    pub fn range(&self, scene: &Scene, slot: Slot) -> (f64, [f64; 2]) {
+    pub fn range(&self, dataset: &Dataset, slot: Slot) -> (f64, [f64; 2]) {
         let free = [f64::NEG_INFINITY, f64::INFINITY];
         match slot {
             Slot::Base(a, q) => {
-                let track = &scene.tracks[self.tracks[a]];
+                let track = &dataset.tracks[self.tracks[a]];
                 let s = &track.scale;
                 let slack = 25.0 / (s.train_s * s.train_s);
-                let [most_kappa, most_beta] = output_error::most(scene.step);
+                let [most_kappa, most_beta] = output_error::most(dataset.step);
                 match q {
                     0 if track.input.prescribed => (0.1 * s.k_size() / s.mass, free),
                     1 if track.input.prescribed => (0.1 * s.b_size() / s.mass, free),
@@ -132,12 +132,12 @@ impl Unit {
                 }
             }
             Slot::Value(i, q) => {
-                let scale = self.scale(scene, i);
+                let scale = self.scale(dataset, i);
                 let parameter = &self.terms[i].kind.spec().parameters[q];
                 ((parameter.size)(scale), (parameter.limits)(scale))
             }
             Slot::Initial(i, q) => {
-                let s = self.scale(scene, i);
+                let s = self.scale(dataset, i);
                 // Of a second mass; else of an effect's own state, a deflection.
                 let size = match (self.terms[i].kind.spec().second_mass, q) {
                     (true, 0) => s.z_rms,
@@ -150,19 +150,19 @@ impl Unit {
     }
 
     /// Sizes on the axle that a term acts on; the front's for both.
-    pub fn scale<'s>(&self, scene: &'s Scene, term: usize) -> &'s Scale {
+    pub fn scale<'s>(&self, dataset: &'s Dataset, term: usize) -> &'s Scale {
         let acted = self
             .tracks
             .iter()
-            .find(|t| self.terms[term].acts_on(scene.tracks[**t].axle));
-        &scene.tracks[*acted.unwrap_or(&self.tracks[0])].scale
+            .find(|t| self.terms[term].acts_on(dataset.tracks[**t].axle));
+        &dataset.tracks[*acted.unwrap_or(&self.tracks[0])].scale
     }
 
     /// The stiffest axle's turn (rad/s).
-    pub fn fastest(&self, scene: &Scene, point: &Point) -> f64 {
+    pub fn fastest(&self, dataset: &Dataset, point: &Point) -> f64 {
         let mut fastest: f64 = 0.0;
         for t in &self.tracks {
-            let track = &scene.tracks[*t];
+            let track = &dataset.tracks[*t];
             if track.input.prescribed {
                 continue;
             }
@@ -174,9 +174,9 @@ impl Unit {
     }
 
     /// The most damped axle's decay (1/s).
-    pub fn decay(&self, scene: &Scene, point: &Point) -> f64 {
+    pub fn decay(&self, dataset: &Dataset, point: &Point) -> f64 {
         let decays = self.tracks.iter().zip(&point.base).map(|(t, base)| {
-            let track = &scene.tracks[*t];
+            let track = &dataset.tracks[*t];
             if track.input.prescribed {
                 return 0.0;
             }
@@ -205,7 +205,7 @@ impl Unit {
     /// samples that begins in the points' starting states, by axle of the unit; only those of `wanted` when one axle is enough.
     pub fn simulate(
         &self,
-        scene: &Scene,
+        dataset: &Dataset,
         points: &[Point; LANES],
         wanted: Option<usize>,
         span: Range<usize>,
@@ -217,18 +217,18 @@ impl Unit {
         };
         let lanes: Vec<AxleLanes> = chosen
             .iter()
-            .map(|a| self.lanes(scene, points, *a))
+            .map(|a| self.lanes(dataset, points, *a))
             .collect();
         let axles: Vec<_> = chosen
             .iter()
             .zip(&lanes)
-            .map(|(a, l)| (&scene.tracks[self.tracks[*a]], l))
+            .map(|(a, l)| (&dataset.tracks[self.tracks[*a]], l))
             .collect();
         let coupling = self.coupling(points);
         let answers = axles.iter().any(|(track, _)| track.input.prescribed);
         let full = answers || self.terms.iter().any(|t| t.kind.spec().on_sensor);
         let motions = run(
-            scene,
+            dataset,
             &axles,
             coupling.as_ref(),
             span.clone(),
@@ -238,7 +238,9 @@ impl Unit {
         motions
             .into_iter()
             .zip(&axles)
-            .map(|(m, (track, lanes))| sensed(scene, span.start, track.input.prescribed, lanes, m))
+            .map(|(m, (track, lanes))| {
+                sensed(dataset, span.start, track.input.prescribed, lanes, m)
+            })
             .collect()
     }
 
@@ -247,8 +249,8 @@ impl Unit {
         self.coupled().map(|i| gather(points, |p| p.values[i][0]))
     }
 
-    pub fn lanes(&self, scene: &Scene, points: &[Point; LANES], a: usize) -> AxleLanes {
-        let axle = scene.tracks[self.tracks[a]].axle;
+    pub fn lanes(&self, dataset: &Dataset, points: &[Point; LANES], a: usize) -> AxleLanes {
+        let axle = dataset.tracks[self.tracks[a]].axle;
         AxleLanes {
             base: std::array::from_fn(|q| gather(points, |p| p.base[a][q])),
             effects: (0..self.terms.len())

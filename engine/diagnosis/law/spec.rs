@@ -51,9 +51,9 @@ pub struct Spec {
     /// Parameters in which the effect is nearly linear and that are zero without it: their starts are
     /// scaled to the residual. None: starts are taken as they are.
     pub amplitudes: &'static [usize],
-    /// The parameter, fitted and reported under this number, that tells how large the effect is, and whether it does more
+    /// The parameter, fitted and reported under this number, that shows how large the effect is, and whether it does more
     /// when it is larger.
-    pub told: usize,
+    pub size_parameter: usize,
     pub stronger: Stronger,
     /// Parameter sets to start the fit from; with two amplitudes, one of them zero, in pairs.
     pub starts: fn(&Scale) -> Vec<Values>,
@@ -77,7 +77,7 @@ pub struct Spec {
     pub on_sensor: bool,
     /// Whether the effect belongs to a moment of this ride, so that the held-out part need not show it.
     pub local: bool,
-    /// Whether the effect is so slow that coloured noise imitates it: what it promises under the noise of
+    /// Whether the effect is so slow that coloured noise imitates it: what it predicts under the noise of
     /// a model without it says nothing, only a refit does.
     pub slow: bool,
     /// Whether the force has corners, which the integrator must meet with shorter steps.
@@ -104,7 +104,7 @@ impl Spec {
         needs: &[],
         parameters: &[],
         amplitudes: &[],
-        told: 0,
+        size_parameter: 0,
         stronger: Stronger::Larger,
         starts: |_| Vec::new(),
         nearer: |_, _, _| Vec::new(),

@@ -4,7 +4,7 @@
 
 /// Length (s) over which the residual is smoothed: less than a push of the hands, more than most noise.
 const LENGTH_S: f64 = 0.1;
-/// Samples that a length is told by: above 10 kHz means over several samples stand for them, so that the work for
+/// Samples that a length is reported by: above 10 kHz means over several samples stand for them, so that the work for
 /// each does not grow with the rate.
 const FINEST: usize = 1000;
 /// A mean over so many lengths is taken off: slow noise has few independent values.
@@ -18,7 +18,7 @@ const TURNS: usize = 5;
 const LEAST: f64 = 1e-3;
 
 /// Excess kurtosis of the smoothed residual (m), over what a variance that grows with the square of the displacement's
-/// `rate` (m/s) brings, as a normal deviate; minus infinity where the record is too short to tell.
+/// `rate` (m/s) brings, as a normal deviate; minus infinity where the record is too short to show.
 pub fn score(residual: &[f64], rate: &[f64], valid: &[bool], step: f64) -> f64 {
     let together = (LENGTH_S / step / FINEST as f64)
         .floor()
@@ -145,7 +145,7 @@ fn normal_score(kurtosis: f64, n: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::autoregressive::Colour;
+    use crate::numerics::autoregressive::NoiseModel;
     use crate::numerics::random::normal;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
@@ -157,11 +157,11 @@ mod tests {
     fn noise(n: usize, correlation: f64, seed: u64) -> Vec<f64> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let white: Vec<f64> = (0..n).map(|_| normal(&mut rng)).collect();
-        let red = Colour {
+        let red = NoiseModel {
             a: vec![-correlation],
             variance: 1.0,
         };
-        red.colour(&white)
+        red.noise_model(&white)
     }
 
     #[test]

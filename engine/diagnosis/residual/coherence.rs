@@ -4,10 +4,10 @@
 use veloid_fourier::Complex;
 
 use crate::diagnosis::dataset::Track;
-use crate::numerics::autoregressive::Colour;
+use crate::numerics::autoregressive::NoiseModel;
 use crate::numerics::spectrum::hann;
 
-/// Longest and shortest stretch (s, samples) whose spectra are averaged, and the fewest that tell anything.
+/// Longest and shortest stretch (s, samples) whose spectra are averaged, and the fewest that show anything.
 const STRETCH_S: f64 = 8.0;
 const SHORTEST: usize = 64;
 const FEWEST: f64 = 4.0;
@@ -40,7 +40,7 @@ pub fn of_track(track: &Track, residual: &[f64]) -> Driven {
 /// channel's unit squared per Hz) and is white. The score is minus infinity where the record is too short or drives nothing.
 fn driven(residual: &[f64], driving: &[f64], noise: f64, step: f64) -> Driven {
     // What a steep spectrum leaks into other bins goes with nothing.
-    let white = Colour::of_order(residual, WHITENED).whiten(residual);
+    let white = NoiseModel::of_order(residual, WHITENED).whiten(residual);
     let (bins, total) = bins(residual, &white, driving, noise, step).unwrap_or_default();
     let mut bands: Vec<Vec<f64>> = vec![bins.iter().map(|b| b.gain).collect()];
     for octave in 0..usize::BITS {
@@ -108,7 +108,7 @@ fn bins(
     }
     let count = stretches / 0.55;
     let total = power_of.iter().sum();
-    let told = sums
+    let reported = sums
         .iter()
         .enumerate()
         .skip(2)
@@ -123,7 +123,7 @@ fn bins(
             };
             (share < NOISE && bin.gain.is_finite()).then_some(bin)
         });
-    Some((told.collect(), total))
+    Some((reported.collect(), total))
 }
 
 #[cfg(test)]
@@ -138,11 +138,11 @@ mod tests {
     fn noise(a: &[f64], seed: u64) -> Vec<f64> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let white: Vec<f64> = (0..6000).map(|_| normal(&mut rng)).collect();
-        let colour = Colour {
+        let noise_model = NoiseModel {
             a: a.to_vec(),
             variance: 1.0,
         };
-        colour.colour(&white)
+        noise_model.noise_model(&white)
     }
 
     #[test]
@@ -160,12 +160,12 @@ mod tests {
     #[test]
     fn a_mode_left_out_goes_with_what_shakes_it() {
         let shaken = noise(&[], 1);
-        let mode = Colour {
+        let mode = NoiseModel {
             a: vec![-1.8, 0.9],
             variance: 1.0,
         };
         let rms = |x: &[f64]| (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt();
-        let answer = mode.colour(&shaken);
+        let answer = mode.noise_model(&shaken);
         let share = 0.3 / rms(&answer);
         let pairs = answer.iter().zip(noise(&[], 2));
         let residual: Vec<f64> = pairs.map(|(a, n)| share * a + n).collect();
@@ -180,9 +180,9 @@ mod tests {
         let (road, noise) = (noise(&[-0.99], 3), noise(&[], 4));
         let logged: Vec<f64> = road.iter().zip(&noise).map(|(r, n)| r + 0.3 * n).collect();
         let density = 2.0 * STEP * 0.3 * 0.3;
-        let told = driven(&noise, &logged, density, STEP).score;
-        assert!(told < 5.0, "{told}");
-        let untold = driven(&noise, &logged, 0.0, STEP).score;
-        assert!(untold > 10.0, "{untold}");
+        let reported = driven(&noise, &logged, density, STEP).score;
+        assert!(reported < 5.0, "{reported}");
+        let unreported = driven(&noise, &logged, 0.0, STEP).score;
+        assert!(unreported > 10.0, "{unreported}");
     }
 }

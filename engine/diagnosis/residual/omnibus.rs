@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::fit::Motion;
 use crate::diagnosis::fit::tangent::Tangent;
 use crate::diagnosis::fit::{FINE, Fitter, Model};
@@ -13,7 +13,7 @@ use crate::numerics::statistics::chi_square_tail;
 use crate::simulate::linear::{Input, simulate};
 
 /// What the omnibus test and the free form found on one track.
-pub struct Leftover {
+pub struct Remainder {
     /// p value of the residual's part along the features.
     pub p_value: f64,
     /// Gain in log score on the held-out part by the features' significant part.
@@ -27,7 +27,7 @@ pub struct Leftover {
     pub residual: Vec<f64>,
 }
 
-impl Leftover {
+impl Remainder {
     /// Whether the residual moves with the features, on the fitted and on the held-out part.
     pub fn is_structured(&self, alpha: f64) -> bool {
         self.p_value < 0.5 * alpha
@@ -46,20 +46,20 @@ struct Feature {
 const KEEP: f64 = 3.0;
 
 /// Tests the residual of one track.
-pub fn leftover(
+pub fn remainder(
     fitter: &Fitter,
     model: &Model,
     motions: &[Motion],
     track: usize,
     held: &Range<usize>,
-) -> Leftover {
-    let scene = fitter.scene;
+) -> Remainder {
+    let dataset = fitter.dataset;
     let (fit, a) = model.of_track(track);
     let [kappa, beta, ..] = fit.point.base[a];
-    let colour = &fit.colours[a];
-    let per = colour.variance.sqrt().recip();
-    let t = &scene.tracks[track];
-    let substeps = model.substeps(scene, FINE);
+    let noise_model = &fit.noise_models[a];
+    let per = noise_model.variance.sqrt().recip();
+    let t = &dataset.tracks[track];
+    let substeps = model.substeps(dataset, FINE);
     let tangent = Tangent::new(fitter, model, &fit.unit, substeps);
     // The unit's axles lie one after the other in the tangent's columns; this axle's part of them.
     let own: Range<usize> = a * fitter.samples..(a + 1) * fitter.samples;
@@ -72,7 +72,7 @@ pub fn leftover(
         &[],
     );
     let residual = fitter
-        .residuals_to(&fit.unit, &fit.point, substeps, scene.samples)
+        .residuals_to(&fit.unit, &fit.point, substeps, dataset.samples)
         .swap_remove(a);
     let mask = |x: Vec<f64>| -> Vec<f64> {
         x.into_iter()
@@ -80,11 +80,11 @@ pub fn leftover(
             .map(|(x, v)| if *v { x } else { 0.0 })
             .collect()
     };
-    let features = features(scene, motions, track);
+    let features = features(dataset, motions, track);
     let mut responses = Vec::new();
     for f in &features {
         let response = if f.acts && !t.input.prescribed {
-            let input = Input::new(&vec![0.0; scene.samples], Some(&f.signal), scene.step);
+            let input = Input::new(&vec![0.0; dataset.samples], Some(&f.signal), dataset.step);
             simulate(
                 &input,
                 kappa.max(1.0),
@@ -99,7 +99,7 @@ pub fn leftover(
         };
         responses.push(mask(response));
     }
-    let white = |x: &[f64]| -> Vec<f64> { colour.whiten(x).iter().map(|x| x * per).collect() };
+    let white = |x: &[f64]| -> Vec<f64> { noise_model.whiten(x).iter().map(|x| x * per).collect() };
     let whitened: Vec<Vec<f64>> = responses.iter().map(|r| white(r)).collect();
     let train: Vec<Vec<f64>> = whitened
         .iter()
@@ -137,7 +137,7 @@ pub fn leftover(
             weights.iter_mut().zip(mix).for_each(|(w, m)| *w += c * m);
         }
     }
-    let explained: Vec<f64> = (0..scene.samples)
+    let explained: Vec<f64> = (0..dataset.samples)
         .map(|i| weights.iter().zip(&responses).map(|(w, r)| w * r[i]).sum())
         .collect();
     let explained_white = white(&explained);
@@ -148,7 +148,7 @@ pub fn leftover(
         after += (residual[i] - explained[i]).powi(2);
         count += 1.0;
     }
-    let force = (0..scene.samples)
+    let force = (0..dataset.samples)
         .map(|i| {
             weights
                 .iter()
@@ -158,7 +158,7 @@ pub fn leftover(
                 .sum()
         })
         .collect();
-    Leftover {
+    Remainder {
         p_value: chi_square_tail(q, basis.len() as f64),
         held_gain: gain,
         held_before: (before / count.max(1.0)).sqrt(),
@@ -170,9 +170,9 @@ pub fn leftover(
 
 /// Powers and products of deflection and rate, memory of several lengths, time windows, the other
 /// axle, speed, wheel and crank angle; on the sensor's side shifts, gain, zero point and drift.
-fn features(scene: &Scene, motions: &[Motion], track: usize) -> Vec<Feature> {
+fn features(dataset: &Dataset, motions: &[Motion], track: usize) -> Vec<Feature> {
     let m = &motions[track];
-    let n = scene.samples;
+    let n = dataset.samples;
     let rms = |x: &[f64]| {
         (x.iter().map(|x| x * x).sum::<f64>() / n as f64)
             .sqrt()
@@ -203,7 +203,7 @@ fn features(scene: &Scene, motions: &[Motion], track: usize) -> Vec<Feature> {
     act(&|i| (d[i] + 1.5).min(0.0));
     act(&|i| w[i] * d[i].abs());
     for tau in [0.012, 0.04, 0.1, 0.4] {
-        let keep = (-scene.step / tau).exp();
+        let keep = (-dataset.step / tau).exp();
         let (mut lag, mut out) = (0.0, Vec::with_capacity(n));
         for x in &d {
             lag = keep * lag + (1.0 - keep) * x;
@@ -222,26 +222,26 @@ fn features(scene: &Scene, motions: &[Motion], track: usize) -> Vec<Feature> {
         let a = rms(&motions[other].acceleration);
         act(&|i| motions[other].acceleration[i] / a);
     }
-    let top = scene.speed.iter().copied().fold(0.0, f64::max);
+    let top = dataset.speed.iter().copied().fold(0.0, f64::max);
     if top > 0.3 {
-        act(&|i| d[i] * scene.speed[i] / top);
-        act(&|i| w[i] * scene.speed[i] / top);
-        act(&|i| scene.speed_rate[i]);
-        let radius = scene.tracks[track].scale.wheel_radius;
+        act(&|i| d[i] * dataset.speed[i] / top);
+        act(&|i| w[i] * dataset.speed[i] / top);
+        act(&|i| dataset.speed_rate[i]);
+        let radius = dataset.tracks[track].scale.wheel_radius;
         if radius.is_finite() {
             for harmonic in [1.0, 2.0] {
                 let angle = move |x: f64| harmonic * x / radius;
-                act(&|i| angle(scene.distance[i]).sin());
-                act(&|i| angle(scene.distance[i]).cos());
-                act(&|i| angle(scene.distance[i]).sin() * d[i]);
-                act(&|i| angle(scene.distance[i]).cos() * d[i]);
+                act(&|i| angle(dataset.distance[i]).sin());
+                act(&|i| angle(dataset.distance[i]).cos());
+                act(&|i| angle(dataset.distance[i]).sin() * d[i]);
+                act(&|i| angle(dataset.distance[i]).cos() * d[i]);
             }
         }
     }
-    if scene.crank.last().is_some_and(|c| *c > 1.0) {
+    if dataset.crank.last().is_some_and(|c| *c > 1.0) {
         for harmonic in [1.0, 2.0] {
-            act(&|i| (harmonic * scene.crank[i]).sin());
-            act(&|i| (harmonic * scene.crank[i]).cos());
+            act(&|i| (harmonic * dataset.crank[i]).sin());
+            act(&|i| (harmonic * dataset.crank[i]).cos());
         }
     }
     let z = rms(&m.z);

@@ -1,11 +1,11 @@
 //! Rides on which nothing more is missing, made from a fitted model with the noise of both sensors
-//! drawn anew: what an effect gains on them, noise in the road channel alone can gain.
+//! drawn again: what an effect gains on them, noise in the road channel alone can gain.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use crate::diagnosis::dataset::{Scene, Track};
+use crate::diagnosis::dataset::{Dataset, Track};
 use crate::diagnosis::fit::{COARSE, Fitter, Model};
 use crate::diagnosis::policy;
 use crate::numerics::random::normal;
@@ -25,20 +25,20 @@ pub fn is_noisy(track: &Track) -> bool {
 /// fresh noise in both channels, as they would be under these models.
 pub fn exceeds(
     own: f64,
-    rides: &[(&Scene, &Model)],
+    rides: &[(&Dataset, &Model)],
     seed: u64,
-    score: impl Fn(&[Scene]) -> f64 + Sync,
+    score: impl Fn(&[Dataset]) -> f64 + Sync,
 ) -> bool {
     let each = rides.iter();
-    let quiet: Vec<Scene> = each
-        .map(|(scene, model)| quiet(scene, model, model.substeps(scene, COARSE)))
+    let quiet: Vec<Dataset> = each
+        .map(|(dataset, model)| quiet(dataset, model, model.substeps(dataset, COARSE)))
         .collect();
     let scores: Vec<f64> = (0..REPLICATES)
         .into_par_iter()
         .map(|replicate| {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             rng.set_stream(u64::MAX - replicate as u64);
-            let again: Vec<Scene> = quiet.iter().map(|ride| noisy(ride, &mut rng)).collect();
+            let again: Vec<Dataset> = quiet.iter().map(|ride| noisy(ride, &mut rng)).collect();
             score(&again)
         })
         .collect();
@@ -50,21 +50,21 @@ pub fn exceeds(
 
 /// The ride as it is under `model` if neither channel had noise: the recorded road without what its
 /// noise floor can be (Wiener's filter), and the motion over it.
-fn quiet(scene: &Scene, model: &Model, substeps: usize) -> Scene {
-    let mut quiet = scene.clone();
+fn quiet(dataset: &Dataset, model: &Model, substeps: usize) -> Dataset {
+    let mut quiet = dataset.clone();
     for track in quiet.tracks.iter_mut().filter(|t| t.has_road) {
-        let road = denoised(&track.input.road, scene.step, track.road_floor);
+        let road = denoised(&track.input.road, dataset.step, track.road_floor);
         track.set_road(&road);
     }
     let fitter = Fitter {
-        scene: &quiet,
-        samples: scene.samples,
+        dataset: &quiet,
+        samples: dataset.samples,
     };
-    let motion: Vec<Vec<f64>> = (0..scene.tracks.len())
+    let motion: Vec<Vec<f64>> = (0..dataset.tracks.len())
         .map(|t| {
             let (fit, a) = model.of_track(t);
             let residuals = fitter.residuals(&fit.unit, &fit.point, substeps);
-            let pairs = scene.tracks[t].measured.iter().zip(&residuals[a]);
+            let pairs = dataset.tracks[t].measured.iter().zip(&residuals[a]);
             pairs.map(|(y, r)| y - r).collect()
         })
         .collect();
@@ -100,7 +100,7 @@ fn denoised(record: &[f64], step: f64, floor: f64) -> Vec<f64> {
 }
 
 /// The quiet ride recorded with fresh white noise in both channels.
-fn noisy(quiet: &Scene, rng: &mut ChaCha8Rng) -> Scene {
+fn noisy(quiet: &Dataset, rng: &mut ChaCha8Rng) -> Dataset {
     let mut again = quiet.clone();
     for track in &mut again.tracks {
         let sensor = deviation(track.sensor_floor, quiet.step);

@@ -190,7 +190,7 @@ fn mixed(parts: &[Part], density: &[f64]) -> Mixed {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::autoregressive::Colour;
+    use crate::numerics::autoregressive::NoiseModel;
     use crate::numerics::spectrum::tests::{shaken, white};
 
     const QUIET: Inputs = Inputs {
@@ -200,13 +200,13 @@ mod tests {
 
     #[test]
     fn sensor_noise_does_not_resonate() {
-        let colours = [(0.0, 1.0), (0.85, 1.0), (0.97, 0.3)];
-        for (i, (phi, size)) in colours.into_iter().enumerate() {
-            let red = Colour {
+        let noise_models = [(0.0, 1.0), (0.85, 1.0), (0.97, 0.3)];
+        for (i, (phi, size)) in noise_models.into_iter().enumerate() {
+            let red = NoiseModel {
                 a: vec![-phi],
                 variance: size,
             };
-            let slow = red.colour(&white(6000, 5 + i as u64));
+            let slow = red.noise_model(&white(6000, 5 + i as u64));
             let noise: Vec<f64> = slow
                 .iter()
                 .zip(white(6000, 17))

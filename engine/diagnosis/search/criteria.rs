@@ -12,7 +12,7 @@ use crate::diagnosis::fit::polish::reduce;
 use crate::diagnosis::fit::{COARSE, Effort, FINE, Fitted, Fitter, Model, Term};
 use crate::diagnosis::policy;
 use crate::diagnosis::residual::replicate::is_noisy;
-use crate::numerics::autoregressive::Colour;
+use crate::numerics::autoregressive::NoiseModel;
 use crate::progress::Progress;
 
 pub struct Search<'a> {
@@ -35,7 +35,7 @@ impl Search<'_> {
         Effort {
             iterations: 8,
             gain: 0.1,
-            substeps: model.substeps(self.fitter.scene, angle),
+            substeps: model.substeps(self.fitter.dataset, angle),
         }
     }
 
@@ -43,13 +43,13 @@ impl Search<'_> {
         Effort {
             iterations: 20,
             gain: 0.01,
-            substeps: model.substeps(self.fitter.scene, FINE),
+            substeps: model.substeps(self.fitter.dataset, FINE),
         }
     }
 
     /// Residuals up to the end of the held-out part, by track and with the noise that the model gives it.
-    pub fn residuals<'m>(&self, model: &'m Model) -> Vec<(usize, Vec<f64>, &'m Colour)> {
-        let substeps = model.substeps(self.fitter.scene, FINE);
+    pub fn residuals<'m>(&self, model: &'m Model) -> Vec<(usize, Vec<f64>, &'m NoiseModel)> {
+        let substeps = model.substeps(self.fitter.dataset, FINE);
         let of_fit = |fit: &'m Fitted| {
             let end = self.held.end;
             let residuals = self
@@ -58,7 +58,7 @@ impl Search<'_> {
             let tracks = fit.unit.tracks.iter().copied();
             tracks
                 .zip(residuals)
-                .zip(&fit.colours)
+                .zip(&fit.noise_models)
                 .map(|((t, r), c)| (t, r, c))
         };
         model.fits.iter().flat_map(of_fit).collect()
@@ -66,12 +66,13 @@ impl Search<'_> {
 
     /// Log score of the held-out part under the model's own noise.
     pub fn held_score(&self, model: &Model) -> f64 {
-        let scene = self.fitter.scene;
+        let dataset = self.fitter.dataset;
         let mut total = 0.0;
-        for (t, r, colour) in self.residuals(model) {
-            let white = colour.whiten(&r);
-            for i in self.held.clone().filter(|i| scene.tracks[t].valid[*i]) {
-                total -= 0.5 * (white[i] * white[i] / colour.variance + colour.variance.ln());
+        for (t, r, noise_model) in self.residuals(model) {
+            let white = noise_model.whiten(&r);
+            for i in self.held.clone().filter(|i| dataset.tracks[t].valid[*i]) {
+                total -=
+                    0.5 * (white[i] * white[i] / noise_model.variance + noise_model.variance.ln());
             }
         }
         if total.is_finite() {
@@ -83,7 +84,7 @@ impl Search<'_> {
 
     /// Sum of squares of the held-out residual, by track.
     pub fn held_squares(&self, model: &Model) -> Vec<f64> {
-        let mut squares = vec![0.0; self.fitter.scene.tracks.len()];
+        let mut squares = vec![0.0; self.fitter.dataset.tracks.len()];
         for (t, r, _) in self.residuals(model) {
             squares[t] = r[self.held.clone()].iter().map(|x| x * x).sum();
         }
@@ -92,7 +93,7 @@ impl Search<'_> {
 
     /// Share of the plain model's held-out squares that a model leaves on an axle.
     pub fn left(&self, axle: Axle, model: &Model) -> f64 {
-        let tracks = self.fitter.scene.tracks.iter();
+        let tracks = self.fitter.dataset.tracks.iter();
         let on_axle = |squares: Vec<f64>| -> f64 {
             let own = tracks.clone().zip(squares).filter(|(t, _)| t.axle == axle);
             own.map(|(_, square)| square).sum()
@@ -100,7 +101,7 @@ impl Search<'_> {
         on_axle(self.held_squares(model)) / on_axle(self.held_squares(&self.plain))
     }
 
-    /// Whether what `larger` has beyond `model` is large enough to be told beside other effects: in
+    /// Whether what `larger` has beyond `model` is large enough to be reported beside other effects: in
     /// likelihood, or in the held-out error, where a slow effect shows that coloured noise would hide.
     pub fn counts(&self, model: &Model, larger: &Model) -> bool {
         let gains = larger.likelihood - model.likelihood
@@ -117,7 +118,7 @@ impl Search<'_> {
         }
         let plain = self.held_squares(&self.plain);
         let trifle = |t: usize| before[t] - after[t] < policy::TRIFLE * (plain[t] - before[t]);
-        let mut tracks = self.fitter.scene.tracks.iter().enumerate();
+        let mut tracks = self.fitter.dataset.tracks.iter().enumerate();
         tracks.all(|(t, track)| !term.acts_on(track.axle) || trifle(t))
     }
 
@@ -125,13 +126,13 @@ impl Search<'_> {
     /// what no bicycle can be.
     pub fn merit(&self, model: &Model) -> f64 {
         let cost = cost(&model.terms, self.fitter.samples);
-        let odd = !is_physical(self.fitter.scene, &self.plain, model);
+        let odd = !is_physical(self.fitter.dataset, &self.plain, model);
         model.likelihood - cost - if odd { policy::CLOSE } else { 0.0 }
     }
 
     /// Whether a term acts on an axle whose road has noise.
     pub fn has_noisy_road(&self, term: Term) -> bool {
-        let mut tracks = self.fitter.scene.tracks.iter();
+        let mut tracks = self.fitter.dataset.tracks.iter();
         tracks.any(|t| term.acts_on(t.axle) && is_noisy(t))
     }
 
@@ -153,14 +154,14 @@ impl Search<'_> {
         }
     }
 
-    pub fn tell_progress(&self) {
-        let done = self.fitter.scene.work.done();
+    pub fn report_progress(&self) {
+        let done = self.fitter.dataset.work.done();
         self.progress.searched(done, self.budget.steps);
     }
 
     /// Whether the budget is spent. To be asked while nothing else computes: then the answer is the same on every machine.
     pub fn is_spent(&self) -> bool {
-        self.fitter.scene.work.done() > self.until
+        self.fitter.dataset.work.done() > self.until
     }
 
     pub fn without_each(&self, model: &Model) -> Vec<Model> {

@@ -1,27 +1,30 @@
 //! Sets of effects and their exact refits when one is added, dropped or replaced.
 
-use super::score_test::{Promise, Signatures};
+use super::score_test::{Prediction, Signatures};
 use super::weak_form;
 use crate::bicycle::Axle;
-use crate::diagnosis::dataset::Scene;
-use crate::diagnosis::effects::{ALL, FOILS, Kind, Shape};
+use crate::diagnosis::dataset::Dataset;
+use crate::diagnosis::effects::{ALL, GENERAL_LAWS, Kind, Shape};
 use crate::diagnosis::fit::Model;
 use crate::diagnosis::fit::{Effort, Fitter, Point, Term, Unit};
 use crate::diagnosis::law::{Acts, Values};
-use crate::numerics::autoregressive::Colour;
+use crate::numerics::autoregressive::NoiseModel;
 use crate::report::diagnosis::{Place, SwitchedOff};
 
 /// Everything that may be named on this ride, and what may not, with the reason.
-pub fn candidates(scene: &Scene) -> (Vec<Term>, Vec<SwitchedOff>) {
+pub fn candidates(dataset: &Dataset) -> (Vec<Term>, Vec<SwitchedOff>) {
     let mut terms = Vec::new();
     let mut off: Vec<SwitchedOff> = Vec::new();
-    let library = ALL.iter().copied().filter(|kind| !FOILS.contains(kind));
-    for kind in library.chain(own_law(scene)) {
+    let library = ALL
+        .iter()
+        .copied()
+        .filter(|kind| !GENERAL_LAWS.contains(kind));
+    for kind in library.chain(own_law(dataset)) {
         let mut why = None;
         let mut allowed = Vec::new();
-        for track in &scene.tracks {
+        for track in &dataset.tracks {
             let needs = kind.needs(&track.scale);
-            match needs.iter().find_map(|need| scene.lacks(track, *need)) {
+            match needs.iter().find_map(|need| dataset.lacks(track, *need)) {
                 Some(lacking) => why = Some(lacking),
                 None => allowed.push(track.axle),
             }
@@ -36,7 +39,7 @@ pub fn candidates(scene: &Scene) -> (Vec<Term>, Vec<SwitchedOff>) {
             };
         }
         terms.extend(places.into_iter().map(|place| Term { kind, place }));
-        if let (Some(why), Some(track)) = (why, scene.tracks.first()) {
+        if let (Some(why), Some(track)) = (why, dataset.tracks.first()) {
             off.push(SwitchedOff {
                 id: kind.id_on(&track.scale).to_owned(),
                 why: why.to_owned(),
@@ -47,8 +50,8 @@ pub fn candidates(scene: &Scene) -> (Vec<Term>, Vec<SwitchedOff>) {
 }
 
 /// The user's own law, where there is one.
-fn own_law(scene: &Scene) -> Option<Kind> {
-    let law = scene.tracks.first()?.scale.own.as_ref()?;
+fn own_law(dataset: &Dataset) -> Option<Kind> {
+    let law = dataset.tracks.first()?.scale.own.as_ref()?;
     Some(Kind::Own(Shape::of(law)))
 }
 
@@ -68,14 +71,14 @@ fn places(acts: Acts, allowed: &[Axle]) -> Vec<Place> {
 }
 
 /// Whether the model is so far from the ride on the axles of `unit` that its own stiffness and
-/// damping may be wrong by factors, and linear promises mean little.
-pub fn is_far(scene: &Scene, model: &Model, unit: &Unit) -> bool {
+/// damping may be wrong by factors, and linear predicts mean little.
+pub fn is_far(dataset: &Dataset, model: &Model, unit: &Unit) -> bool {
     unit.tracks.iter().any(|t| {
-        let track = &scene.tracks[*t];
+        let track = &dataset.tracks[*t];
         let (fit, a) = model.of_track(*t);
         let [kappa, beta, ..] = fit.point.base[a];
         let noise = track.noise_variance(kappa, beta);
-        let excess = fit.colours[a].total_variance() - 1.5 * noise;
+        let excess = fit.noise_models[a].total_variance() - 1.5 * noise;
         excess > (FAR * track.scale.d_rms).powi(2)
     })
 }
@@ -86,10 +89,10 @@ const FAR: f64 = 0.03;
 const SHORT: usize = 1000;
 
 /// The unit that a term joins when it is added to a model.
-pub fn joined(scene: &Scene, model: &Model, term: Term) -> Option<Unit> {
+pub fn joined(dataset: &Dataset, model: &Model, term: Term) -> Option<Unit> {
     let mut terms = model.terms.clone();
     terms.push(term);
-    Unit::all(scene, &terms)
+    Unit::all(dataset, &terms)
         .into_iter()
         .find(|u| u.terms.contains(&term))
 }
@@ -111,16 +114,16 @@ pub fn extend(
     effort: Effort,
     reach: Reach,
 ) -> Option<Model> {
-    let scene = fitter.scene;
+    let dataset = fitter.dataset;
     let term = signatures.term;
-    let unit = joined(scene, model, term)?;
+    let unit = joined(dataset, model, term)?;
     let at = unit.terms.iter().position(|t| *t == term)?;
-    let (base, colours) = model.carried(&unit);
-    let white: Vec<Colour> = colours.iter().map(Colour::bleached).collect();
-    let mut order: Vec<&Promise> = signatures.starts.iter().collect();
+    let (base, noise_models) = model.carried(&unit);
+    let white: Vec<NoiseModel> = noise_models.iter().map(NoiseModel::bleached).collect();
+    let mut order: Vec<&Prediction> = signatures.starts.iter().collect();
     order.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     let spec = unit.terms[at].kind.spec();
-    // A linear promise tells little of an effect with states of its own.
+    // A linear predict shows little of an effect with states of its own.
     let near = if spec.amplitudes.is_empty() || spec.states > 1 {
         3
     } else {
@@ -154,16 +157,16 @@ fn far_starts(
     unit: &Unit,
     at: usize,
     base: &Point,
-    white: &[Colour],
+    white: &[NoiseModel],
     effort: Effort,
 ) -> Vec<Point> {
     let spec = unit.terms[at].kind.spec();
     if spec.local || spec.amplitudes.len() == 2 {
         return Vec::new();
     }
-    let scale = unit.scale(fitter.scene, at);
+    let scale = unit.scale(fitter.dataset, at);
     let short = Fitter {
-        scene: fitter.scene,
+        dataset: fitter.dataset,
         samples: fitter.samples.min(SHORT),
     };
     let starts = (spec.starts)(scale);
@@ -224,12 +227,12 @@ pub fn unstopped(fitter: &Fitter, model: &Model, play: Term, effort: Effort) -> 
         .unit
         .tracks
         .iter()
-        .position(|t| play.acts_on(fitter.scene.tracks[*t].axle))?;
+        .position(|t| play.acts_on(fitter.dataset.tracks[*t].axle))?;
     let mut unit = fit.unit.clone();
     unit.terms[i] = play;
     let mut point = fit.point.clone();
     point.values[i] = [2.0 * gap, 0.0, 0.0, 0.0];
     point.base[track][0] = stiffness * point.base[track][2];
-    let fitted = fitter.fit(&unit, point, &fit.colours, effort)?;
+    let fitted = fitter.fit(&unit, point, &fit.noise_models, effort)?;
     Some(model.with(fitted))
 }

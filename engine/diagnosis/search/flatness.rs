@@ -9,16 +9,19 @@ impl Search<'_> {
     /// least 1: by so much chance gains more there.
     pub fn unevenness(&self, model: &Model, larger: &Model) -> f64 {
         let samples = self.fitter.samples;
-        let tracks = &self.fitter.scene.tracks;
+        let tracks = &self.fitter.dataset.tracks;
         let (mut along, mut length) = (0.0, 0.0);
         let left = self.residuals(larger);
-        for (t, before, colour) in self.residuals(model) {
+        for (t, before, noise_model) in self.residuals(model) {
             let Some((_, after, _)) = left.iter().find(|(other, ..)| *other == t) else {
                 continue;
             };
             let white = |residual: &[f64]| -> Vec<f64> {
-                let size = colour.variance.sqrt();
-                let white = colour.whiten(residual).into_iter().zip(&tracks[t].valid);
+                let size = noise_model.variance.sqrt();
+                let white = noise_model
+                    .whiten(residual)
+                    .into_iter()
+                    .zip(&tracks[t].valid);
                 let white = white.map(|(w, valid)| if *valid { w / size } else { 0.0 });
                 white.take(samples).collect()
             };

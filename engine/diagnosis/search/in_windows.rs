@@ -63,18 +63,18 @@ pub struct InWindows<'a> {
 
 impl<'a> InWindows<'a> {
     pub fn new(search: &'a Search<'a>, track: usize, windows: &'a Windows) -> Self {
-        let scene = search.fitter.scene;
-        let axle = scene.tracks[track].axle;
+        let dataset = search.fitter.dataset;
+        let axle = dataset.tracks[track].axle;
         let alone = |term: &&Term| term.acts_on(axle) && term.place != Place::Both;
         Self {
             search,
             track,
             shooting: Shooting {
-                scene,
+                dataset,
                 track,
                 spans: &windows.spans,
-                period: windows.period / scene.step,
-                variance: (scene.tracks[track].spread().powi(2)).max(f64::MIN_POSITIVE),
+                period: windows.period / dataset.step,
+                variance: (dataset.tracks[track].spread().powi(2)).max(f64::MIN_POSITIVE),
             },
             candidates: search.candidates.iter().filter(alone).copied().collect(),
         }
@@ -148,7 +148,7 @@ impl<'a> InWindows<'a> {
     }
 
     pub fn is_physical(&self, seen: &Seen) -> bool {
-        has_physical_effects(self.search.fitter.scene, &seen.unit, &seen.point)
+        has_physical_effects(self.search.fitter.dataset, &seen.unit, &seen.point)
     }
 
     /// All windows as the numbers predict them that are fitted to all.
@@ -160,7 +160,7 @@ impl<'a> InWindows<'a> {
     /// Starts of the effect itself.
     fn own_starts(&self, unit: &Unit, at: usize) -> Vec<Values> {
         let spec = unit.terms[at].kind.spec();
-        let scale = unit.scale(self.search.fitter.scene, at);
+        let scale = unit.scale(self.search.fitter.dataset, at);
         let starts = (spec.starts)(scale);
         if starts.len() > SIZES.len() || spec.amplitudes.is_empty() {
             return starts;

@@ -12,7 +12,7 @@ use crate::report::diagnosis::Place;
 
 /// Replicates of the largest gain, a multiple of [`LANES`].
 const REPLICATES: usize = 2000;
-/// Least p value that these can tell; no other test here is good for less.
+/// Least p value that these can show; no other test here is good for less.
 pub const FINEST: f64 = 1.0 / (1 + REPLICATES) as f64;
 
 /// Added to the diagonal so that directions that lie in each other's span do no harm.
@@ -142,10 +142,10 @@ mod tests {
     use crate::diagnosis::effects::Kind;
     use crate::diagnosis::fit::Term;
     use crate::diagnosis::law::MAX_PARAMETERS;
-    use crate::diagnosis::search::score_test::Promise;
+    use crate::diagnosis::search::score_test::Prediction;
 
     fn offer(place: Place, basis: Vec<Vec<f64>>) -> Signatures {
-        let start = Promise {
+        let start = Prediction {
             values: [0.0; MAX_PARAMETERS],
             unit: [0.0; MAX_PARAMETERS],
             size: 1.0,

@@ -1,4 +1,4 @@
-//! Exact refits of what the signatures promise.
+//! Exact refits of what the signatures predict.
 
 use rayon::prelude::*;
 
@@ -11,10 +11,10 @@ use crate::diagnosis::fit::physical::is_physical;
 use crate::diagnosis::fit::polish::polish;
 use crate::diagnosis::fit::tangent::{Tangent, tangent_for};
 use crate::diagnosis::fit::{COARSE, Model, Term, Unit, motions};
-use crate::diagnosis::residual::omnibus::leftover;
+use crate::diagnosis::residual::omnibus::remainder;
 use crate::report::diagnosis::Place;
 
-/// Share of a significant gain below which a linear promise is not followed up.
+/// Share of a significant gain below which a linear predict is not followed up.
 pub const HOPE: f64 = 0.4;
 /// Refits between which the budget is looked at.
 const GROUP: usize = 8;
@@ -37,7 +37,7 @@ impl Search<'_> {
         model: &Model,
         taken: &[Term],
     ) -> Vec<Signatures> {
-        let substeps = model.substeps(self.fitter.scene, COARSE);
+        let substeps = model.substeps(self.fitter.dataset, COARSE);
         self.open(taken)
             .par_iter()
             .filter_map(|term| {
@@ -61,7 +61,7 @@ impl Search<'_> {
     /// The tangents of the places where candidates outside `taken` act.
     pub fn tangents(&self, model: &Model, taken: &[Term]) -> Vec<(Place, Tangent)> {
         let open = self.open(taken);
-        let substeps = model.substeps(self.fitter.scene, COARSE);
+        let substeps = model.substeps(self.fitter.dataset, COARSE);
         [Place::Front, Place::Rear, Place::Both]
             .par_iter()
             .filter_map(|place| {
@@ -71,25 +71,32 @@ impl Search<'_> {
             .collect()
     }
 
-    /// Whether any offer may turn out significant: its linear promise comes near to that, or the model
-    /// is too far from the ride for linear promises to mean anything.
+    /// Whether any offer may turn out significant: its linear predict comes near to that, or the model
+    /// is too far from the ride for linear predicts to mean anything.
     pub fn promising(&self, model: &Model, offers: &[Signatures], null: &Null) -> bool {
-        let scene = self.fitter.scene;
-        let most = offers.iter().map(Signatures::promise).fold(0.0, f64::max);
+        let dataset = self.fitter.dataset;
+        let most = offers
+            .iter()
+            .map(Signatures::predicted_gain)
+            .fold(0.0, f64::max);
         most > HOPE * null.bound(self.alpha)
             || offers.iter().any(|o| o.term.kind.spec().slow)
-            || model.fits.iter().any(|f| is_far(scene, model, &f.unit))
+            || model.fits.iter().any(|f| is_far(dataset, model, &f.unit))
     }
 
-    /// Exact refits of the offers that promise anything, best first.
+    /// Exact refits of the offers that predict anything, best first.
     pub fn refits(&self, model: &Model, offers: &[Signatures], reach: Reach) -> Vec<Model> {
-        let scene = self.fitter.scene;
-        let most = offers.iter().map(Signatures::promise).fold(0.0, f64::max);
+        let dataset = self.fitter.dataset;
+        let most = offers
+            .iter()
+            .map(Signatures::predicted_gain)
+            .fold(0.0, f64::max);
         let near = |s: &Signatures| {
-            s.term.kind.spec().slow || s.promise() > 2.0 && s.promise() > 0.02 * most
+            s.term.kind.spec().slow || s.predicted_gain() > 2.0 && s.predicted_gain() > 0.02 * most
         };
-        let far =
-            |s: &Signatures| joined(scene, model, s.term).is_some_and(|u| is_far(scene, model, &u));
+        let far = |s: &Signatures| {
+            joined(dataset, model, s.term).is_some_and(|u| is_far(dataset, model, &u))
+        };
         let fitted = |s: &Signatures, reach: Reach| {
             if self.progress.cancelled() {
                 return None;
@@ -104,7 +111,7 @@ impl Search<'_> {
         let arrived = reach == Reach::Near
             || found.iter().any(|m| {
                 let mut units = new_units(model, m);
-                units.all(|u| !is_far(scene, m, u))
+                units.all(|u| !is_far(dataset, m, u))
             })
             || best.is_some_and(|m| self.explains(model, m));
         if !arrived {
@@ -137,14 +144,14 @@ impl Search<'_> {
         refit: impl Fn(&Signatures) -> Option<Model> + Sync,
     ) -> Vec<Model> {
         let mut order: Vec<&Signatures> = offers.iter().filter(|s| wanted(s)).collect();
-        order.sort_by(|a, b| b.promise().total_cmp(&a.promise()));
+        order.sort_by(|a, b| b.predicted_gain().total_cmp(&a.predicted_gain()));
         let mut found: Vec<Model> = Vec::new();
         for group in order.chunks(GROUP) {
             if self.is_spent() && !found.is_empty() {
                 break;
             }
             found.par_extend(group.par_iter().filter_map(|s| refit(s)));
-            self.tell_progress();
+            self.report_progress();
         }
         found
     }
@@ -152,10 +159,10 @@ impl Search<'_> {
     /// Whether nothing but noise is left, however large, of the axles on which `larger` has something that
     /// `model` has not.
     fn explains(&self, model: &Model, larger: &Model) -> bool {
-        let motions = motions(self.fitter.scene, larger);
+        let motions = motions(self.fitter.dataset, larger);
         let mut tracks = new_units(model, larger).flat_map(|u| &u.tracks);
         tracks.all(|t| {
-            let left = leftover(&self.fitter, larger, &motions, *t, &self.held);
+            let left = remainder(&self.fitter, larger, &motions, *t, &self.held);
             !left.is_structured(self.alpha)
         })
     }
@@ -163,7 +170,7 @@ impl Search<'_> {
     /// Stops on both sides with no spring between them are free play: fits that from there where its
     /// own fit missed it.
     fn unstop(&self, found: &mut [Model]) {
-        let scene = self.fitter.scene;
+        let dataset = self.fitter.dataset;
         let of = |found: &[Model], kind: Kind, place: Place| {
             let has = |m: &Model| m.terms.contains(&Term { kind, place });
             found.iter().position(has)
@@ -175,7 +182,7 @@ impl Search<'_> {
             ) else {
                 continue;
             };
-            if is_physical(scene, &self.plain, &found[stop]) {
+            if is_physical(dataset, &self.plain, &found[stop]) {
                 continue;
             }
             let play_term = Term {
@@ -204,7 +211,7 @@ impl Search<'_> {
         let term = added(model, &found);
         let near = polished(found);
         if reach == Reach::Near
-            || !term.kind.spec().peaks && is_physical(self.fitter.scene, &self.plain, &near)
+            || !term.kind.spec().peaks && is_physical(self.fitter.dataset, &self.plain, &near)
         {
             return near;
         }

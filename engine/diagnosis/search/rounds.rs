@@ -39,13 +39,13 @@ impl Search<'_> {
         let mut near: Vec<Term> = Vec::new();
         // The last model whose every effect proved itself on the held-out part.
         let mut proven = self.plain.clone();
-        // The model with the noise under which promises are looked for, where that is not its own.
-        let mut pale: Option<Model> = None;
+        // The model with the noise under which predicts are looked for, where that is not its own.
+        let mut prewhitened: Option<Model> = None;
         while model.terms.len() < policy::MOST_TERMS && !self.is_spent() {
             self.check()?;
-            self.tell_progress();
+            self.report_progress();
             let goes_on = 'round: {
-                let offers = self.offers(pale.as_ref().unwrap_or(&model), &model.terms);
+                let offers = self.offers(prewhitened.as_ref().unwrap_or(&model), &model.terms);
                 let null = Null::new(&offers, self.seed, rounds.len());
                 if !self.promising(&model, &offers, &null) {
                     break 'round false;
@@ -108,7 +108,7 @@ impl Search<'_> {
                     let far = best
                         .fits
                         .iter()
-                        .any(|f| is_far(self.fitter.scene, best, &f.unit));
+                        .any(|f| is_far(self.fitter.dataset, best, &f.unit));
                     if !far || model.terms.len() > proven.terms.len() {
                         break 'round false;
                     }
@@ -116,12 +116,12 @@ impl Search<'_> {
                     true
                 }
             };
-            pale = match (goes_on, pale) {
+            prewhitened = match (goes_on, prewhitened) {
                 (true, _) => None,
-                (false, None) => self.paled(&model),
+                (false, None) => self.prewhitening(&model),
                 (false, Some(_)) => break,
             };
-            if !goes_on && pale.is_none() {
+            if !goes_on && prewhitened.is_none() {
                 break;
             }
         }
@@ -141,26 +141,26 @@ impl Search<'_> {
 
     /// The model with white noise on the axles whose residual goes with what drives them, if any does: a model
     /// of the noise that has taken a mode for noise hides what would explain it.
-    fn paled(&self, model: &Model) -> Option<Model> {
-        let scene = self.fitter.scene;
+    fn prewhitening(&self, model: &Model) -> Option<Model> {
+        let dataset = self.fitter.dataset;
         let driven: Vec<usize> = (self.residuals(model).into_iter())
             .filter(|(t, residual, _)| {
-                coherence::of_track(&scene.tracks[*t], residual).score > policy::DRIVEN
+                coherence::of_track(&dataset.tracks[*t], residual).score > policy::DRIVEN
             })
             .map(|(t, ..)| t)
             .collect();
-        let mut pale = model.clone();
-        for fit in &mut pale.fits {
-            let axles = fit.unit.tracks.iter().zip(&mut fit.colours);
-            for (_, colour) in axles.filter(|(t, _)| driven.contains(t)) {
-                *colour = colour.bleached();
+        let mut prewhitened = model.clone();
+        for fit in &mut prewhitened.fits {
+            let axles = fit.unit.tracks.iter().zip(&mut fit.noise_models);
+            for (_, noise_model) in axles.filter(|(t, _)| driven.contains(t)) {
+                *noise_model = noise_model.bleached();
             }
         }
-        (!driven.is_empty()).then_some(pale)
+        (!driven.is_empty()).then_some(prewhitened)
     }
 
     /// Whether the effect that `larger` has beyond `model` is real where the road is quiet: its gain
-    /// beyond the family-wise null, large enough to be told beside others, and repeated on the held-out
+    /// beyond the family-wise null, large enough to be reported beside others, and repeated on the held-out
     /// part since the last `proven` model.
     fn accepts(&self, proven: &Model, model: &Model, larger: &Model, null: &Null) -> bool {
         let gain = larger.likelihood - model.likelihood;
@@ -183,12 +183,12 @@ impl Search<'_> {
                         * self.unevenness(model, larger));
         let counts = model.terms.is_empty() && !slow || self.counts(model, larger);
         let repeats = self.held_score(larger) - self.held_score(proven) > wanted;
-        let told = if slow {
+        let reported = if slow {
             policy::SLOWLY
         } else {
             policy::ADEQUATE
         };
-        beyond_chance && counts && (repeats || self.removes(proven, larger, told))
+        beyond_chance && counts && (repeats || self.removes(proven, larger, reported))
     }
 
     /// Whether what `larger` has beyond `model` is more than noise of the road channel can bring, and
@@ -220,7 +220,7 @@ impl Search<'_> {
         model
     }
 
-    /// Tries others in the place of each of the model's effects, those that promise something and those
+    /// Tries others in the place of each of the model's effects, those that predict something and those
     /// that came `near` before; takes improvements, and gives the models that were tried.
     fn exchanged(&self, model: &mut Model, near: &[Term]) -> Result<Vec<Model>, EngineError> {
         let mut tried = Vec::new();
@@ -243,7 +243,7 @@ impl Search<'_> {
             let loss = model.likelihood - less.likelihood;
             let offers: Vec<Signatures> = offers
                 .into_iter()
-                .filter(|o| near.contains(&o.term) || o.promise() > 0.2 * loss)
+                .filter(|o| near.contains(&o.term) || o.predicted_gain() > 0.2 * loss)
                 .collect();
             tried.extend(self.refits(&less, &offers, Reach::Near));
         }

@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::fit::COARSE;
 use crate::diagnosis::fit::fitter::whitened;
 use crate::diagnosis::fit::tangent::{Tangent, spread, tangent_for};
@@ -17,18 +17,18 @@ use crate::numerics::projection::{dot, orthonormal, without};
 pub struct Signatures {
     pub term: Term,
     /// One entry for each start: its parameters scaled to the residual, the gain in log likelihood
-    /// that a linear fit of it promises, and the projected columns by axle of the unit.
-    pub starts: Vec<Promise>,
+    /// that a linear fit of it predicts, and the projected columns by axle of the unit.
+    pub starts: Vec<Prediction>,
 }
 
 impl Signatures {
-    /// Gain that the best start promises.
-    pub fn promise(&self) -> f64 {
+    /// Gain that the best start predicts.
+    pub fn predicted_gain(&self) -> f64 {
         self.starts.iter().map(|p| p.gain).fold(0.0, f64::max)
     }
 }
 
-pub struct Promise {
+pub struct Prediction {
     pub values: Values,
     /// The start before scaling, and the length of what it adds in standard deviations of the noise.
     pub unit: Values,
@@ -94,18 +94,23 @@ impl Tangent {
         substeps: usize,
         count: usize,
     ) -> Vec<Vec<f64>> {
-        let moved = unit.simulate(fitter.scene, points, None, 0..fitter.samples, substeps);
+        let moved = unit.simulate(fitter.dataset, points, None, 0..fitter.samples, substeps);
         let mut columns = vec![Vec::new(); count];
-        for ((z, z0), (t, colour)) in moved
+        for ((z, z0), (t, noise_model)) in moved
             .iter()
             .zip(&self.own)
-            .zip(unit.tracks.iter().zip(&self.colours))
+            .zip(unit.tracks.iter().zip(&self.noise_models))
         {
-            let valid = &fitter.scene.tracks[*t].valid;
+            let valid = &fitter.dataset.tracks[*t].valid;
             let raw: Vec<Lanes> = (0..fitter.samples)
                 .map(|i| if valid[i] { z[i] - z0[i] } else { Lanes::ZERO })
                 .collect();
-            spread(&whitened(&raw, &colour.a), colour, count, &mut columns);
+            spread(
+                &whitened(&raw, &noise_model.a),
+                noise_model,
+                count,
+                &mut columns,
+            );
         }
         columns
     }
@@ -121,31 +126,31 @@ pub struct Along<'a> {
 /// Signatures of adding `term` to all rides alike at each of its starts, as the first ride's sizes give them; those without any
 /// effect are left out.
 pub fn signatures(rides: &[Along], term: Term) -> Signatures {
-    let scene = rides[0].fitter.scene;
+    let dataset = rides[0].fitter.dataset;
     let (unit, at, _) = rides[0].tangent.with(term);
     let spec = term.kind.spec();
     let group = if spec.amplitudes.len() == 2 { 2 } else { 1 };
-    let promises = |starts: &[Values]| -> Vec<Promise> {
+    let predicted_gains = |starts: &[Values]| -> Vec<Prediction> {
         let columns: Vec<_> = rides.iter().map(|r| r.columns(term, starts)).collect();
-        let promise = |(i, starts): (usize, &[Values])| {
+        let predicted_gain = |(i, starts): (usize, &[Values])| {
             let columns = columns
                 .iter()
                 .map(|c| &c[i * group..i * group + starts.len()]);
-            promise(rides, (&unit, at), starts, columns.collect())
+            predicted_gain(rides, (&unit, at), starts, columns.collect())
         };
         starts
             .chunks(group)
             .enumerate()
-            .filter_map(promise)
+            .filter_map(predicted_gain)
             .collect()
     };
-    let mut found = promises(&(spec.starts)(unit.scale(scene, at)));
+    let mut found = predicted_gains(&(spec.starts)(unit.scale(dataset, at)));
     for zoom in 1..=3 {
         let best = found.iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
         let nearer = best.map_or(Vec::new(), |p| {
-            (spec.nearer)(&p.values, unit.scale(scene, at), zoom)
+            (spec.nearer)(&p.values, unit.scale(dataset, at), zoom)
         });
-        found.extend(promises(&nearer));
+        found.extend(predicted_gains(&nearer));
     }
     Signatures {
         term,
@@ -175,13 +180,13 @@ impl Along<'_> {
     }
 }
 
-/// What starts with one direction each promise together; `columns` by ride.
-fn promise(
+/// What starts with one direction each predict together; `columns` by ride.
+fn predicted_gain(
     rides: &[Along],
     (unit, at): (&Unit, usize),
     starts: &[Values],
     columns: Vec<&[Vec<f64>]>,
-) -> Option<Promise> {
+) -> Option<Prediction> {
     let n = starts.len();
     if !columns
         .iter()
@@ -212,11 +217,11 @@ fn promise(
     let mut values = starts[0];
     for (slot, amount) in spec.amplitudes.iter().zip(amounts.iter()) {
         let parameter = &spec.parameters[*slot];
-        let [low, high] = (parameter.limits)(unit.scale(rides[0].fitter.scene, at));
+        let [low, high] = (parameter.limits)(unit.scale(rides[0].fitter.dataset, at));
         let start = starts[if n == 2 { *slot } else { 0 }][*slot];
         values[*slot] = (start * amount).max(low).min(high);
     }
-    Some(Promise {
+    Some(Prediction {
         values,
         unit: starts[0],
         size: h[(0, 0)].sqrt(),
@@ -240,18 +245,18 @@ fn joined(axles: usize, mut rides: Vec<Vec<f64>>) -> Vec<f64> {
 
 /// Whether `term` gains more on rides, to first order, than on their replicates under their models.
 pub fn stands_out(rides: &[(&Fitter, &Model)], term: Term, seed: u64) -> bool {
-    let scenes: Vec<(&Scene, &Model)> = rides.iter().map(|(f, m)| (f.scene, *m)).collect();
-    let score = |again: &[&Scene]| {
+    let datasets: Vec<(&Dataset, &Model)> = rides.iter().map(|(f, m)| (f.dataset, *m)).collect();
+    let score = |again: &[&Dataset]| {
         let each = rides.iter().zip(again);
         let fitters: Vec<Fitter> = each
-            .map(|((fitter, _), scene)| Fitter {
-                scene,
+            .map(|((fitter, _), dataset)| Fitter {
+                dataset,
                 samples: fitter.samples,
             })
             .collect();
         let tangents: Vec<(Tangent, usize)> = (fitters.iter().zip(rides))
             .map(|(fitter, (own, model))| {
-                let substeps = model.substeps(own.scene, COARSE);
+                let substeps = model.substeps(own.dataset, COARSE);
                 (tangent_for(fitter, model, term, substeps), substeps)
             })
             .collect();
@@ -261,10 +266,10 @@ pub fn stands_out(rides: &[(&Fitter, &Model)], term: Term, seed: u64) -> bool {
             substeps: *substeps,
         });
         let along: Vec<Along> = along.collect();
-        (2.0 * signatures(&along, term).promise()).sqrt()
+        (2.0 * signatures(&along, term).predicted_gain()).sqrt()
     };
-    let recorded: Vec<&Scene> = scenes.iter().map(|(scene, _)| *scene).collect();
-    exceeds(score(&recorded), &scenes, seed, |again| {
+    let recorded: Vec<&Dataset> = datasets.iter().map(|(dataset, _)| *dataset).collect();
+    exceeds(score(&recorded), &datasets, seed, |again| {
         score(&again.iter().collect::<Vec<_>>())
     })
 }

@@ -4,7 +4,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::diagnosis::dataset::{Scene, Track};
+use crate::diagnosis::dataset::{Dataset, Track};
 use crate::diagnosis::effects::Kind;
 use crate::diagnosis::fit::{Fitter, Point, Unit};
 use crate::diagnosis::law::{Crank, MAX_STATES, Motion, Values};
@@ -36,15 +36,15 @@ pub fn starts(fitter: &Fitter, unit: &Unit, at: usize, base: &Point) -> Vec<Poin
     if unit.terms.len() > 1 || spec.second_mass || spec.on_road || spec.on_sensor || spec.local {
         return Vec::new();
     }
-    let scene = fitter.scene;
-    let track = &scene.tracks[*track];
+    let dataset = fitter.dataset;
+    let track = &dataset.tracks[*track];
     let mut found = Vec::new();
     for width in WIDTHS {
-        let half = (width * track.scale.period() / scene.step) as usize;
+        let half = (width * track.scale.period() / dataset.step) as usize;
         let half = half.clamp(LEAST, (fitter.samples / 20).max(LEAST));
         let rows = Rows::new(track, fitter.samples.min(MOST_SAMPLES), half);
         for start in (spec.starts)(&track.scale) {
-            let force = rows.forces(scene, track, unit.terms[at].kind, &start);
+            let force = rows.forces(dataset, track, unit.terms[at].kind, &start);
             found.extend(rows.solved(track, base, &force, (start, *slot, at)));
         }
     }
@@ -107,25 +107,25 @@ impl<'a> Rows<'a> {
     }
 
     /// The force over the mass of an effect with unit mass along the measured motion (m/s^2).
-    fn forces(&self, scene: &Scene, track: &Track, kind: Kind, values: &Values) -> Vec<f64> {
+    fn forces(&self, dataset: &Dataset, track: &Track, kind: Kind, values: &Values) -> Vec<f64> {
         let p = values.map(Lanes::all);
         let mut states = [Lanes::ZERO; MAX_STATES];
-        let step = scene.step / PARTS as f64;
+        let step = dataset.step / PARTS as f64;
         let mut forces = Vec::with_capacity(self.z.len());
         for i in 0..self.z.len() {
-            let motion = self.motion(scene, track, i, scene.step);
+            let motion = self.motion(dataset, track, i, dataset.step);
             let [tyre, body] = kind.forces(&p, &motion, &states, [Lanes::ZERO; 2]);
             forces.push((tyre + body).0[0]);
             if kind.spec().states == 0 || i + 1 == self.z.len() {
                 continue;
             }
-            let next = self.motion(scene, track, i + 1, step);
+            let next = self.motion(dataset, track, i + 1, step);
             for part in 0..PARTS {
                 let s = (part as f64 + 0.5) / PARTS as f64;
                 let between = Motion {
                     d: motion.d + (next.d - motion.d) * s,
                     w: motion.w + (next.w - motion.w) * s,
-                    ..self.motion(scene, track, i, step)
+                    ..self.motion(dataset, track, i, step)
                 };
                 let mut rates = [Lanes::ZERO; MAX_STATES];
                 kind.moved(&p, &between, &states, Lanes::ZERO, &mut rates);
@@ -138,7 +138,7 @@ impl<'a> Rows<'a> {
     }
 
     /// The measured motion of a unit mass at a sample.
-    fn motion<'t>(&self, scene: &Scene, track: &'t Track, i: usize, step: f64) -> Motion<'t> {
+    fn motion<'t>(&self, dataset: &Dataset, track: &'t Track, i: usize, step: f64) -> Motion<'t> {
         let (d, w) = (
             self.input.road[i] - self.z[i],
             self.input.road_slope[i] - self.v[i],
@@ -151,15 +151,15 @@ impl<'a> Rows<'a> {
             kappa: Lanes::ZERO,
             beta: Lanes::ZERO,
             per_mass: Lanes::all(1.0),
-            t: i as f64 * scene.step,
-            speed: scene.speed[i],
-            speed_rate: scene.speed_rate[i],
+            t: i as f64 * dataset.step,
+            speed: dataset.speed[i],
+            speed_rate: dataset.speed_rate[i],
             crank: Crank {
-                angle: scene.crank[i],
-                before: scene.double_crank[i],
+                angle: dataset.crank[i],
+                before: dataset.double_crank[i],
                 turned: 0.0,
             },
-            distance: scene.distance[i],
+            distance: dataset.distance[i],
             step,
             felt_after: self.input.felt_after(step),
             scale: &track.scale,
@@ -262,8 +262,8 @@ fn solve(rows: &[[f64; 6]], unknown: &[usize], track: &Track) -> Option<Solution
 
 /// Share of the force on the mass (RMS) that the plain model misses along the measured motion, without a simulation: what is left
 /// of the regression in windows of a `period` (s). Nothing where there are too few of them.
-pub fn missed(scene: &Scene, track: &Track, samples: usize, period: f64) -> Option<f64> {
-    let half = (0.5 * period / scene.step) as usize;
+pub fn missed(dataset: &Dataset, track: &Track, samples: usize, period: f64) -> Option<f64> {
+    let half = (0.5 * period / dataset.step) as usize;
     let half = half.clamp(LEAST, (samples / MOST_PARTS).max(LEAST));
     let rows = Rows::new(track, samples, half);
     let rest = rows

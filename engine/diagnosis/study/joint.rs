@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::diagnosis::fit::damped::{Normal, Range, inverse, minimise};
 use crate::diagnosis::fit::fitter::expected;
 use crate::diagnosis::fit::{Effort, Fitted, Fitter, Point, Slot, Unit};
-use crate::numerics::autoregressive::Colour;
+use crate::numerics::autoregressive::NoiseModel;
 use crate::numerics::lanes::LANES;
 
 /// What the rides have in common.
@@ -37,7 +37,7 @@ impl Together<'_> {
     pub fn fit(
         &self,
         starts: &[Point],
-        colours: &[Vec<Colour>],
+        noise_models: &[Vec<NoiseModel>],
         effort: Effort,
     ) -> Option<Vec<Fitted>> {
         let layout = self.layout();
@@ -50,14 +50,15 @@ impl Together<'_> {
                 let points = layout.points(starts, values);
                 let of = |(r, point): (usize, &Point)| {
                     let slots = &layout.slots[r];
-                    let own = self.rides[r].normal(&self.unit, slots, point, &colours[r], substeps);
+                    let own =
+                        self.rides[r].normal(&self.unit, slots, point, &noise_models[r], substeps);
                     own.map(|own| self.expected_once(r, slots, point, own))
                 };
                 let each: Option<Vec<Normal>> = points.par_iter().enumerate().map(of).collect();
                 let sum = layout.sum(&each?);
                 sum.cost.is_finite().then_some(sum)
             },
-            |all| self.costs(&layout, starts, all, colours, substeps),
+            |all| self.costs(&layout, starts, all, noise_models, substeps),
         )?;
         let covariance = inverse(&normal.matrix)?;
         let points = layout.points(starts, &values);
@@ -75,13 +76,13 @@ impl Together<'_> {
         layout: &Layout,
         starts: &[Point],
         all: &[Vec<f64>; LANES],
-        colours: &[Vec<Colour>],
+        noise_models: &[Vec<NoiseModel>],
         substeps: usize,
     ) -> [f64; LANES] {
         let points = all.each_ref().map(|values| layout.points(starts, values));
         let of = |r: usize| {
             let own: [Point; LANES] = std::array::from_fn(|i| points[i][r].clone());
-            let costs = self.rides[r].costs(&self.unit, &own, &colours[r], substeps);
+            let costs = self.rides[r].costs(&self.unit, &own, &noise_models[r], substeps);
             let twice = |i: usize| costs[i] - self.expected_again(r, &own[i]);
             std::array::from_fn(twice)
         };
@@ -116,7 +117,7 @@ impl Together<'_> {
             count: 0,
         };
         for ride in &self.rides {
-            let slots = self.unit.slots(ride.scene);
+            let slots = self.unit.slots(ride.dataset);
             let mut place = |slot: &Slot| {
                 let known = common.iter().find(|(s, _)| s == slot);
                 let at = match known {
@@ -149,7 +150,7 @@ impl Together<'_> {
         match slot {
             Slot::Base(a, 0 | 1) => {
                 let track = self.unit.tracks[a];
-                let [first, own] = [self.rides[0], ride].map(|r| &r.scene.tracks[track]);
+                let [first, own] = [self.rides[0], ride].map(|r| &r.dataset.tracks[track]);
                 match first.free_mass || own.free_mass {
                     true => 1.0,
                     false => first.scale.mass / own.scale.mass,
@@ -164,7 +165,7 @@ impl Together<'_> {
         let mut ranges = vec![(0.0, [f64::NEG_INFINITY, f64::INFINITY]); layout.count];
         for (r, ride) in self.rides.iter().enumerate() {
             for (slot, (at, factor)) in layout.slots[r].iter().zip(&layout.places[r]) {
-                let (size, [low, high]) = self.unit.range(ride.scene, *slot);
+                let (size, [low, high]) = self.unit.range(ride.dataset, *slot);
                 let (known, limits) = &mut ranges[*at];
                 *known = f64::max(*known, size / factor);
                 *limits = [limits[0].max(low / factor), limits[1].min(high / factor)];

@@ -1,6 +1,6 @@
 //! What a study begins with.
 
-use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::fit::Model;
 use crate::output_error::Split;
 use crate::report::diagnosis::Diagnosis;
@@ -9,7 +9,7 @@ use crate::report::diagnosis::Diagnosis;
 pub struct Ready {
     pub name: String,
     /// What is searched, its plain model, and which part is fitted.
-    pub scene: Scene,
+    pub dataset: Dataset,
     pub plain: Model,
     pub split: Split,
     pub warnings: Vec<String>,

@@ -16,7 +16,7 @@ use crate::diagnosis::search::extend::{is_far, joined};
 use crate::diagnosis::search::null::Null;
 use crate::diagnosis::search::refit::{HOPE, LEADERS};
 use crate::diagnosis::search::score_test::{Along, Signatures, signatures, stands_out};
-use crate::numerics::autoregressive::Colour;
+use crate::numerics::autoregressive::NoiseModel;
 use crate::report::diagnosis::{Place, SwitchedOff};
 
 /// A model of every ride with the same effects.
@@ -51,7 +51,7 @@ pub struct Rides<'a> {
     pub seed: u64,
 }
 
-/// Share of the best promise from which an effect is fitted.
+/// Share of the best predict from which an effect is fitted.
 const WORTH: f64 = 0.1;
 
 /// Why a study does not look for an effect.
@@ -61,7 +61,7 @@ const OWN_AFFAIR: &str =
 impl Rides<'_> {
     /// Effects that rides can have in common, and those that they cannot.
     pub fn candidates(&self) -> (Vec<Term>, Vec<SwitchedOff>) {
-        let scene = self.searches[0].fitter.scene;
+        let dataset = self.searches[0].fitter.dataset;
         let all = &self.searches[0].candidates;
         let everywhere = |t: &Term| self.searches.iter().all(|s| s.candidates.contains(t));
         let own = |t: &Term| {
@@ -70,7 +70,7 @@ impl Rides<'_> {
         };
         let mut off: Vec<SwitchedOff> = Vec::new();
         for term in all.iter().filter(|t| own(t)) {
-            let id = term.id(scene).to_owned();
+            let id = term.id(dataset).to_owned();
             if off.iter().all(|known| known.id != id) {
                 let why = OWN_AFFAIR.to_owned();
                 off.push(SwitchedOff { id, why });
@@ -110,13 +110,13 @@ impl Rides<'_> {
     ) -> Result<Option<(Joint, Vec<Joint>)>, EngineError> {
         let mut offers = self.offers(joint, candidates);
         let null = Null::new(&offers, self.seed, round);
-        offers.sort_by(|a, b| b.promise().total_cmp(&a.promise()));
-        let most = offers.first().map_or(0.0, Signatures::promise);
+        offers.sort_by(|a, b| b.predicted_gain().total_cmp(&a.predicted_gain()));
+        let most = offers.first().map_or(0.0, Signatures::predicted_gain);
         if most <= HOPE * null.bound(self.alpha) {
             return Ok(None);
         }
         offers.truncate(2 * LEADERS);
-        offers.retain(|o| o.promise() > WORTH * most);
+        offers.retain(|o| o.predicted_gain() > WORTH * most);
         let tried: Vec<Option<Joint>> = (offers.par_iter())
             .map(|offer| self.extended(joint, offer, &null))
             .collect();
@@ -147,7 +147,7 @@ impl Rides<'_> {
         let each = self.searches.iter().zip(&joint.models);
         let tangents: Vec<(Vec<(Place, Tangent)>, usize)> = each
             .map(|(search, model)| {
-                let substeps = model.substeps(search.fitter.scene, COARSE);
+                let substeps = model.substeps(search.fitter.dataset, COARSE);
                 (search.tangents(model, joint.terms()), substeps)
             })
             .collect();
@@ -169,21 +169,24 @@ impl Rides<'_> {
         offers.filter(|s| !s.starts.is_empty()).collect()
     }
 
-    /// The joint fit with an effect more, from the starts that promise most; nothing where chance gains as much.
+    /// The joint fit with an effect more, from the starts that predict most; nothing where chance gains as much.
     fn extended(&self, joint: &Joint, offer: &Signatures, null: &Null) -> Option<Joint> {
-        let scene = self.searches[0].fitter.scene;
-        let unit = joined(scene, &joint.models[0], offer.term)?;
+        let dataset = self.searches[0].fitter.dataset;
+        let unit = joined(dataset, &joint.models[0], offer.term)?;
         let at = unit.terms.iter().position(|t| *t == offer.term)?;
         let each = self.searches.iter().zip(&joint.models);
         let carried = each.map(|(search, model)| {
-            let (point, colours) = model.carried(&unit);
+            let (point, noise_models) = model.carried(&unit);
             // A noise that has taken most of the effect for its own hides it.
-            match is_far(search.fitter.scene, model, &unit) {
-                true => (point, colours.iter().map(Colour::bleached).collect()),
-                false => (point, colours),
+            match is_far(search.fitter.dataset, model, &unit) {
+                true => (
+                    point,
+                    noise_models.iter().map(NoiseModel::bleached).collect(),
+                ),
+                false => (point, noise_models),
             }
         });
-        let (points, colours): (Vec<Point>, Vec<Vec<Colour>>) = carried.unzip();
+        let (points, noise_models): (Vec<Point>, Vec<Vec<NoiseModel>>) = carried.unzip();
         let mut order: Vec<_> = offer.starts.iter().collect();
         order.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         let near = match offer.term.kind.spec().amplitudes.is_empty() {
@@ -192,12 +195,12 @@ impl Rides<'_> {
         };
         let together = self.together(unit, Common::Effects);
         let effort = self.effort(joint, &offer.term);
-        let fits = order.iter().take(near).filter_map(|promise| {
+        let fits = order.iter().take(near).filter_map(|predicted_gain| {
             let mut starts = points.clone();
             for start in &mut starts {
-                start.values[at] = promise.values;
+                start.values[at] = predicted_gain.values;
             }
-            together.fit(&starts, &colours, effort)
+            together.fit(&starts, &noise_models, effort)
         });
         let gain = |larger: &Joint| larger.likelihood() - joint.likelihood();
         let best = fits.max_by(|a, b| sum(a).total_cmp(&sum(b)))?;
@@ -233,19 +236,19 @@ impl Rides<'_> {
     /// Steps of the integrator for each sample that are fine enough for every ride.
     pub fn substeps(&self, joint: &Joint, angle: f64) -> usize {
         let each = self.searches.iter().zip(&joint.models);
-        let substeps = each.map(|(s, m)| m.substeps(s.fitter.scene, angle));
+        let substeps = each.map(|(s, m)| m.substeps(s.fitter.dataset, angle));
         substeps.max().unwrap_or(1)
     }
 
     /// Whether what `larger` has beyond `joint` repeats its gain on what was not fitted, can be a bicycle's and, beside others,
-    /// is large enough to be told on some ride.
+    /// is large enough to be reported on some ride.
     fn accepts(&self, joint: &Joint, larger: &Joint) -> bool {
         let gain = larger.likelihood() - joint.likelihood();
         let held: usize = self.searches.iter().map(|s| s.held.len()).sum();
         let share = held as f64 / self.samples() as f64;
         let repeats = self.held(larger) - self.held(joint) > 2.0 + policy::HELD * gain * share;
         let first = &self.searches[0];
-        let physical = is_physical(first.fitter.scene, &first.plain, &larger.models[0]);
+        let physical = is_physical(first.fitter.dataset, &first.plain, &larger.models[0]);
         let mut each = self.searches.iter().zip(&joint.models).zip(&larger.models);
         let mut counts = || each.any(|((s, before), after)| s.counts(before, after));
         repeats && physical && (joint.terms().is_empty() || counts())
@@ -298,8 +301,8 @@ impl Joint {
 pub fn settled(together: &Together, fits: Vec<Fitted>, effort: Effort) -> Option<Vec<Fitted>> {
     let again = |fits: &Vec<Fitted>| {
         let points: Vec<_> = fits.iter().map(|f| f.point.clone()).collect();
-        let colours: Vec<_> = fits.iter().map(|f| f.colours.clone()).collect();
-        together.fit(&points, &colours, effort)
+        let noise_models: Vec<_> = fits.iter().map(|f| f.noise_models.clone()).collect();
+        together.fit(&points, &noise_models, effort)
     };
     until_still(fits, |fits| sum(fits), again)
 }

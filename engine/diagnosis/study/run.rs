@@ -25,7 +25,7 @@ pub fn study(
     settings: &Settings,
     progress: &dyn Progress,
 ) -> Result<StudyReport, EngineError> {
-    let samples: usize = rides.iter().map(|r| r.scene.samples).sum();
+    let samples: usize = rides.iter().map(|r| r.dataset.samples).sum();
     within("rides of a study", rides.len() as f64, 2.0, MOST as f64)?;
     within(
         "samples of a study",
@@ -33,7 +33,7 @@ pub fn study(
         0.0,
         MOST_SAMPLES as f64,
     )?;
-    let axles = |r: &Ready| -> Vec<_> { r.scene.tracks.iter().map(|t| t.axle).collect() };
+    let axles = |r: &Ready| -> Vec<_> { r.dataset.tracks.iter().map(|t| t.axle).collect() };
     if let Some(other) = rides.iter().find(|r| axles(r) != axles(&rides[0])) {
         return Err(EngineError::Setting {
             name: "rides of a study",
@@ -54,16 +54,16 @@ pub fn study(
 }
 
 fn search<'a>(ride: &'a Ready, settings: &Settings, progress: &'a dyn Progress) -> Search<'a> {
-    let samples = ride.scene.samples * ride.scene.tracks.len();
+    let samples = ride.dataset.samples * ride.dataset.tracks.len();
     let budget = Budget::new(settings.search_budget, samples);
     Search {
         fitter: Fitter {
-            scene: &ride.scene,
+            dataset: &ride.dataset,
             samples: ride.split.train.end,
         },
         plain: ride.plain.clone(),
         held: ride.split.held.clone(),
-        candidates: candidates(&ride.scene).0,
+        candidates: candidates(&ride.dataset).0,
         alpha: settings.alpha,
         seed: settings.seed,
         until: budget.first,

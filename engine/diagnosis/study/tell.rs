@@ -31,15 +31,16 @@ pub fn tell(
 ) -> Result<StudyReport, EngineError> {
     let own = found.joint;
     let (whole, differs) = as_one(study, &own);
-    let scene = study.searches[0].fitter.scene;
+    let dataset = study.searches[0].fitter.dataset;
     let mut axles = PerAxle::default();
-    for (t, track) in scene.tracks.iter().enumerate() {
+    for (t, track) in dataset.tracks.iter().enumerate() {
         let common = differs[t].is_none_or(|p| p >= settings.alpha);
         let rms = |joint: Option<&Joint>| held_rms(study, joint, t);
         axles.set(
             track.axle,
             StudyAxle {
-                estimate: common.then(|| show::told_estimate(scene, &whole.models[0], t).told()),
+                estimate: common
+                    .then(|| show::reported_estimate(dataset, &whole.models[0], t).reportable()),
                 differs_p_value: differs[t].and_then(finite),
                 plain_held_out_m: rms(None),
                 held_out_m: rms(Some(&whole)),
@@ -50,17 +51,24 @@ pub fn tell(
         .filter_map(|term| effect(study, rides, &own, &whole, *term, !found.tied.is_empty()))
         .collect();
     let alternatives: Vec<Vec<EffectName>> = (found.tied.iter())
-        .map(|joint| joint.terms().iter().map(|t| show::name(scene, t)).collect())
+        .map(|joint| {
+            joint
+                .terms()
+                .iter()
+                .map(|t| show::name(dataset, t))
+                .collect()
+        })
         .collect();
     let common: Vec<EffectName> = (effects.iter())
         .filter(|e| e.only_in.is_none())
         .map(|e| e.effect.name())
         .chain(alternatives.iter().flatten().cloned())
         .collect();
-    let told =
-        |(r, ride): (usize, &Ready)| told_ride(&study.searches[r], ride, &own.models[r], &common);
-    let told: Vec<StudyRide> = rides.iter().enumerate().map(told).collect();
-    let verdict = verdict(&effects, &told);
+    let reported = |(r, ride): (usize, &Ready)| {
+        reported_ride(&study.searches[r], ride, &own.models[r], &common)
+    };
+    let reported: Vec<StudyRide> = rides.iter().enumerate().map(reported).collect();
+    let verdict = verdict(&effects, &reported);
     let report = StudyReport {
         veloid: env!("CARGO_PKG_VERSION").to_owned(),
         settings: settings.clone(),
@@ -69,7 +77,7 @@ pub fn tell(
         effects,
         alternatives,
         axles,
-        rides: told,
+        rides: reported,
         left_aside,
         single_rides: study.candidates().1,
     };
@@ -90,17 +98,17 @@ fn effort(study: &Rides, joint: &Joint) -> Effort {
 /// The rides with k and B in common on the axles where they bear that, and by track how often chance makes them differ so.
 fn as_one(study: &Rides, own: &Joint) -> (Joint, Vec<Option<f64>>) {
     let effort = effort(study, own);
-    let mut differs = vec![None; study.searches[0].fitter.scene.tracks.len()];
+    let mut differs = vec![None; study.searches[0].fitter.dataset.tracks.len()];
     let mut whole = own.clone();
     for fit in &own.models[0].fits {
         let fits: Vec<&Fitted> = (own.models.iter())
             .filter_map(|m| m.fits.iter().find(|f| f.unit == fit.unit))
             .collect();
         let starts: Vec<_> = fits.iter().map(|f| f.point.clone()).collect();
-        let colours: Vec<_> = fits.iter().map(|f| f.colours.clone()).collect();
+        let noise_models: Vec<_> = fits.iter().map(|f| f.noise_models.clone()).collect();
         let fitted = |common: Common| {
             let together = study.together(fit.unit.clone(), common);
-            let fits = together.fit(&starts, &colours, effort)?;
+            let fits = together.fit(&starts, &noise_models, effort)?;
             settled(&together, fits, effort)
         };
         let (Some(apart), Some(one)) = (fitted(Common::Effects), fitted(Common::EffectsAndAxles))
@@ -108,7 +116,7 @@ fn as_one(study: &Rides, own: &Joint) -> (Joint, Vec<Option<f64>>) {
             continue;
         };
         let base = |s: &Slot| matches!(s, Slot::Base(_, 0..=2));
-        let slots = fit.unit.slots(study.searches[0].fitter.scene);
+        let slots = fit.unit.slots(study.searches[0].fitter.dataset);
         let freedom = slots.iter().filter(|s| base(s)).count() * (study.searches.len() - 1);
         let p = chi_square_tail(2.0 * (sum(&apart) - sum(&one)).max(0.0), freedom as f64);
         for t in &fit.unit.tracks {
@@ -128,7 +136,7 @@ fn held_rms(study: &Rides, joint: Option<&Joint>, t: usize) -> f64 {
     for (r, search) in study.searches.iter().enumerate() {
         let model = joint.map_or(&search.plain, |joint| &joint.models[r]);
         squares += search.held_squares(model)[t];
-        let valid = &search.fitter.scene.tracks[t].valid[search.held.clone()];
+        let valid = &search.fitter.dataset.tracks[t].valid[search.held.clone()];
         samples += valid.iter().filter(|v| **v).count();
     }
     (squares / samples.max(1) as f64).sqrt()
@@ -152,7 +160,7 @@ fn effect(
     let alone = |(search, fit): (&Search, &&Fitted)| {
         let found = search
             .fitter
-            .fit(&fit.unit, fit.point.clone(), &fit.colours, effort)?;
+            .fit(&fit.unit, fit.point.clone(), &fit.noise_models, effort)?;
         Some(if found.likelihood > fit.likelihood {
             found
         } else {
@@ -174,15 +182,15 @@ fn effect(
     // Whether the rides beside the one that shows most still speak for it, by what its parameters cost them.
     let rest = total - gains[at];
     let alone = differs < study.alpha && rest < cost(&[term], study.samples());
-    let scene = study.searches[0].fitter.scene;
-    let mut told = show::effect(scene, &whole.models[0], &term, Some(total), p_value)?;
-    told.affirmed = !is_tied && !alone;
+    let dataset = study.searches[0].fitter.dataset;
+    let mut reported = show::effect(dataset, &whole.models[0], &term, Some(total), p_value)?;
+    reported.affirmed = !is_tied && !alone;
     let parameters = |(search, model): (&Search, &Model)| -> BTreeMap<String, ParameterReport> {
-        show::effect(search.fitter.scene, model, &term, None, None)
+        show::effect(search.fitter.dataset, model, &term, None, None)
             .map_or_else(BTreeMap::new, |e| e.parameters)
     };
     Some(StudyEffect {
-        effect: told,
+        effect: reported,
         by_ride: (study.searches.iter().zip(&by_ride.models))
             .map(parameters)
             .collect(),
@@ -208,11 +216,14 @@ fn gains(study: &Rides, own: &Joint, term: Term) -> Option<Vec<f64>> {
 }
 
 /// One ride beside what is common, be it named alone or one of several sets.
-fn told_ride(search: &Search, ride: &Ready, model: &Model, common: &[EffectName]) -> StudyRide {
-    let scene = search.fitter.scene;
+fn reported_ride(search: &Search, ride: &Ready, model: &Model, common: &[EffectName]) -> StudyRide {
+    let dataset = search.fitter.dataset;
     let mut axles = PerAxle::default();
-    for (t, track) in scene.tracks.iter().enumerate() {
-        axles.set(track.axle, show::told_estimate(scene, model, t).told());
+    for (t, track) in dataset.tracks.iter().enumerate() {
+        axles.set(
+            track.axle,
+            show::reported_estimate(dataset, model, t).reportable(),
+        );
     }
     let alone = &ride.alone;
     let is_common = |effects: &[EffectName]| effects.iter().all(|e| common.contains(e));

@@ -3,14 +3,14 @@
 use super::*;
 use crate::ride::{ReadOptions, read};
 
-/// As a laser at 30 Hz and an accelerometer at 100 Hz log the default outing's rear axle, with their noise.
+/// As a laser at 30 Hz and an accelerometer at 100 Hz log the default simulated ride's rear axle, with their noise.
 fn laser_and_accelerometer(laser_m: f64, accelerometer_m_s2: f64) -> Vec<u8> {
-    let outing = Outing {
+    let simulated_ride = SimulatedRide {
         rate_hz: 600.0,
         front: None,
-        ..Outing::default()
+        ..SimulatedRide::default()
     };
-    let motion = outing.motion().rear.unwrap();
+    let motion = simulated_ride.motion().rear.unwrap();
     let mut noise = Normal::new(2);
     let mut text = "t,d_r,a_r\n".to_owned();
     for i in 0..motion.road.len() {
@@ -52,11 +52,11 @@ fn val_a_bench_with_laser_and_accelerometer_is_measured_as_by_output_error() {
         );
         let (plain, extended) = (report.output_error.rear.unwrap(), d.extended.rear.unwrap());
         let near = |a: f64, b: f64, share: f64| (a / b - 1.0).abs() < share;
-        let told = format!("{laser}: {plain:?} {extended:?}");
-        assert!(near(extended.k_n_m, plain.k_n_m, 0.01), "{told}");
-        assert!(near(extended.b_n_s_m, plain.b_n_s_m, 0.03), "{told}");
-        assert!(near(extended.k_n_m, 110e3, 0.02), "{told}");
-        assert!(extended.k_std_n_m.unwrap() < 0.02 * 110e3, "{told}");
+        let reported = format!("{laser}: {plain:?} {extended:?}");
+        assert!(near(extended.k_n_m, plain.k_n_m, 0.01), "{reported}");
+        assert!(near(extended.b_n_s_m, plain.b_n_s_m, 0.03), "{reported}");
+        assert!(near(extended.k_n_m, 110e3, 0.02), "{reported}");
+        assert!(extended.k_std_n_m.unwrap() < 0.02 * 110e3, "{reported}");
         let c = d.consequences.rear.unwrap();
         let loads = [c.peak_load_plain_n, c.peak_load_extended_n].map(Option::unwrap);
         assert!(near(loads[0], loads[1], 0.05), "{laser}: {loads:?}");

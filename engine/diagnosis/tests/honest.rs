@@ -2,11 +2,11 @@
 
 use super::*;
 
-/// The default outing's bicycle, whose displacement sensors have 50 um of noise, and the file says so.
-fn noisy() -> (Outing, Bike) {
-    let outing = Outing {
+/// The default simulated ride's bicycle, whose displacement sensors have 50 um of noise, and the file says so.
+fn noisy() -> (SimulatedRide, Bike) {
+    let simulated_ride = SimulatedRide {
         noise_displacement_m: 50e-6,
-        ..Outing::default()
+        ..SimulatedRide::default()
     };
     let bike = Bike {
         mass_front_kg: Some(23.0),
@@ -17,7 +17,7 @@ fn noisy() -> (Outing, Bike) {
         equal_axles: false,
         ..Bike::default()
     };
-    (outing, bike)
+    (simulated_ride, bike)
 }
 
 fn gain(axle: Place, gain: f64) -> impose::Imposed {
@@ -31,9 +31,9 @@ fn gain(axle: Place, gain: f64) -> impose::Imposed {
 /// A gain that takes a tenth off the error of its axle is not made material by one that takes nearly all off the other's.
 #[test]
 fn each_effect_is_material_by_itself() {
-    let (outing, bike) = noisy();
+    let (simulated_ride, bike) = noisy();
     let gains = [gain(Place::Front, 1.003), gain(Place::Rear, 1.05)];
-    let ride = impose::ride(&outing, &bike, &gains).unwrap();
+    let ride = impose::ride(&simulated_ride, &bike, &gains).unwrap();
     let settings = Settings {
         trials: 1,
         iterations: 2,
@@ -65,13 +65,13 @@ fn the_noise_floor_is_measured_not_what_is_left() {
     assert!((noise / 50e-6 - 1.0).abs() < 0.1, "{held:?}");
     assert!(held.extended_rms_m.unwrap() > 1.5 * noise, "{held:?}");
     assert!(held.explained_share.is_none_or(|s| s < 0.9), "{held:?}");
-    let silent = diagnosed(&Outing::default().ride());
+    let silent = diagnosed(&SimulatedRide::default().ride());
     let held = silent.held_out.front.unwrap();
     assert_eq!((held.noise_floor_m, held.explained_share), (None, None));
     assert!(!silent.sentence.contains("noise is"), "{}", silent.sentence);
 }
 
-/// What is told of an axle without a mismatch is what was computed, not the threshold.
+/// What is reported of an axle without a mismatch is what was computed, not the threshold.
 #[test]
 fn the_p_value_of_a_match_is_its_own() {
     let d = diagnosed(&ride(|_, _, _| 0.0));
@@ -89,14 +89,14 @@ fn the_p_value_of_a_match_is_its_own() {
 /// With four times the noise every effect must be about four times as strong to show, or does not show at all.
 #[test]
 fn what_would_have_shown_grows_with_the_noise() {
-    let (outing, mut bike) = noisy();
-    let quiet = diagnosed_on(&outing.ride(), &bike);
+    let (simulated_ride, mut bike) = noisy();
+    let quiet = diagnosed_on(&simulated_ride.ride(), &bike);
     bike.noise_displacement_m = Some(200e-6);
-    let outing = Outing {
+    let simulated_ride = SimulatedRide {
         noise_displacement_m: 200e-6,
-        ..outing
+        ..simulated_ride
     };
-    let loud = diagnosed_on(&outing.ride(), &bike);
+    let loud = diagnosed_on(&simulated_ride.ride(), &bike);
     assert!(quiet.detectable.len() > 20);
     let mut shown = 0;
     for x in &quiet.detectable {
@@ -128,10 +128,10 @@ fn what_would_have_shown_grows_with_the_noise() {
     );
 }
 
-/// Where the record tells less of a wheel's share of the mass than was expected before it, no interval pretends otherwise;
-/// where it tells more, the interval holds the truth, also far from what was expected.
+/// Where the record shows less of a wheel's share of the mass than was expected before it, no interval pretends otherwise;
+/// where it shows more, the interval holds the truth, also far from what was expected.
 #[test]
-fn val_a_wheels_mass_is_told_by_the_ride_or_not_at_all() {
+fn val_a_wheels_mass_is_reported_by_the_ride_or_not_at_all() {
     for wheel in [0.08, 0.3] {
         let d = diagnosed(&carried_by_a_wheel(wheel));
         let effect = d.effects.iter().find(|e| e.id == "unsprung_mass");

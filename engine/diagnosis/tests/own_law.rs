@@ -16,7 +16,7 @@ fn with(law: &str) -> Settings {
     }
 }
 
-fn told(ride: &Ride, law: &str) -> Diagnosis {
+fn reported(ride: &Ride, law: &str) -> Diagnosis {
     let report = crate::identify(ride, &bike(), &with(law), &Silent).unwrap();
     report.diagnosis.unwrap()
 }
@@ -30,7 +30,7 @@ parameters.k5 = { unit = "N/m^5", start = 1e13, range = [-1e16, 1e16] }
 #[test]
 fn a_law_that_no_library_has_is_named_and_measured() {
     let ride = ride(|_, d, _| 2e14 * d.powi(5));
-    let d = told(&ride, FIFTH);
+    let d = reported(&ride, FIFTH);
     assert_named_alone(&d, "fifth_power_spring");
     assert_eq!(d.effects[0].axle, Place::Front);
     let k5 = &d.effects[0].parameters["k5"];
@@ -49,7 +49,7 @@ fn a_law_that_no_library_has_is_named_and_measured() {
 
 #[test]
 fn a_law_is_not_named_where_it_does_not_act() {
-    let clean = told(&ride(|_, _, _| 0.0), FIFTH);
+    let clean = reported(&ride(|_, _, _| 0.0), FIFTH);
     assert_eq!(clean.verdict, Verdict::NothingMissing, "{}", clean.sentence);
     assert!(
         clean
@@ -57,7 +57,7 @@ fn a_law_is_not_named_where_it_does_not_act() {
             .iter()
             .any(|d| d.id == "fifth_power_spring")
     );
-    let friction = told(&ride(|_, _, w| 12.0 * (w / 1e-3).tanh()), FIFTH);
+    let friction = reported(&ride(|_, _, w| 12.0 * (w / 1e-3).tanh()), FIFTH);
     assert_named_alone(&friction, "coulomb_friction");
 }
 
@@ -88,20 +88,20 @@ fn val_a_law_of_the_library_moves_the_same_when_it_is_written() {
              parameters.b = { start = 0.02, range = [0, 100] }",
         ),
     ] {
-        let outing = Outing {
+        let simulated_ride = SimulatedRide {
             cadence_rpm: Some(80.0),
-            ..Outing::default()
+            ..SimulatedRide::default()
         };
-        let ride = outing.ride();
+        let ride = simulated_ride.ride();
         let settings = Settings::default();
         let observed = crate::observe(&ride, &bike(), &settings).unwrap();
         let start = starts_from(&observed.instrumental);
         let fits = output_error::fit(&ride, &bike(), &settings, &[start]).unwrap();
-        let mut scene = Scene::new(&ride, &bike(), &fits, 3000);
+        let mut dataset = Dataset::new(&ride, &bike(), &fits, 3000);
         let law = OwnLaw::read(&format!("id = \"own\"\n{law}")).unwrap();
         let own = Kind::Own(Shape::of(&law));
-        scene.set_law(&Arc::new(law));
-        let known = candidates(&scene).0;
+        dataset.set_law(&Arc::new(law));
+        let known = candidates(&dataset).0;
         assert!(known.iter().any(|term| term.kind == own));
         let moved = |kind: Kind, values: Values| -> Vec<f64> {
             let unit = Unit {
@@ -112,12 +112,12 @@ fn val_a_law_of_the_library_moves_the_same_when_it_is_written() {
                 }],
             };
             let point = Point {
-                base: vec![base(&scene.tracks[1])],
+                base: vec![base(&dataset.tracks[1])],
                 values: vec![values],
                 initial: vec![[0.0; 2]],
             };
             let points: [Point; LANES] = std::array::from_fn(|_| point.clone());
-            let z = unit.simulate(&scene, &points, None, 0..3000, 4);
+            let z = unit.simulate(&dataset, &points, None, 0..3000, 4);
             z[0].iter().map(|lanes| lanes.0[0]).collect()
         };
         let library = moved(Kind::by_id(id).unwrap(), values);

@@ -27,7 +27,7 @@ fn swing(seed: u64) -> String {
 }
 
 #[test]
-fn softening_and_drag_are_told_whatever_else_ties() {
+fn softening_and_drag_are_reported_whatever_else_ties() {
     let bike = Bike {
         mass_front_kg: Some(1.0),
         ..Bike::default()
@@ -40,14 +40,14 @@ fn softening_and_drag_are_told_whatever_else_ties() {
             &ReadOptions::default(),
         );
         let d = diagnosed_on(&ride.unwrap(), &bike);
-        let told = |id: &str| {
+        let reported = |id: &str| {
             let effect = d.effects.iter().find(|e| e.id == id && e.affirmed);
             effect.unwrap_or_else(|| panic!("{seed}, {id}: {}", d.sentence))
         };
-        let drag = told("quadratic_damping").parameters["c2"].value;
+        let drag = reported("quadratic_damping").parameters["c2"].value;
         assert!((drag / DRAG - 1.0).abs() < 0.03, "{seed}: {drag}");
         // The sine's own cube, and a little for its fifth power.
-        let cube = told("cubic_stiffness").parameters["k3"].value;
+        let cube = reported("cubic_stiffness").parameters["k3"].value;
         let sine = -(TAU / 2.0).powi(2) / 6.0;
         assert!((cube / sine - 1.0).abs() < 0.06, "{seed}: {cube}");
         let affirmed = d.effects.iter().filter(|e| e.affirmed).count();

@@ -31,7 +31,7 @@ fn logged(header: &str, sign: f64, mut missing: impl FnMut(f64, f64, usize) -> f
     text
 }
 
-fn told(text: &str) -> Report {
+fn reported(text: &str) -> Report {
     let bike = Bike {
         mass_front_kg: None,
         ..bike()
@@ -53,7 +53,7 @@ fn a_rigs_stiffness_and_damping_are_found_whichever_way_it_is_logged() {
         ("t,z_f,force_f", 1.0),
         ("t,z_f,force_f", -1.0),
     ] {
-        let report = told(&logged(header, sign, |_, _, _| 0.0));
+        let report = reported(&logged(header, sign, |_, _, _| 0.0));
         let fit = report.output_error.front.unwrap();
         assert!((fit.k_n_m / 20e3 - 1.0).abs() < 2e-3, "{header}: {fit:?}");
         assert!(
@@ -104,7 +104,7 @@ fn what_a_rigs_force_holds_beside_spring_and_damper_is_named() {
         2e4 * slid
     };
     let one = |name: &str, parameter: &str, truth: f64, text: String| {
-        let d = told(&text).diagnosis.unwrap();
+        let d = reported(&text).diagnosis.unwrap();
         let names: Vec<_> = d.effects.iter().map(|e| e.id.as_str()).collect();
         assert_eq!(
             (d.verdict, &names[..]),
@@ -146,7 +146,7 @@ fn a_lag_of_the_force_is_named_with_the_friction_that_it_rounds() {
         late += (plain + 25.0 * w / w.hypot(2e-2) - late) * (1.0 - (-1.0 / (RATE * 0.02)).exp());
         late - plain
     });
-    let d = told(&text).diagnosis.unwrap();
+    let d = reported(&text).diagnosis.unwrap();
     let found = |id: &str| d.effects.iter().find(|e| e.id == id);
     assert!(found("force_lag").is_some(), "{}", d.sentence);
     // What the force does between the samples of the lag may pass for a little hysteresis.
@@ -166,7 +166,7 @@ fn a_force_cell_that_wanders_hides_no_friction() {
         let wandering = 1.0 + 0.01 * (0.3 * i as f64 / RATE).sin();
         force * wandering - 20e3 * d - 300.0 * w
     });
-    let d = told(&text).diagnosis.unwrap();
+    let d = reported(&text).diagnosis.unwrap();
     let affirmed: Vec<_> = d.effects.iter().filter(|e| e.affirmed).collect();
     assert_eq!(affirmed.len(), 1, "{}", d.sentence);
     assert_eq!(affirmed[0].id, "coulomb_friction", "{}", d.sentence);
@@ -187,7 +187,7 @@ fn a_force_that_is_noise_is_neither_turned_round_nor_explained() {
     let text = logged("t,d_f,force_f", 1.0, |d, w, _| {
         30.0 * noise.draw() - 20e3 * d - 300.0 * w
     });
-    let report = told(&text);
+    let report = reported(&text);
     let turned = |w: &String| w.contains("turned round");
     assert!(!report.ride.warnings.iter().any(turned));
     let d = report.diagnosis.unwrap();

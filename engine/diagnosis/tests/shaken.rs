@@ -6,9 +6,9 @@ use super::*;
 const FINE: usize = 200;
 
 fn half_a_minute() -> Ride {
-    Outing {
+    SimulatedRide {
         duration_s: 30.0,
-        ..Outing::default()
+        ..SimulatedRide::default()
     }
     .ride()
 }
@@ -148,8 +148,11 @@ fn val_a_sled_without_a_spring_has_friction() {
     let d = diagnosed(&bench(ride.clone(), force.collect(), positions, 7));
     assert_eq!(d.base, Base::Damper, "{}", d.sentence);
     assert_named_alone(&d, "coulomb_friction");
-    let told = &d.effects[0].parameters["friction"];
-    assert!((told.value - friction).abs() < 0.05 * friction, "{told:?}");
+    let reported = &d.effects[0].parameters["friction"];
+    assert!(
+        (reported.value - friction).abs() < 0.05 * friction,
+        "{reported:?}"
+    );
     let extended = d.extended.front.unwrap();
     assert_eq!((extended.k_n_m, extended.k_std_n_m), (0.0, None));
     assert!((extended.b_n_s_m - rate).abs() < 0.1 * rate, "{extended:?}");

@@ -11,26 +11,26 @@ use crate::diagnosis::policy;
 const K3: f64 = 3e9;
 
 /// A ride on a spring that stiffens, as the extended model sees it.
-fn stiffening(k3: f64) -> Scene {
+fn stiffening(k3: f64) -> Dataset {
     let ride = ride(|_, d, _| k3 * d.powi(3));
     let settings = Settings::default();
     let observed = crate::observe(&ride, &bike(), &settings).unwrap();
     let start = starts_from(&observed.instrumental);
     let fits = output_error::fit(&ride, &bike(), &settings, &[start]).unwrap();
     let end = Split::of(&ride, &settings).train.end;
-    Scene::new(&ride, &bike(), &fits, end)
+    Dataset::new(&ride, &bike(), &fits, end)
 }
 
 #[test]
-fn windows_tell_a_law_and_predict_what_they_were_not_fitted_to() {
-    let scene = stiffening(K3);
-    let windows = Windows::of(&scene.tracks[0], scene.samples, 1.0).unwrap();
+fn windows_show_a_law_and_predict_what_they_were_not_fitted_to() {
+    let dataset = stiffening(K3);
+    let windows = Windows::of(&dataset.tracks[0], dataset.samples, 1.0).unwrap();
     let shooting = Shooting {
-        scene: &scene,
+        dataset: &dataset,
         track: 0,
         spans: &windows.spans,
-        period: windows.period / scene.step,
-        variance: scene.tracks[0].spread().powi(2),
+        period: windows.period / dataset.step,
+        variance: dataset.tracks[0].spread().powi(2),
     };
     let (even, odd): (Vec<usize>, Vec<usize>) =
         (0..windows.spans.len()).partition(|window| window % 2 == 0);
@@ -71,10 +71,10 @@ fn windows_tell_a_law_and_predict_what_they_were_not_fitted_to() {
 #[test]
 fn the_force_that_is_missed_grows_with_what_is_missing() {
     let missed = |k3: f64| {
-        let scene = stiffening(k3);
-        let track = &scene.tracks[0];
+        let dataset = stiffening(k3);
+        let track = &dataset.tracks[0];
         let period = dominant_period(track).unwrap();
-        weak_form::missed(&scene, track, scene.samples, period).unwrap()
+        weak_form::missed(&dataset, track, dataset.samples, period).unwrap()
     };
     let [none, some, much] = [0.0, K3, 4.0 * K3].map(missed);
     assert!(
@@ -85,7 +85,7 @@ fn the_force_that_is_missed_grows_with_what_is_missing() {
 
 #[test]
 fn a_tyre_that_relaxes_keeps_a_part_of_its_stiffness() {
-    let scene = stiffening(0.0);
+    let dataset = stiffening(0.0);
     let relaxing = Term {
         kind: Kind::ViscoelasticTyre,
         place: Place::Front,
@@ -108,7 +108,7 @@ fn a_tyre_that_relaxes_keeps_a_part_of_its_stiffness() {
             values: vec![[branch, 0.05, 0.0, 0.0]],
             initial: vec![[0.0; 2]],
         };
-        has_physical_effects(&scene, &unit, &point)
+        has_physical_effects(&dataset, &unit, &point)
     };
     assert!(is_physical(1.01 * policy::STATIC) && !is_physical(0.99 * policy::STATIC));
 }

@@ -7,11 +7,11 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::bicycle::{Axle, PerAxle};
-use crate::numerics::autoregressive::Colour;
+use crate::numerics::autoregressive::NoiseModel;
 use crate::numerics::finite::finite;
 
 use super::general_laws::generalised;
-use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::fit::polish::reduce;
 use crate::diagnosis::fit::{Effort, FINE, Fitted, Fitter, Model, Term};
 use crate::diagnosis::policy;
@@ -80,8 +80,8 @@ fn claim(
         && led as f64 >= policy::LEAD * speaking as f64
         && disagreement.is_some_and(|d| d <= policy::AGREES);
     let left = [general, with.held, without.held];
-    let scene = fitter.scene;
-    let ridden = (scene.tracks.iter()).any(|t| t.axle == axle && scene.is_ridden(t));
+    let dataset = fitter.dataset;
+    let ridden = (dataset.tracks.iter()).any(|t| t.axle == axle && dataset.is_ridden(t));
     Some(Claim {
         term,
         holds: holds_as_limit && !is_outgrown(left, outgrown, ridden),
@@ -90,7 +90,7 @@ fn claim(
             removed_share: finite(removed)?,
             blocks: speaking,
             blocks_led: led,
-            rival: rival.map(|(term, _)| term.id(search.fitter.scene).to_owned()),
+            rival: rival.map(|(term, _)| term.id(search.fitter.dataset).to_owned()),
             rival_ratio: ratio.and_then(finite),
             disagreement: disagreement.and_then(finite),
             window_s: None,
@@ -162,7 +162,7 @@ fn rivals(
 }
 
 fn acted<'s>(search: &'s Search, term: Term) -> impl Iterator<Item = Axle> + 's {
-    let tracks = search.fitter.scene.tracks.iter();
+    let tracks = search.fitter.dataset.tracks.iter();
     tracks.map(|t| t.axle).filter(move |a| term.acts_on(*a))
 }
 
@@ -174,11 +174,11 @@ struct Errors {
 
 impl Errors {
     fn of(search: &Search, model: &Model, axle: Axle) -> Self {
-        let scene = search.fitter.scene;
-        let whole = scene.samples;
-        let track = scene.tracks.iter().position(|t| t.axle == axle);
+        let dataset = search.fitter.dataset;
+        let whole = dataset.samples;
+        let track = dataset.tracks.iter().position(|t| t.axle == axle);
         let (fit, a) = model.of_track(track.unwrap_or_default());
-        let substeps = model.substeps(scene, FINE);
+        let substeps = model.substeps(dataset, FINE);
         let mut residuals = (search.fitter).residuals_to(&fit.unit, &fit.point, substeps, whole);
         let residual = residuals.swap_remove(a);
         let sum = |range: Range<usize>| {
@@ -200,16 +200,18 @@ fn effort(fitter: &Fitter, model: &Model, iterations: usize) -> Effort {
     Effort {
         iterations,
         gain: 1e-2,
-        substeps: model.substeps(fitter.scene, FINE),
+        substeps: model.substeps(fitter.dataset, FINE),
     }
 }
 
 /// The model fitted to the plain squares: noise that is estimated from what an incomplete model leaves takes weight off the
-/// very frequencies that tell.
+/// very frequencies that show.
 pub fn unweighted(fitter: &Fitter, model: &Model) -> Option<Model> {
     let effort = effort(fitter, model, 15);
     let refitted = |fit: &Fitted| {
-        let white: Vec<Colour> = (fit.colours.iter()).map(Colour::bleached).collect();
+        let white: Vec<NoiseModel> = (fit.noise_models.iter())
+            .map(NoiseModel::bleached)
+            .collect();
         fitter.fit(&fit.unit, fit.point.clone(), &white, effort)
     };
     let fits = model.fits.iter().map(refitted).collect::<Option<_>>()?;
@@ -221,42 +223,42 @@ fn disagreement(search: &Search, model: &Model, term: Term, axle: Axle) -> Optio
     let fitter = &search.fitter;
     let fit = model.fits.iter().find(|f| f.unit.terms.contains(&term))?;
     let size = |fit: &Fitted| {
-        let all = reported(fitter.scene, fit, term)?;
-        all.get(term.kind.spec().told).copied()
+        let all = reported(fitter.dataset, fit, term)?;
+        all.get(term.kind.spec().size_parameter).copied()
     };
     let [loud, quiet] = halves(fitter, axle).map(|half| size(&refitted(fitter, fit, &half)?));
     Some((loud? - quiet?).abs() / size(fit)?.abs().max(f64::MIN_POSITIVE))
 }
 
 /// What is reported of an effect.
-pub fn reported(scene: &Scene, fit: &Fitted, term: Term) -> Option<Vec<f64>> {
+pub fn reported(dataset: &Dataset, fit: &Fitted, term: Term) -> Option<Vec<f64>> {
     let at = fit.unit.terms.iter().position(|t| *t == term)?;
-    let scale = fit.unit.scale(scene, at);
+    let scale = fit.unit.scale(dataset, at);
     let reported = (term.kind.spec().report)(&fit.point.values[at], scale);
     Some(reported.into_iter().map(|r| r.value).collect())
 }
 
 /// The fit once more without some samples.
 fn refitted(fitter: &Fitter, fit: &Fitted, without: &[Range<usize>]) -> Option<Fitted> {
-    let mut scene = fitter.scene.clone();
+    let mut dataset = fitter.dataset.clone();
     for t in &fit.unit.tracks {
         for range in without {
-            scene.tracks[*t].valid[range.clone()].fill(false);
+            dataset.tracks[*t].valid[range.clone()].fill(false);
         }
     }
     let part = Fitter {
-        scene: &scene,
+        dataset: &dataset,
         samples: fitter.samples,
     };
     let alone = Model::new(fit.unit.terms.clone(), vec![fit.clone()]);
     let effort = effort(&part, &alone, 8);
-    part.fit(&fit.unit, fit.point.clone(), &fit.colours, effort)
+    part.fit(&fit.unit, fit.point.clone(), &fit.noise_models, effort)
 }
 
 /// The quiet blocks of the fitted part, to leave the loud ones, and the other way round.
 fn halves(fitter: &Fitter, axle: Axle) -> [Vec<Range<usize>>; 2] {
     let mut blocks: Vec<Range<usize>> = blocks(fitter.samples, policy::BLOCKS).collect();
-    let track = fitter.scene.tracks.iter().find(|t| t.axle == axle);
+    let track = fitter.dataset.tracks.iter().find(|t| t.axle == axle);
     let measured = track.map_or(&[][..], |t| &t.measured);
     let mean = measured.iter().sum::<f64>() / measured.len().max(1) as f64;
     let loudness = |range: &Range<usize>| -> f64 {
@@ -296,11 +298,11 @@ impl Jackknife {
     }
 
     /// Whether the folds agree that an effect has a size at all.
-    pub fn tells(&self, model: &Model, term: Term) -> bool {
-        let told = term.kind.spec().told;
+    pub fn determines(&self, model: &Model, term: Term) -> bool {
+        let sizes = term.kind.spec().size_parameter;
         let size = |fit: &Fitted| -> Option<f64> {
             let at = fit.unit.terms.iter().position(|t| *t == term)?;
-            Some(fit.point.values[at][told])
+            Some(fit.point.values[at][sizes])
         };
         let of_all = model.fits.iter().zip(&self.0);
         of_all
@@ -312,20 +314,20 @@ impl Jackknife {
     }
 
     /// Standard errors of what is reported of an effect.
-    pub fn effect(&self, scene: &Scene, term: Term) -> Vec<f64> {
+    pub fn effect(&self, dataset: &Dataset, term: Term) -> Vec<f64> {
         let all = |folds: &Vec<Fitted>| -> Vec<Vec<f64>> {
-            let told = folds.iter().filter_map(|f| reported(scene, f, term));
-            told.collect()
+            let sizes = folds.iter().filter_map(|f| reported(dataset, f, term));
+            sizes.collect()
         };
-        let mut told = self.0.iter().map(all);
-        let told = told.find(|told| !told.is_empty()).unwrap_or_default();
-        let count = told.first().map_or(0, Vec::len);
-        let error = |r: usize| jackknife(&told.iter().map(|t| t[r]).collect::<Vec<_>>());
+        let mut sizes = self.0.iter().map(all);
+        let sizes = sizes.find(|sizes| !sizes.is_empty()).unwrap_or_default();
+        let count = sizes.first().map_or(0, Vec::len);
+        let error = |r: usize| jackknife(&sizes.iter().map(|t| t[r]).collect::<Vec<_>>());
         (0..count).map(error).collect()
     }
 
     /// Standard errors of k (N/m) and B (N s/m) on every axle of the model.
-    pub fn base(&self, scene: &Scene, model: &Model) -> PerAxle<[f64; 2]> {
+    pub fn base(&self, dataset: &Dataset, model: &Model) -> PerAxle<[f64; 2]> {
         let mut errors = PerAxle::default();
         for (fit, folds) in model.fits.iter().zip(&self.0) {
             for (a, t) in fit.unit.tracks.iter().enumerate() {
@@ -333,7 +335,7 @@ impl Jackknife {
                     let base = folds.iter().map(|f| f.point.base[a]);
                     jackknife(&base.map(|base| base[q] / base[2]).collect::<Vec<_>>())
                 };
-                errors.set(scene.tracks[*t].axle, [error(0), error(1)]);
+                errors.set(dataset.tracks[*t].axle, [error(0), error(1)]);
             }
         }
         errors

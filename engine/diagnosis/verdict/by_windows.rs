@@ -5,7 +5,7 @@ use super::partly::{Partly, Predictions, Rest, of_squares, search_by_squares};
 use super::windows::{Sights, Supported, look_twice, parameters};
 use crate::EngineError;
 use crate::bicycle::PerAxle;
-use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::dataset::windows::dominant_period;
 use crate::diagnosis::fit::{Effort, Fitted, Model, Point, Term};
 use crate::diagnosis::policy;
@@ -19,7 +19,7 @@ use crate::report::diagnosis::Support;
 /// simulation of all of it does not drift.
 pub fn sighted(
     search: &Search,
-    record: &Scene,
+    record: &Dataset,
     rest: &Rest,
     until: u64,
 ) -> Result<Vec<Option<Sights>>, EngineError> {
@@ -31,26 +31,26 @@ pub fn sighted(
     if !asked.contains(&true) {
         return nothing();
     }
-    let scene = of_squares(record);
-    let Some(again) = search_by_squares(search, &scene, &rest.remains, until) else {
+    let dataset = of_squares(record);
+    let Some(again) = search_by_squares(search, &dataset, &rest.remains, until) else {
         return nothing();
     };
     let of_track = |(t, asked): (usize, &bool)| {
         if !asked {
             return Ok(None);
         }
-        look_twice(&again, t, missed(&scene, t), None)
+        look_twice(&again, t, missed(&dataset, t), None)
     };
     asked.iter().enumerate().map(of_track).collect()
 }
 
-fn missed(scene: &Scene, t: usize) -> Option<f64> {
-    let track = &scene.tracks[t];
-    weak_form::missed(scene, track, scene.samples, dominant_period(track)?)
+fn missed(dataset: &Dataset, t: usize) -> Option<f64> {
+    let track = &dataset.tracks[t];
+    weak_form::missed(dataset, track, dataset.samples, dominant_period(track)?)
 }
 
 /// Whether no road drives any axle, and the plain model misses hardly anything of the force on them.
-pub fn misses_little(record: &Scene) -> bool {
+pub fn misses_little(record: &Dataset) -> bool {
     let little = |t| missed(record, t).is_some_and(|missed| missed < policy::MISSES_LITTLE);
     let mut tracks = record.tracks.iter().enumerate();
     tracks.all(|(t, track)| !track.has_road && little(t))
@@ -60,23 +60,23 @@ pub fn misses_little(record: &Scene) -> bool {
 /// leaves as little there; nothing where there is none.
 pub fn simpler(
     search: &Search,
-    record: &Scene,
+    record: &Dataset,
     model: &Model,
 ) -> Result<Option<Model>, EngineError> {
-    let scene = of_squares(record);
+    let dataset = of_squares(record);
     for fit in &model.fits {
         let ([t], [_, _, ..]) = (&fit.unit.tracks[..], &fit.unit.terms[..]) else {
             continue;
         };
-        if scene.is_ridden(&scene.tracks[*t]) {
+        if dataset.is_ridden(&dataset.tracks[*t]) {
             continue;
         }
-        let remains: Vec<bool> = (0..scene.tracks.len()).map(|other| other == *t).collect();
-        let until = scene.work.done() + search.budget.steps;
-        let Some(again) = search_by_squares(search, &scene, &remains, until) else {
+        let remains: Vec<bool> = (0..dataset.tracks.len()).map(|other| other == *t).collect();
+        let until = dataset.work.done() + search.budget.steps;
+        let Some(again) = search_by_squares(search, &dataset, &remains, until) else {
             continue;
         };
-        let Some(sights) = look_twice(&again, *t, missed(&scene, *t), Some(fit))? else {
+        let Some(sights) = look_twice(&again, *t, missed(&dataset, *t), Some(fit))? else {
             continue;
         };
         let own = |e: &Supported| fit.unit.terms.contains(&e.term);
@@ -100,10 +100,12 @@ fn beside(search: &Search, model: &Model, fit: &Fitted, seen: &Seen) -> Option<M
     let mut point = seen.point.clone();
     [point.base[0][4], point.base[0][5]] = [fit.point.base[0][4], fit.point.base[0][5]];
     let effort = Effort {
-        substeps: (seen.unit).fine_substeps(search.fitter.scene, &seen.point),
+        substeps: (seen.unit).fine_substeps(search.fitter.dataset, &seen.point),
         ..search.thorough(model)
     };
-    let fitted = search.fitter.fit(&seen.unit, point, &fit.colours, effort)?;
+    let fitted = search
+        .fitter
+        .fit(&seen.unit, point, &fit.noise_models, effort)?;
     Some(model.with(fitted))
 }
 
@@ -111,15 +113,15 @@ fn beside(search: &Search, model: &Model, fit: &Fitted, seen: &Seen) -> Option<M
 /// windows; nothing where there are none.
 pub fn by_windows(
     search: &Search,
-    record: &Scene,
+    record: &Dataset,
     rest: &Rest,
     sighted: &[Option<Sights>],
 ) -> Option<Partly> {
     if !sighted.iter().flatten().any(|s| !s.agreed.is_empty()) {
         return None;
     }
-    let scene = of_squares(record);
-    let again = search_by_squares(search, &scene, &rest.remains, search.until)?;
+    let dataset = of_squares(record);
+    let again = search_by_squares(search, &dataset, &rest.remains, search.until)?;
     let (mut fits, mut claims, mut effect_errors) = (Vec::new(), Vec::new(), Vec::new());
     let (mut base_errors, mut in_windows) = (PerAxle::default(), PerAxle::default());
     for (t, sighted) in sighted.iter().enumerate() {
@@ -131,12 +133,12 @@ pub fn by_windows(
         };
         let fit = whole(&again, plain, &sights.models[0])?;
         for effect in &sights.agreed {
-            effect_errors.push(effect_error(&scene, &fit, effect.term, &sights.models));
-            claims.push(claim(&scene, effect, sights.of_length[0].length));
+            effect_errors.push(effect_error(&dataset, &fit, effect.term, &sights.models));
+            claims.push(claim(&dataset, effect, sights.of_length[0].length));
         }
-        let axle = scene.tracks[t].axle;
+        let axle = dataset.tracks[t].axle;
         base_errors.set(axle, base_error(&sights.models));
-        in_windows.set(axle, predictions(sights, scene.tracks[t].spread()));
+        in_windows.set(axle, predictions(sights, dataset.tracks[t].spread()));
         fits.push(fit);
     }
     let terms: Vec<Term> = fits
@@ -154,7 +156,7 @@ pub fn by_windows(
 }
 
 /// What one simulation of the whole record affirms, less what windows contradict.
-pub fn uncontradicted(mut found: Partly, record: &Scene, sighted: &[Option<Sights>]) -> Partly {
+pub fn uncontradicted(mut found: Partly, record: &Dataset, sighted: &[Option<Sights>]) -> Partly {
     for (track, sighted) in record.tracks.iter().zip(sighted) {
         let own: Vec<&mut Claim> = (found.claims.iter_mut())
             .filter(|claim| claim.holds && claim.term.acts_on(track.axle))
@@ -170,20 +172,20 @@ pub fn uncontradicted(mut found: Partly, record: &Scene, sighted: &[Option<Sight
 
 /// The model along the whole record, with a start of its own.
 fn whole(again: &Search, plain: &Fitted, seen: &Seen) -> Option<Fitted> {
-    let scene = again.fitter.scene;
+    let dataset = again.fitter.dataset;
     let mut point = seen.point.clone();
     [point.base[0][4], point.base[0][5]] = [plain.point.base[0][4], plain.point.base[0][5]];
     let effort = Effort {
         iterations: 8,
         gain: 1e-2,
-        substeps: seen.unit.fine_substeps(scene, &seen.point),
+        substeps: seen.unit.fine_substeps(dataset, &seen.point),
     };
     again
         .fitter
-        .started(&seen.unit, &point, &plain.colours, effort)
+        .started(&seen.unit, &point, &plain.noise_models, effort)
 }
 
-fn claim(scene: &Scene, effect: &Supported, window: f64) -> Claim {
+fn claim(dataset: &Dataset, effect: &Supported, window: f64) -> Claim {
     let [blocks, blocks_led] = effect.blocks;
     Claim {
         term: effect.term,
@@ -193,7 +195,7 @@ fn claim(scene: &Scene, effect: &Supported, window: f64) -> Claim {
             removed_share: effect.share,
             blocks,
             blocks_led,
-            rival: effect.rival.map(|(term, _)| term.id(scene).to_owned()),
+            rival: effect.rival.map(|(term, _)| term.id(dataset).to_owned()),
             rival_ratio: effect.rival.and_then(|(_, ratio)| finite(ratio)),
             disagreement: None,
             window_s: Some(window),
@@ -217,7 +219,7 @@ fn points(models: &[Seen]) -> impl Iterator<Item = &Point> {
     models.iter().flat_map(|seen| seen.folds.iter())
 }
 
-/// Standard error of a number that every fold of every length tells: half of what they spread.
+/// Standard error of a number that every fold of every length shows: half of what they spread.
 fn spread(values: impl Iterator<Item = f64>) -> f64 {
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
         (low.min(x), high.max(x))
@@ -226,18 +228,18 @@ fn spread(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// Standard errors of what is reported of an effect.
-fn effect_error(scene: &Scene, fit: &Fitted, term: Term, models: &[Seen]) -> Vec<f64> {
-    let told = |point: &Point| {
+fn effect_error(dataset: &Dataset, fit: &Fitted, term: Term, models: &[Seen]) -> Vec<f64> {
+    let reported = |point: &Point| {
         let at = Fitted {
             point: point.clone(),
             ..fit.clone()
         };
-        reported(scene, &at, term).unwrap_or_default()
+        reported(dataset, &at, term).unwrap_or_default()
     };
-    let all: Vec<Vec<f64>> = points(models).map(told).collect();
+    let all: Vec<Vec<f64>> = points(models).map(reported).collect();
     let count = all.first().map_or(0, Vec::len);
     (0..count)
-        .map(|r| spread(all.iter().map(|told| told[r])))
+        .map(|r| spread(all.iter().map(|reported| reported[r])))
         .collect()
 }
 

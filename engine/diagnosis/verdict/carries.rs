@@ -59,7 +59,7 @@ fn unsized_effects(d: &Diagnosis) -> Option<String> {
     })
 }
 
-/// Whether the record tells the size of an effect, or that is expected of any bicycle and said so.
+/// Whether the record shows the size of an effect, or that is expected of any bicycle and said so.
 pub fn has_size(effect: &EffectReport) -> bool {
     let expected = |kind: Kind| !kind.spec().expected.is_empty();
     Kind::by_id(&effect.id).is_some_and(expected)
@@ -103,7 +103,7 @@ mod tests {
                 front: Some(estimate),
                 rear: None,
             },
-            ..Diagnosis::cannot_tell(String::new())
+            ..Diagnosis::without_verdict(String::new())
         };
         why_not(&d, &|_| 3e-3).map(|why| why.replace('\u{a0}', " "))
     }

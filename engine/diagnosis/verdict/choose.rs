@@ -1,9 +1,9 @@
-//! Which of the models that the search found is told: one that a bicycle can be, and those that explain the ride as well.
+//! Which of the models that the search found is reported: one that a bicycle can be, and those that explain the ride as well.
 
 use crate::EngineError;
 use crate::diagnosis::fit::Model;
 use crate::diagnosis::fit::physical::is_physical;
-use crate::diagnosis::fit::refine::finer;
+use crate::diagnosis::fit::refine::refined;
 use crate::diagnosis::policy;
 use crate::diagnosis::search::{Named, Round, Search};
 
@@ -25,7 +25,7 @@ pub fn choose(search: &Search) -> Result<Chosen, EngineError> {
         mut rivals,
     } = search.run()?;
     let is_spent = search.is_spent();
-    let possible = |model: &Model| is_physical(search.fitter.scene, &search.plain, model);
+    let possible = |model: &Model| is_physical(search.fitter.dataset, &search.plain, model);
     if !possible(&found) && found.terms.len() > 1 {
         rivals.extend(search.without_each(&found));
         rivals.sort_by(|a, b| b.likelihood.total_cmp(&a.likelihood));
@@ -45,7 +45,7 @@ pub fn choose(search: &Search) -> Result<Chosen, EngineError> {
         .filter(|r| r.terms != model.terms && ties(search, &model, r, policy::TIE))
         .take(policy::MOST_TIES)
         .collect();
-    let finest = finer(&search.fitter, &model);
+    let finest = refined(&search.fitter, &model);
     let holds_out = search.held_score(&finest).is_finite();
     Ok(Chosen {
         model: if holds_out { finest } else { model },

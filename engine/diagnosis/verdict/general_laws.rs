@@ -86,7 +86,7 @@ pub fn is_outgrown(search: &Search, model: &Model) -> bool {
     let effort = Effort {
         iterations: 30,
         gain: 0.05,
-        substeps: model.substeps(fitter.scene, FINE),
+        substeps: model.substeps(fitter.dataset, FINE),
     };
     WIDER.iter().any(|(named, wider)| {
         let Some(wide) = widened(model, *named, *wider) else {
@@ -132,7 +132,7 @@ fn led(search: &Search, model: &Model, named: &[Term]) -> bool {
 /// The model with each general damper in the place of `named` effects.
 fn curves(search: &Search, model: &Model, named: &[Term]) -> Vec<Model> {
     let fitter = &search.fitter;
-    let substeps = model.substeps(fitter.scene, FINE);
+    let substeps = model.substeps(fitter.dataset, FINE);
     let effort = Effort {
         iterations: 20,
         gain: 0.05,

@@ -2,10 +2,10 @@
 
 use super::partly::Predictions;
 use crate::bicycle::PerAxle;
-use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::fit::{COARSE, Fitter, Model, Motion};
 use crate::diagnosis::policy;
-use crate::diagnosis::residual::omnibus::{Leftover, leftover};
+use crate::diagnosis::residual::omnibus::{Remainder, remainder};
 use crate::diagnosis::residual::replicate::{exceeds, is_noisy};
 use crate::diagnosis::residual::resonance::{Inputs, Resonance, resonance};
 use crate::diagnosis::residual::{bursts, coherence};
@@ -18,12 +18,12 @@ use crate::settings::Settings;
 
 /// Judges one track: is anything left, and what was the noise.
 pub struct Judged {
-    pub leftover: Leftover,
+    pub remainder: Remainder,
     /// The least p value of all that was asked.
     pub p_value: f64,
     pub remains: bool,
     /// What noise would leave (m), and the share of the held-out variance above it that the model removed, as far as the
-    /// model itself tells: for the verdict, not for the report.
+    /// model itself shows: for the verdict, not for the report.
     pub floor: f64,
     pub share: f64,
     pub held_out: HeldOut,
@@ -46,14 +46,14 @@ pub fn judge(
     fitter: &Fitter,
     fits: &PerAxle<output_error::AxleFit>,
     (model, motions): (&Model, &[Motion]),
-    shown: Option<(&Scene, &Model)>,
+    shown: Option<(&Dataset, &Model)>,
     t: usize,
     split: &Split,
     settings: &Settings,
 ) -> Judged {
-    let scene = fitter.scene;
-    let track = &scene.tracks[t];
-    let found = leftover(fitter, model, motions, t, &split.held);
+    let dataset = fitter.dataset;
+    let track = &dataset.tracks[t];
+    let found = remainder(fitter, model, motions, t, &split.held);
     let named = model.terms.iter().any(|term| term.acts_on(track.axle));
     let plain = fits.get(track.axle).map_or(0.0, |f| f.held_rms);
     let extended = match shown {
@@ -77,24 +77,24 @@ pub fn judge(
         [Some((kappa, beta)), mean]
             .into_iter()
             .flatten()
-            .map(|(k, b)| resonance(residual, scene.step, k, b, &inputs))
+            .map(|(k, b)| resonance(residual, dataset.step, k, b, &inputs))
             .min_by(|a, b| a.gain.total_cmp(&b.gain))
             .unwrap_or_default()
     };
     let resonance = resonates(&found.residual);
-    // How the noise of the road comes through an axle that is not linear, only replicates tell.
-    let on_replicate = |scene: &Scene| {
+    // How the noise of the road comes through an axle that is not linear, only replicates show.
+    let on_replicate = |dataset: &Dataset| {
         let again = Fitter {
-            scene,
-            samples: scene.samples,
+            dataset,
+            samples: dataset.samples,
         };
-        let substeps = model.substeps(scene, COARSE);
+        let substeps = model.substeps(dataset, COARSE);
         let mut residuals = again.residuals(&fit.unit, &fit.point, substeps);
         residuals.swap_remove(a)
     };
     let stands_out = |own: f64, score: &(dyn Fn(&[f64]) -> f64 + Sync)| {
         !is_noisy(track)
-            || exceeds(own, &[(scene, model)], settings.seed, |again| {
+            || exceeds(own, &[(dataset, model)], settings.seed, |again| {
                 score(&on_replicate(&again[0]))
             })
     };
@@ -105,7 +105,7 @@ pub fn judge(
     let road = &track.input.road_slope;
     let rate: Vec<f64> = road.iter().zip(&motions[t].w).map(|(u, w)| u - w).collect();
     let comes_and_goes =
-        |residual: &[f64]| bursts::score(residual, &rate, &track.valid, scene.step);
+        |residual: &[f64]| bursts::score(residual, &rate, &track.valid, dataset.step);
     let bursts = comes_and_goes(&found.residual);
     let bursting = bursts > policy::BURSTS && stands_out(bursts, &comes_and_goes);
     let driven = coherence::of_track(track, &found.residual);
@@ -117,7 +117,7 @@ pub fn judge(
     let floor = if remains {
         (extended * (1.0 - resonance.share.max(known)).max(0.0).sqrt())
             .min(found.held_after)
-            .max(deviation(track.sensor_floor, scene.step))
+            .max(deviation(track.sensor_floor, dataset.step))
             .min(extended)
     } else {
         extended
@@ -131,7 +131,7 @@ pub fn judge(
     };
     let record = shown.map_or(track, |(record, _)| &record.tracks[t]);
     let noise = record.sensor_noise();
-    let at = |i: usize| scene.step * i as f64;
+    let at = |i: usize| dataset.step * i as f64;
     Judged {
         p_value: found.p_value.min(normal_tail(bursts.max(driven.score))),
         remains,
@@ -146,7 +146,7 @@ pub fn judge(
             window_s: [at(split.held.start), at(split.held.end)],
             horizon_s: None,
         },
-        leftover: found,
+        remainder: found,
     }
 }
 
@@ -162,9 +162,9 @@ fn explained(plain: f64, extended: f64, noise: f64) -> Option<f64> {
 }
 
 /// RMS of the valid residuals on the held-out part (m).
-pub fn held_rms((scene, model): (&Scene, &Model), t: usize, split: &Split) -> f64 {
-    let residual = model.residual(scene, t);
-    rms_valid(&residual, &scene.tracks[t].valid, split.held.clone())
+pub fn held_rms((dataset, model): (&Dataset, &Model), t: usize, split: &Split) -> f64 {
+    let residual = model.residual(dataset, t);
+    rms_valid(&residual, &dataset.tracks[t].valid, split.held.clone())
 }
 
 #[cfg(test)]
@@ -172,7 +172,7 @@ mod tests {
     use super::explained;
 
     #[test]
-    fn no_share_is_told_without_room_or_against_the_noise() {
+    fn no_share_is_reported_without_room_or_against_the_noise() {
         let share = explained(5e-4, 1e-4, 0.9e-4).unwrap_or_default();
         assert!((share - 0.24 / 0.2419).abs() < 1e-9, "{share}");
         assert_eq!(explained(1e-4, 1e-4, 0.999e-4), None);

@@ -4,7 +4,7 @@
 use super::affirm::{self, Claim, Jackknife};
 use crate::EngineError;
 use crate::bicycle::PerAxle;
-use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::fit::physical::is_physical;
 use crate::diagnosis::fit::polish::reduce;
 use crate::diagnosis::fit::{Fitter, Model, Term};
@@ -57,13 +57,13 @@ pub struct Rest {
 /// begun once the work done is `until`.
 pub fn partly(
     search: &Search,
-    record: &Scene,
+    record: &Dataset,
     rest: &Rest,
     found: &Model,
     until: u64,
 ) -> Result<Option<Partly>, EngineError> {
-    let scene = of_squares(record);
-    let Some(again) = search_by_squares(search, &scene, &rest.remains, until) else {
+    let dataset = of_squares(record);
+    let Some(again) = search_by_squares(search, &dataset, &rest.remains, until) else {
         return Ok(None);
     };
     let holds = |looked: &Examined| looked.claims.iter().any(|c| c.holds);
@@ -83,43 +83,43 @@ pub fn partly(
     let place = (looked.iter().position(holds)).or_else(|| looked.iter().position(nearer));
     let kept = place.map(|i| looked.swap_remove(i));
     let kept = kept.map(|wide| as_limit(&again, &wide, &tried, rest.outgrown).unwrap_or(wide));
-    Ok(kept.map(|kept| kept.told(&again)))
+    Ok(kept.map(|kept| kept.into_partly(&again)))
 }
 
 /// What the effects of `core`, which all of several models have that explain the ride as well, take off by themselves; nothing unless
 /// every one of them holds and together they take nearly all off what is missing.
-pub fn of_core(search: &Search, record: &Scene, model: &Model, core: &[Term]) -> Option<Partly> {
+pub fn of_core(search: &Search, record: &Dataset, model: &Model, core: &[Term]) -> Option<Partly> {
     let acts_on = |terms: &[Term], axle| terms.iter().any(|t| t.acts_on(axle));
-    let remains: Vec<bool> = (search.fitter.scene.tracks.iter())
+    let remains: Vec<bool> = (search.fitter.dataset.tracks.iter())
         .map(|track| acts_on(&model.terms, track.axle))
         .collect();
-    let scene = of_squares(record);
-    let again = search_by_squares(search, &scene, &remains, search.until)?;
+    let dataset = of_squares(record);
+    let again = search_by_squares(search, &dataset, &remains, search.until)?;
     let core = reduce(&again.fitter, model, core, search.thorough(model))?;
     let core = examined(&again, &core, &[], policy::OUTGROWN)?;
-    let explains = (scene.tracks.iter().zip(&remains))
+    let explains = (dataset.tracks.iter().zip(&remains))
         .filter(|(_, remains)| **remains)
         .all(|(track, _)| again.left(track.axle, &core.model) <= 1.0 - policy::ADEQUATE);
     let holds = explains && core.claims.iter().all(|c| c.holds);
-    holds.then(|| core.told(&again))
+    holds.then(|| core.into_partly(&again))
 }
 
 /// The record for fits by plain squares.
-pub fn of_squares(record: &Scene) -> Scene {
-    let mut scene = record.clone();
-    scene.noise_order = 0;
-    scene
+pub fn of_squares(record: &Dataset) -> Dataset {
+    let mut dataset = record.clone();
+    dataset.noise_order = 0;
+    dataset
 }
 
 /// The search of a record `of_squares` for what acts on the tracks where something `remains`; nothing if the plain model has no fit.
 pub fn search_by_squares<'s>(
     search: &Search<'s>,
-    scene: &'s Scene,
+    dataset: &'s Dataset,
     remains: &[bool],
     until: u64,
 ) -> Option<Search<'s>> {
     let fitter = || Fitter {
-        scene,
+        dataset,
         samples: search.fitter.samples,
     };
     Some(Search {
@@ -135,10 +135,10 @@ pub fn search_by_squares<'s>(
     })
 }
 
-/// The candidates for the tracks where something remains that act all the time, and not too slowly to be told from a sensor's
+/// The candidates for the tracks where something remains that act all the time, and not too slowly to be distinguished from a sensor's
 /// own wandering.
 fn lasting(search: &Search, remains: &[bool]) -> Vec<Term> {
-    let tracks = search.fitter.scene.tracks.iter().zip(remains);
+    let tracks = search.fitter.dataset.tracks.iter().zip(remains);
     let lasts = |t: &&Term| {
         let spec = t.kind.spec();
         let mut left = tracks.clone().filter(|(_, remains)| **remains);
@@ -168,7 +168,7 @@ fn rounds(search: &Search) -> Result<Vec<Vec<Left>>, EngineError> {
         };
         let refits = |m: &Model| search.refits(m, &search.offers(m, &m.terms), reach);
         let mut found: Vec<Left> = (front.iter().flat_map(refits))
-            .filter(|m| is_physical(search.fitter.scene, &search.plain, m) && !has_limit(m))
+            .filter(|m| is_physical(search.fitter.dataset, &search.plain, m) && !has_limit(m))
             .map(left)
             .filter(|(left, _)| left.is_finite())
             .collect();
@@ -220,12 +220,12 @@ struct Examined {
 }
 
 impl Examined {
-    fn told(self, search: &Search) -> Partly {
-        let scene = search.fitter.scene;
-        let of_claim = |claim: &Claim| self.jackknife.effect(scene, claim.term);
+    fn into_partly(self, search: &Search) -> Partly {
+        let dataset = search.fitter.dataset;
+        let of_claim = |claim: &Claim| self.jackknife.effect(dataset, claim.term);
         Partly {
             effect_errors: self.claims.iter().map(of_claim).collect(),
-            base_errors: self.jackknife.base(scene, &self.model),
+            base_errors: self.jackknife.base(dataset, &self.model),
             model: self.model,
             plain: search.plain.clone(),
             claims: self.claims,
@@ -254,7 +254,7 @@ fn examined(search: &Search, model: &Model, tried: &[Model], outgrown: f64) -> O
     let supported = claims.iter().filter(|c| c.holds).map(|c| c.term).collect();
     let jackknife = Jackknife::new(&search.fitter, &model);
     for claim in &mut claims {
-        let tells = jackknife.tells(&model, claim.term);
+        let tells = jackknife.determines(&model, claim.term);
         claim.holds &= tells;
         claim.holds_as_limit &= tells;
     }

@@ -102,8 +102,8 @@ pub fn look_twice(
     missed: Option<f64>,
     known: Option<&Fitted>,
 ) -> Result<Option<Sights>, EngineError> {
-    let scene = search.fitter.scene;
-    let of_length = |times| Windows::of(&scene.tracks[track], scene.samples, times);
+    let dataset = search.fitter.dataset;
+    let of_length = |times| Windows::of(&dataset.tracks[track], dataset.samples, times);
     if missed.is_some_and(|missed| missed < policy::MISSES_LITTLE) {
         return Ok(None);
     }
@@ -111,7 +111,7 @@ pub fn look_twice(
         return Ok(None);
     };
     let shorter = of_length(policy::SHORTER).filter(|w| w.length() < ordinary.length());
-    let Some(others) = shorter.or_else(|| ordinary.between(scene.samples)) else {
+    let Some(others) = shorter.or_else(|| ordinary.between(dataset.samples)) else {
         return Ok(None);
     };
     let divided = [ordinary, others];
@@ -134,7 +134,7 @@ pub fn look_twice(
         e.leads() && again.any(Supported::holds) && (alone || !is_of_sensor(e.term))
     };
     let agreed: Vec<Supported> = first.effects.iter().filter(in_both).cloned().collect();
-    let agreed = upheld(&axles[0], first, agreed, noise(&scene.tracks[track]));
+    let agreed = upheld(&axles[0], first, agreed, noise(&dataset.tracks[track]));
     let terms: Vec<Term> = agreed.iter().map(|e| e.term).collect();
     let model = |(axle, sight): (&InWindows, &Sight)| match sight.found.terms() == terms {
         true => Some(sight.found.clone()),
@@ -266,7 +266,7 @@ fn look(
     let effects = look.supported(&found, &tables);
     Ok(Some(Sight {
         period: windows.period,
-        length: windows.length() as f64 * search.fitter.scene.step,
+        length: windows.length() as f64 * search.fitter.dataset.step,
         plain,
         effects,
         found,

@@ -6,7 +6,7 @@ use veloid_engine::bicycle::Bike;
 use veloid_engine::observer::differentiate_all;
 use veloid_engine::output_error::{self, Start};
 use veloid_engine::ride::{ReadOptions, Ride, parse_only};
-use veloid_engine::simulate::outing::Outing;
+use veloid_engine::simulate::simulated_ride::SimulatedRide;
 use veloid_engine::swarm::Swarm;
 use veloid_engine::{Objective, Settings, Silent, observe};
 
@@ -81,10 +81,10 @@ fn swarm(duration_s: f64, objective: Objective) -> Box<dyn Fn()> {
 }
 
 fn ride(duration_s: f64) -> Ride {
-    Outing {
+    SimulatedRide {
         duration_s,
         noise_displacement_m: 5e-5,
-        ..Outing::default()
+        ..SimulatedRide::default()
     }
     .ride()
 }

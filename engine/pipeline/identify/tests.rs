@@ -10,7 +10,7 @@ use crate::bicycle::Axle;
 use crate::pipeline::identify::*;
 use crate::progress::Silent;
 use crate::ride::AxleRecord;
-use crate::simulate::outing::Outing;
+use crate::simulate::simulated_ride::SimulatedRide;
 
 fn bike() -> Bike {
     Bike {
@@ -83,10 +83,10 @@ enum Fate {
 }
 
 fn ride(fate: Fate, duration_s: f64) -> Ride {
-    let mut ride = Outing {
+    let mut ride = SimulatedRide {
         duration_s,
         noise_displacement_m: 2e-5,
-        ..Outing::default()
+        ..SimulatedRide::default()
     }
     .ride();
     let step = ride.step_s;

@@ -7,7 +7,7 @@ use crate::diagnosis::impose;
 use crate::pipeline::study::*;
 use crate::progress::Silent;
 use crate::report::diagnosis::{Place, Verdict};
-use crate::simulate::outing::{Outing, Spring};
+use crate::simulate::simulated_ride::{SimulatedRide, Spring};
 
 const K: f64 = 110e3;
 const FRONT: Spring = Spring {
@@ -16,13 +16,13 @@ const FRONT: Spring = Spring {
     b_n_s_m: 1150.0,
 };
 
-fn outing(seed: u64, front: Spring) -> Outing {
-    Outing {
+fn simulated_ride(seed: u64, front: Spring) -> SimulatedRide {
+    SimulatedRide {
         duration_s: 30.0,
         seed,
         front: Some(front),
         noise_displacement_m: 20e-6,
-        ..Outing::default()
+        ..SimulatedRide::default()
     }
 }
 
@@ -35,25 +35,25 @@ fn bike(mass: f64) -> Bike {
 }
 
 /// A ride on whose front axle one more effect acts.
-fn acted_on(outing: &Outing, id: &str, parameter: &str, value: f64) -> Ride {
+fn acted_on(simulated_ride: &SimulatedRide, id: &str, parameter: &str, value: f64) -> Ride {
     let effect = impose::Imposed {
         id: id.to_owned(),
         axle: Place::Front,
         parameters: BTreeMap::from([(parameter.to_owned(), value)]),
     };
-    impose::ride(outing, &bike(23.0), &[effect]).unwrap()
+    impose::ride(simulated_ride, &bike(23.0), &[effect]).unwrap()
 }
 
 /// A ride whose front spring stiffens by `k3` (N/m^3).
 fn stiffening(seed: u64, k3: f64) -> Ride {
-    acted_on(&outing(seed, FRONT), "cubic_stiffness", "k3", k3)
+    acted_on(&simulated_ride(seed, FRONT), "cubic_stiffness", "k3", k3)
 }
 
-/// A minute's ride with friction (N), too weak to be told from hysteresis.
+/// A minute's ride with friction (N), too weak to be distinguished from hysteresis.
 fn rubbing(seed: u64, friction: f64) -> Ride {
-    let minute = Outing {
+    let minute = SimulatedRide {
         duration_s: 60.0,
-        ..outing(seed, FRONT)
+        ..simulated_ride(seed, FRONT)
     };
     acted_on(&minute, "coulomb_friction", "friction", friction)
 }
@@ -91,17 +91,20 @@ fn val_a_spring_too_weak_for_one_ride_is_found_in_eight_and_measured() {
     assert_eq!(found.effect.id, "cubic_stiffness");
     assert!(found.effect.affirmed && found.only_in.is_none());
     assert_eq!((found.by_ride.len(), found.gain_by_ride.len()), (8, 8));
-    let told = &found.effect.parameters["k3"];
-    let off = told.value - k3;
-    assert!(off.abs() < 3.0 * told.std_error.unwrap(), "{told:?}");
+    let reported = &found.effect.parameters["k3"];
+    let off = reported.value - k3;
+    assert!(
+        off.abs() < 3.0 * reported.std_error.unwrap(),
+        "{reported:?}"
+    );
     let axle = report.axles.front.as_ref().unwrap();
     assert!(axle.held_out_m < axle.plain_held_out_m);
 }
 
 #[test]
-fn val_clean_rides_lack_nothing_and_tell_k_more_closely_than_each() {
+fn val_clean_rides_lack_nothing_and_show_k_more_closely_than_each() {
     let rides: Vec<_> = (0..6)
-        .map(|seed| (outing(seed, FRONT).ride(), bike(23.0)))
+        .map(|seed| (simulated_ride(seed, FRONT).ride(), bike(23.0)))
         .collect();
     let report = studied(&rides).unwrap();
     assert_eq!(
@@ -139,7 +142,7 @@ fn val_a_heavier_rider_changes_the_mass_and_not_the_spring() {
         .enumerate()
         .map(|(seed, mass_kg)| {
             let front = Spring { mass_kg, ..FRONT };
-            (outing(seed as u64, front).ride(), bike(mass_kg))
+            (simulated_ride(seed as u64, front).ride(), bike(mass_kg))
         })
         .collect();
     let report = studied(&rides).unwrap();
@@ -150,7 +153,7 @@ fn val_a_heavier_rider_changes_the_mass_and_not_the_spring() {
 }
 
 #[test]
-fn a_spring_that_differs_from_ride_to_ride_is_not_told_as_one() {
+fn a_spring_that_differs_from_ride_to_ride_is_not_reported_as_one() {
     let rides: Vec<_> = [0.97, 1.0, 1.04]
         .into_iter()
         .enumerate()
@@ -159,7 +162,7 @@ fn a_spring_that_differs_from_ride_to_ride_is_not_told_as_one() {
                 k_n_m: by * K,
                 ..FRONT
             };
-            (outing(seed as u64, front).ride(), bike(23.0))
+            (simulated_ride(seed as u64, front).ride(), bike(23.0))
         })
         .collect();
     let report = studied(&rides).unwrap();
@@ -176,7 +179,7 @@ fn a_spring_that_differs_from_ride_to_ride_is_not_told_as_one() {
 #[test]
 fn what_one_ride_alone_shows_is_its_own_affair() {
     let mut rides: Vec<_> = (0..5)
-        .map(|seed| (outing(seed, FRONT).ride(), bike(23.0)))
+        .map(|seed| (simulated_ride(seed, FRONT).ride(), bike(23.0)))
         .collect();
     rides.push((stiffening(5, 8e9), bike(23.0)));
     let report = studied(&rides).unwrap();
@@ -254,9 +257,9 @@ fn a_tie_in_one_ride_is_nothing_that_two_have_in_common() {
 
 #[test]
 fn rides_that_cannot_take_part_are_left_aside_with_the_reason() {
-    let mut roadless = outing(3, FRONT).ride();
+    let mut roadless = simulated_ride(3, FRONT).ride();
     roadless.axles = crate::bicycle::PerAxle::default();
-    let good = |seed| (outing(seed, FRONT).ride(), bike(23.0));
+    let good = |seed| (simulated_ride(seed, FRONT).ride(), bike(23.0));
     let report = studied(&[good(1), (roadless.clone(), bike(23.0)), good(2)]).unwrap();
     assert_eq!((report.rides.len(), report.left_aside.len()), (2, 1));
     assert_eq!(report.left_aside[0].name, "ride 1");
@@ -269,7 +272,7 @@ fn rides_that_cannot_take_part_are_left_aside_with_the_reason() {
 
 #[test]
 fn a_ride_counts_once() {
-    let good = |seed| (outing(seed, FRONT).ride(), bike(23.0));
+    let good = |seed| (simulated_ride(seed, FRONT).ride(), bike(23.0));
     let error = studied(&[good(1), good(2), good(1)]).unwrap_err();
     assert!(
         error.is_input() && error.to_string().contains("ride 0 and ride 2"),

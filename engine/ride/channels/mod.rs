@@ -1,8 +1,8 @@
 //! What columns hold: channels, units, sensors, values that cannot be.
 
 pub mod channel;
+pub mod implausible;
 pub mod sensor;
 pub mod table;
 pub mod unit;
 pub mod values;
-pub mod wild;

@@ -13,7 +13,7 @@ const REACH: f64 = 2.0 / 3.0;
 /// How much of a stamp's deviation the clock follows: a time constant of 20 samples, in which jitter averages out and
 /// the quartz of a logger does not drift.
 const FOLLOW: f64 = 0.05;
-/// After a longer pause (steps) the clock starts anew with the stamp that ends it.
+/// After a longer pause (steps) the clock starts again with the stamp that ends it.
 const LONG_PAUSE: f64 = 4.0;
 
 /// Uniform instants start + k step, k below count.
@@ -393,7 +393,7 @@ mod tests {
     }
 
     #[test]
-    fn jitter_is_told_from_gaps() {
+    fn jitter_is_reported_from_gaps() {
         for (rate, missing) in [(100.0, 0), (250.0, 0), (100.0, 30)] {
             let mut state = 1u64;
             let mut jitter = || {

@@ -105,7 +105,7 @@ fn end_slope(x: &[f64], y: &[f64], at: f64) -> f64 {
 }
 
 /// How rough samples are when placed at `knots`: mean square deviation from the cubic through two
-/// neighbours on either side. Used to tell stamps that jitter from sampling that does.
+/// neighbours on either side. Used to show stamps that jitter from sampling that does.
 pub fn roughness(knots: &[f64], values: &[f64]) -> f64 {
     let stride = (knots.len() / 20_000).max(1);
     let (mut sum, mut n) = (0.0, 0usize);
@@ -362,7 +362,7 @@ mod tests {
     }
 
     #[test]
-    fn roughness_tells_true_stamps_from_noisy_ones() {
+    fn roughness_shows_true_stamps_from_noisy_ones() {
         let even: Vec<f64> = (0..3000).map(|i| i as f64).collect();
         let uneven: Vec<f64> = even.iter().map(|x| x + 0.15 * (x * x).sin()).collect();
         let at = |knots: &[f64]| -> Vec<f64> { knots.iter().map(|x| (0.5 * x).sin()).collect() };

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::document::format_number::Quantity;
 use crate::ride::clocks::clock::Grid;
 
-/// Offsets (s) and drifts (ppm) that the clocks of two files are told within, where the road is rough enough.
+/// Offsets (s) and drifts (ppm) that the clocks of two files are reported within, where the road is rough enough.
 const PROMISED_S: f64 = 1e-3;
 const PROMISED_PPM: f64 = 5.0;
 
@@ -24,7 +24,7 @@ pub struct SensorClock {
     /// The file of that one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub beside_file: Option<String>,
-    /// Null where the ride does not tell it; `reason` says why.
+    /// Null where the ride does not show it; `reason` says why.
     pub found: Option<ClockOffset>,
     /// Why nothing was found.
     pub reason: Option<String>,
@@ -36,7 +36,7 @@ pub struct SensorClock {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct ClockOffset {
-    /// Time (s) that the offset is told for, by the clock beside: its first sample.
+    /// Time (s) that the offset is reported for, by the clock beside: its first sample.
     pub at_s: f64,
     /// How late the clock is (s).
     pub offset_s: f64,
@@ -76,7 +76,7 @@ impl ClockOffset {
         }
     }
 
-    /// What two sensors on one clock tell of it, each counting as it is sure.
+    /// What two sensors on one clock show of it, each counting as it is sure.
     pub fn together(&self, other: &Self) -> Self {
         let mean = |[a, a_std]: [f64; 2], [b, b_std]: [f64; 2]| {
             let [wa, wb] = [a_std, b_std].map(|std| 1.0 / (std * std).max(f64::MIN_POSITIVE));
@@ -116,7 +116,7 @@ impl SensorClock {
         self.found.as_ref().filter(|_| self.applied)
     }
 
-    /// Whether it is known less well than a ride in several files is promised.
+    /// Whether it is known less well than a ride in several files is predicted.
     pub fn is_weak(&self) -> bool {
         let weak = |found: &ClockOffset| {
             found.middle_offset_std_s > PROMISED_S || found.drift_std_ppm > PROMISED_PPM
@@ -125,7 +125,7 @@ impl SensorClock {
     }
 
     /// In a sentence without its end.
-    pub fn told(&self) -> String {
+    pub fn summary(&self) -> String {
         let named = |channel: &String, file: &Option<String>| match file {
             Some(file) => format!("{file} ({channel})"),
             None => channel.clone(),
@@ -150,14 +150,14 @@ impl SensorClock {
             "fast"
         };
         let drift = Quantity::new(found.drift_ppm.abs(), Some(found.drift_std_ppm), "ppm");
-        let told = format!(
+        let summary = format!(
             "the clock of {channel} is {offset} {side} beside that of {beside} at {:.2} s and runs {drift} {side_of_rate}",
             found.at_s
         );
         match self.applied {
-            true => format!("{told}; {channel} was brought to the clock of {beside}"),
+            true => format!("{summary}; {channel} was brought to the clock of {beside}"),
             false => format!(
-                "{told}: too little, or not sure enough, to change time stamps for, so that it counts in full in the intervals of k and B"
+                "{summary}: too little, or not sure enough, to change time stamps for, so that it counts in full in the intervals of k and B"
             ),
         }
     }
@@ -212,7 +212,7 @@ mod tests {
 
     #[test]
     fn what_was_done_is_said() {
-        let said = |offset_s: f64, drift: f64, applied| clock(offset_s, drift, applied).told();
+        let said = |offset_s: f64, drift: f64, applied| clock(offset_s, drift, applied).summary();
         let done = said(0.02, 0.0, true);
         assert!(
             done.contains("d_r is 20.00 ± 0.23")
@@ -230,7 +230,7 @@ mod tests {
             reason: Some("nothing in common".to_owned()),
             ..clock(0.0, 0.0, false)
         };
-        assert!(unknown.told().ends_with("not known: nothing in common"));
+        assert!(unknown.summary().ends_with("not known: nothing in common"));
         assert!(unknown.correction().is_none() && clock(0.0, 0.0, false).correction().is_none());
     }
 }

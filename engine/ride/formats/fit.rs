@@ -59,11 +59,11 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadError> {
     }
     let range = from..to.min(rows);
     let first = stamps[from];
-    let told = |n: &usize| values[*n].iter().any(|v| !v.is_nan());
-    let told: Vec<usize> = (0..NAMES.len()).filter(told).collect();
+    let reported = |n: &usize| values[*n].iter().any(|v| !v.is_nan());
+    let reported: Vec<usize> = (0..NAMES.len()).filter(reported).collect();
     let names: Vec<String> = ["t"]
         .into_iter()
-        .chain(told.iter().map(|n| NAMES[*n]))
+        .chain(reported.iter().map(|n| NAMES[*n]))
         .map(str::to_owned)
         .collect();
     let recognised = Offered {
@@ -77,7 +77,7 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadError> {
             .iter()
             .map(|t| f64::from(*t) - f64::from(first))
             .collect(),
-        number => values[told[number - 2]][range.clone()].to_vec(),
+        number => values[reported[number - 2]][range.clone()].to_vec(),
     };
     Ok(Table {
         rows: range.len(),

@@ -389,7 +389,7 @@ mod tests {
     }
 
     #[test]
-    fn binaries_are_told_from_text() {
+    fn binaries_are_reported_from_text() {
         assert!(binary(b"PK\x03\x04...").unwrap().contains("zip"));
         assert!(binary(b"t,z\x00").unwrap().contains("offset 3"));
         assert!(binary(&[0x01, 0x80, 0xff, 0x07, 0x41]).is_some());

@@ -43,8 +43,8 @@ impl<'a> Zstd<'a> {
 
     /// Ends a frame whose bytes are those of its sum, where it has one.
     fn end(&mut self) -> io::Result<()> {
-        let told = self.decoder.get_checksum_from_data();
-        if told.is_some() && told != self.decoder.get_calculated_checksum() {
+        let reported = self.decoder.get_checksum_from_data();
+        if reported.is_some() && reported != self.decoder.get_calculated_checksum() {
             return Err(io::Error::other("its checksum is not that of its bytes"));
         }
         self.in_frame = false;

@@ -13,7 +13,7 @@ use crate::ride::formats::{fit, xlsx};
 use crate::ride::options::FileOptions;
 use crate::ride::read::{preview, read, read_on_clocks};
 
-/// A column of waves at 100 Hz, time stamps written as told.
+/// A column of waves at 100 Hz, time stamps written as reported.
 fn csv(header: &str, rows: usize, stamp: impl Fn(usize) -> String) -> String {
     let mut text = format!("{header}\n");
     for i in 0..rows {

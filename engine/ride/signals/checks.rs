@@ -283,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn a_drive_at_its_limits_is_told_from_a_sensor_that_reads_no_more() {
+    fn a_drive_at_its_limits_is_reported_from_a_sensor_that_reads_no_more() {
         let sine = |i: usize| (i as f64 * 0.13).sin();
         let saturated: Vec<f64> = (0..1000)
             .map(|i| (2.0 * sine(i)).clamp(-0.5, 0.5))
@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn free_motion_is_told_from_noise() {
+    fn free_motion_is_reported_from_noise() {
         let n = noise(2000);
         assert!(!is_free_motion(&n));
         let decay = |i: usize| 20.0 * (-(i as f64) / 200.0).exp() * (i as f64 * 0.3).cos();

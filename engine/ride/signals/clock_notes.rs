@@ -21,10 +21,10 @@ pub fn apart(clocks: &[SensorClock]) -> impl Iterator<Item = &SensorClock> {
 }
 
 /// Says how the clocks were found to go, and of each file whose clock was not compared why it stands as it does.
-pub fn tell(recording: &mut Recording, clocks: &[SensorClock]) {
+pub fn note(recording: &mut Recording, clocks: &[SensorClock]) {
     for clock in apart(clocks) {
         if clock.applied || clock.found.is_none() || clock.file.is_some() {
-            recording.warnings.push(clock.told());
+            recording.warnings.push(clock.summary());
         }
         if clock.is_weak()
             && let Some(file) = &clock.file
@@ -70,9 +70,9 @@ pub fn unknown(summary: &RideSummary, compared: &[SensorClock]) -> Vec<SensorClo
         let mut files = compared.iter().flat_map(|c| [&c.file, &c.beside_file]);
         files.any(|other| other.as_ref() == Some(&file.name))
     };
-    let mut told = (summary.files.iter()).filter_map(|f| Some((f, axle_channel(f)?)));
-    let beside = (told.clone()).find(|(f, _)| is_compared(f) || f.dated);
-    let Some((reference, beside)) = beside.or(told.next()) else {
+    let mut known = (summary.files.iter()).filter_map(|f| Some((f, axle_channel(f)?)));
+    let beside = (known.clone()).find(|(f, _)| is_compared(f) || f.dated);
+    let Some((reference, beside)) = beside.or(known.next()) else {
         return Vec::new();
     };
     let files = summary

@@ -69,11 +69,11 @@ pub fn decimated(ride: &Ride, fastest_hz: f64) -> Option<Ride> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulate::outing::Outing;
+    use crate::simulate::simulated_ride::SimulatedRide;
 
     #[test]
     fn what_is_slow_keeps_its_shape_on_fewer_samples() {
-        let mut ride = Outing::default().ride();
+        let mut ride = SimulatedRide::default().ride();
         let step = ride.step_s;
         let swing = |t: f64| 1e-3 * (2.0 * t).sin();
         for record in [&mut ride.axles.front, &mut ride.axles.rear]

@@ -20,7 +20,7 @@ const NOTHING: f64 = 1e-9;
 /// Half of the windows (samples) in which a motion rests or does not, and the part of its RMS rate below which it rests.
 const REST_HALF: usize = 16;
 const REST: f64 = 0.05;
-/// Share of a record in which a motion rests from which that tells something (a sine is so slow for 2 % of the time), and share
+/// Share of a record in which a motion rests from which that shows something (a sine is so slow for 2 % of the time), and share
 /// of the force's changes that fall into it, over its share of the time, from which the force is none that answers: on a
 /// rig that holds still it relaxes.
 const RESTS: f64 = 0.2;
@@ -194,7 +194,7 @@ mod tests {
 
     /// A force that swings while the motion holds still pushes against friction; on a rig that holds still it relaxes.
     #[test]
-    fn a_rig_that_holds_still_is_told_from_a_drive_that_sticks() {
+    fn a_rig_that_holds_still_is_reported_from_a_drive_that_sticks() {
         let holds = |i: usize| i / 100 % 2 == 1;
         let mut at = 0;
         let paused: Vec<usize> = (0..6000)

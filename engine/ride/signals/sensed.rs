@@ -5,7 +5,7 @@ use crate::ride::channels::channel::Channel;
 use crate::ride::channels::sensor::{SensorKind, SensorRecord, channel};
 use crate::ride::signals::common::{Common, Lapse};
 
-/// Accelerometers and lasers of a ride whose road, displacement and force were not recorded, where they tell k and B together with
+/// Accelerometers and lasers of a ride whose road, displacement and force were not recorded, where they show k and B together with
 /// the speed, or each other's clock. The laser's sign is the options'.
 pub fn recorded(common: &Common<'_>, deflection_sign: f64) -> Vec<SensorRecord> {
     let kinds = [SensorKind::Acceleration, SensorKind::Deflection];

@@ -3,7 +3,7 @@ use super::*;
 use crate::bicycle::Axle;
 use crate::ride::Ride;
 use crate::settings::Settings;
-use crate::simulate::outing::{Excitation, Outing};
+use crate::simulate::simulated_ride::{Excitation, SimulatedRide};
 use crate::swarm::straight;
 
 const OBJECTIVES: [Objective; 3] = [Objective::Consistent, Objective::Paper, Objective::Gradient];
@@ -53,12 +53,12 @@ fn check(ride: &Ride, tolerance: f64) {
     }
 }
 
-fn rough() -> Outing {
-    Outing {
+fn rough() -> SimulatedRide {
+    SimulatedRide {
         duration_s: 8.0,
         noise_displacement_m: 5e-5,
         rear: None,
-        ..Outing::default()
+        ..SimulatedRide::default()
     }
 }
 
@@ -79,7 +79,7 @@ fn samples_not_valid_as_in_the_plain_form() {
 
 #[test]
 fn shaken_ride_as_in_the_plain_form() {
-    let shaken = Outing {
+    let shaken = SimulatedRide {
         excitation: Excitation::Shaker {
             amplitude_n: 60.0,
             from_hz: 0.5,
@@ -95,11 +95,11 @@ fn shaken_ride_as_in_the_plain_form() {
 
 #[test]
 fn free_decay_as_in_the_plain_form() {
-    let mut outing = rough();
-    outing.excitation = Excitation::Release {
+    let mut simulated_ride = rough();
+    simulated_ride.excitation = Excitation::Release {
         displacement_m: 0.02,
     };
-    check(&outing.ride(), 1e-11);
+    check(&simulated_ride.ride(), 1e-11);
 }
 
 #[test]
@@ -156,8 +156,8 @@ fn check_lags(ride: &Ride, about: [f64; 3]) {
 
 const FRONT: [f64; 3] = [110e3 / 23.0, 50.0, 1.0 / 23.0];
 
-fn long() -> Outing {
-    Outing {
+fn long() -> SimulatedRide {
+    SimulatedRide {
         duration_s: 250.0,
         ..rough()
     }
@@ -170,7 +170,7 @@ fn lagged_products_as_the_way_through() {
 
 #[test]
 fn lagged_products_without_noise() {
-    let quiet = Outing {
+    let quiet = SimulatedRide {
         noise_displacement_m: 0.0,
         ..long()
     };
@@ -179,7 +179,7 @@ fn lagged_products_without_noise() {
 
 #[test]
 fn lagged_products_around_gaps() {
-    let mut ride = Outing {
+    let mut ride = SimulatedRide {
         duration_s: 460.0,
         ..rough()
     }
@@ -193,7 +193,7 @@ fn lagged_products_around_gaps() {
 
 #[test]
 fn lagged_products_of_a_shaken_ride() {
-    let shaken = Outing {
+    let shaken = SimulatedRide {
         excitation: Excitation::Shaker {
             amplitude_n: 60.0,
             from_hz: 0.5,

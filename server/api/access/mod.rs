@@ -29,7 +29,7 @@ pub use token::Token;
 
 /// Attempts to sign in per minute and address, of which ten seconds' worth may come at once.
 const ATTEMPTS: u32 = 60;
-/// Addresses whose attempts are counted; beyond it all begin anew.
+/// Addresses whose attempts are counted; beyond it all start again.
 const ADDRESSES: usize = 10_000;
 /// The last use of a key is noted this often at most (ms).
 const NOTED_EVERY_MS: i64 = 60_000;
@@ -91,7 +91,7 @@ impl Access {
         Ok(row.filter(KeyRow::is_valid))
     }
 
-    /// Whether the details of a fault may be told: to who holds a key of an admin, and to all where nobody needs one.
+    /// Whether the details of a fault may be reported: to who holds a key of an admin, and to all where nobody needs one.
     pub async fn is_operator(&self, db: &Db, headers: &HeaderMap) -> bool {
         self.mode != Mode::Keys || (bearer(headers).is_some() && admin(db, headers).await.is_ok())
     }

@@ -12,7 +12,7 @@ use crate::api::problem::{Kind, Problem};
 use crate::jobs::{QUICK, begin_anew};
 use crate::store::job;
 
-/// Begins a failed or cancelled job anew.
+/// Starts a failed or cancelled job again.
 #[utoipa::path(post, path = "/v1/jobs/{id}/retry", operation_id = "retry_job", tag = "jobs", params(("id" = Uuid, Path)),
     responses(
         (status = 202, description = "Queued again", body = JobView, headers(("Location" = String))),

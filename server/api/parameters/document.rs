@@ -2,10 +2,10 @@
 
 use axum::http::HeaderValue;
 
-use super::asked::Format;
 use super::csv;
 #[cfg(feature = "parquet")]
 use super::parquet;
+use super::query::Format;
 use crate::api::parameter_view::ParameterView;
 use crate::api::problem::Problem;
 #[cfg(not(feature = "parquet"))]

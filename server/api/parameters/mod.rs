@@ -1,10 +1,10 @@
 //! Every identified parameter of every ride, as JSON, CSV or Parquet.
 
-mod asked;
 mod csv;
 mod document;
 #[cfg(feature = "parquet")]
 mod parquet;
+mod query;
 mod stream;
 
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use axum::http::{Uri, header};
 use axum::response::Response;
 use tokio::task::spawn_blocking;
 
-pub use self::asked::{MOST, OfBike, Params, cursor, rows};
+pub use self::query::{MOST, OfBike, Params, cursor, rows};
 
 use self::document::{Document, kind};
 use self::stream::{Long, PIECE};
@@ -90,7 +90,7 @@ async fn long(
     let filter = params.filter(&caller.group)?;
     let last = parameter::last_of(&server.db, &filter, limit).await?;
     Ok(Long {
-        next: last.as_ref().map(asked::of_key),
+        next: last.as_ref().map(query::of_key),
         through: last,
         server: Arc::clone(server),
         caller,
@@ -101,7 +101,7 @@ async fn long(
 
 /// A whole list, and what its `next` says.
 async fn short(
-    format: asked::Format,
+    format: query::Format,
     page: Page<ParameterRow>,
 ) -> Result<(Option<String>, Body), Problem> {
     let next = page.next.clone();

@@ -8,8 +8,8 @@ use axum::body::{Body, Bytes};
 use futures_util::TryStreamExt;
 use tokio::task::{JoinError, spawn_blocking};
 
-use super::asked::Params;
 use super::document::{Document, DocumentError};
+use super::query::Params;
 use crate::api::Server;
 use crate::api::access::Caller;
 use crate::api::long_readers::Seat;

@@ -5,17 +5,17 @@ use veloid_engine::bicycle::Bike;
 use crate::api::Server;
 use crate::api::access::Caller;
 use crate::api::problem::{Kind, Problem};
-use crate::bicycle::{Chosen, Fault, Told, of_fields};
+use crate::bicycle::{Chosen, Fault, Given, of_fields};
 use crate::store::bike;
 
-/// The bicycle that is told, or what is wrong with the parts that tell it.
+/// The bicycle that is reported, or what is wrong with the parts that show it.
 pub async fn looked_at(
     server: &Server,
     caller: &Caller,
-    told: &Told,
+    given: &Given,
 ) -> Result<Result<Bike, Vec<Fault>>, Problem> {
     let refused = |detail: String| Problem::new(Kind::BadBike, detail);
-    let chosen = told.chosen().map_err(|two| refused(two.to_string()))?;
+    let chosen = given.chosen().map_err(|two| refused(two.to_string()))?;
     let (part, text) = match chosen {
         Chosen::Fields(fields) => return Ok(of_fields(fields)),
         Chosen::Text(part, text) => (part, text),
@@ -38,9 +38,9 @@ pub async fn looked_at(
     })
 }
 
-/// The bicycle that is told.
-pub async fn the_bike(server: &Server, caller: &Caller, told: &Told) -> Result<Bike, Problem> {
-    looked_at(server, caller, told).await?.map_err(|faults| {
+/// The bicycle that is reported.
+pub async fn the_bike(server: &Server, caller: &Caller, given: &Given) -> Result<Bike, Problem> {
+    looked_at(server, caller, given).await?.map_err(|faults| {
         let details: Vec<String> = faults.into_iter().map(|fault| fault.detail).collect();
         Problem::new(Kind::BadBike, details.join("; "))
     })

@@ -11,7 +11,7 @@ use crate::store::{Tx, facts, job};
 pub struct Given {
     pub of_file: Map<String, Value>,
     /// What the sender says goes before what stands in the file.
-    pub told: Map<String, Value>,
+    pub given: Map<String, Value>,
 }
 
 impl Given {
@@ -19,7 +19,7 @@ impl Given {
     pub fn of_new(&self) -> Result<Facts, FactsError> {
         Facts::default()
             .patched(self.of_file.clone())?
-            .patched(self.told.clone())
+            .patched(self.given.clone())
     }
 
     /// What is known of the ride of this file from now on; locks its jobs. The same file of a ride that is there says nothing new,
@@ -40,17 +40,17 @@ impl Given {
             return Ok(self.of_new()?);
         }
         let known = facts::of_ride(tx, there).await?;
-        Ok(known.patched(self.told.clone())?)
+        Ok(known.patched(self.given.clone())?)
     }
 
     /// Adds what the sender says to the ride of a job that is there.
     pub async fn add_to_job(&self, tx: &mut Tx, group: &str, id: Uuid) -> Result<(), Problem> {
-        let Some(ride) = job::ride(tx, id).await?.filter(|_| !self.told.is_empty()) else {
+        let Some(ride) = job::ride(tx, id).await?.filter(|_| !self.given.is_empty()) else {
             return Ok(());
         };
         deletion::lock(tx, group, Of::Ride(ride)).await?;
         let known = facts::of_ride(tx, ride).await?;
-        facts::put(tx, ride, &known.patched(self.told.clone())?).await?;
+        facts::put(tx, ride, &known.patched(self.given.clone())?).await?;
         Ok(())
     }
 }

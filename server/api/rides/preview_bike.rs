@@ -9,14 +9,14 @@ use super::bicycle::looked_at;
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::problem::{Kind, Problem};
-use crate::bicycle::{Fault, Told, Way};
+use crate::bicycle::{Fault, Given, Way};
 use crate::options::OptionsError;
 use crate::unique::shown;
 
 /// Most that the parts may hold (bytes): three times a bike file, whose every byte may be written in three.
 const MOST: usize = 192 << 10;
 
-/// The parts of an upload that tell its bicycle.
+/// The parts of an upload that describe its bicycle.
 #[derive(ToSchema)]
 #[expect(dead_code, reason = "describes the form; `told` reads it")]
 pub struct BikeParts {
@@ -35,7 +35,7 @@ pub struct BikeParts {
     mass_front_std_kg: Option<String>,
     mass_rear_kg: Option<String>,
     mass_rear_std_kg: Option<String>,
-    /// Gives the lengths that are not told, by the static loads or else the masses.
+    /// Gives the lengths that are not given, by the static loads or else the masses.
     wheelbase_m: Option<String>,
     l_front_m: Option<String>,
     l_rear_m: Option<String>,
@@ -58,7 +58,7 @@ pub struct BikePreview {
 
 /// Says what would be understood of a bicycle, without keeping it.
 ///
-/// Takes the parts of `POST /v1/rides` that tell the bicycle; no unit but the field's own is understood, and none is converted.
+/// Takes the parts of `POST /v1/rides` that describe the bicycle; no unit but the field's own is understood, and none is converted.
 #[utoipa::path(post, path = "/v1/rides/preview/bike", operation_id = "preview_bike", tag = "rides",
     request_body(content = BikeParts, content_type = "application/x-www-form-urlencoded"),
     responses(
@@ -75,8 +75,8 @@ pub async fn preview_bike(
         let detail = format!("{error}: expected at most {MOST} bytes");
         Problem::new(Kind::TooLarge, detail)
     })?;
-    let told = told(&body)?;
-    let looked_at = looked_at(&server, &caller, &told).await?;
+    let given = given(&body)?;
+    let looked_at = looked_at(&server, &caller, &given).await?;
     Ok(Json(match looked_at {
         Ok(bike) => BikePreview {
             bike: Some(bike),
@@ -86,11 +86,11 @@ pub async fn preview_bike(
     }))
 }
 
-fn told(body: &[u8]) -> Result<Told, Problem> {
-    let mut told = Told::default();
+fn given(body: &[u8]) -> Result<Given, Problem> {
+    let mut given = Given::default();
     for (part, text) in form_urlencoded::parse(body) {
-        if !Told::names().any(|name| name == part) {
-            let known: Vec<&str> = Told::names().collect();
+        if !Given::names().any(|name| name == part) {
+            let known: Vec<&str> = Given::names().collect();
             let known = known.join("`, `");
             let detail = format!("unknown part `{}`, expected `{known}`", shown(&part));
             return Err(Problem::new(Kind::BadOption, detail));
@@ -99,10 +99,10 @@ fn told(body: &[u8]) -> Result<Told, Problem> {
         if text.is_empty() {
             continue;
         }
-        let fresh = told.add(&part, text);
+        let fresh = given.add(&part, text);
         if !fresh.map_err(|detail| Problem::new(Kind::BadBike, detail))? {
             return Err(OptionsError::Twice(part.into_owned()).into());
         }
     }
-    Ok(told)
+    Ok(given)
 }

@@ -15,7 +15,7 @@ use super::body::{ALLOWANCE, BodyError, Pieces, Unparsed};
 use crate::api::Server;
 use crate::api::access::Caller;
 use crate::api::problem::{Kind, Problem};
-use crate::bicycle::Told;
+use crate::bicycle::Given;
 use crate::facts;
 use crate::files::{Files, Incoming};
 use crate::jobs::Source;
@@ -38,7 +38,7 @@ pub struct Received {
     /// The ride's files, each with its name as its sender calls it.
     pub files: Vec<(String, Incoming)>,
     /// What is said of the bicycle.
-    pub bicycle: Told,
+    pub bicycle: Given,
     pub options: Map<String, Value>,
     /// What its sender says of the ride.
     pub facts: Map<String, Value>,
@@ -210,7 +210,7 @@ fn is_known(key: &str) -> bool {
 }
 
 fn is_of_bicycle(key: &str) -> bool {
-    Told::names().any(|name| name == key)
+    Given::names().any(|name| name == key)
 }
 
 fn is_fact(key: &str) -> bool {
@@ -222,7 +222,7 @@ fn unknown(key: &str) -> Problem {
     if shown.len() < key.len() {
         shown.push_str("...");
     }
-    let known: Vec<&str> = Told::names()
+    let known: Vec<&str> = Given::names()
         .chain(OWN)
         .chain(Options::names())
         .chain(facts::names())
@@ -247,7 +247,7 @@ struct Parts {
     files: Vec<(Option<String>, Incoming)>,
     /// As the sender calls the only file instead.
     name: Option<String>,
-    bicycle: Told,
+    bicycle: Given,
     options: Map<String, Value>,
     facts: Map<String, Value>,
     again: Option<bool>,

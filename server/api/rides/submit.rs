@@ -51,8 +51,8 @@ pub async fn submit(
     options.validate()?;
     let bike = the_bike(server, caller, &received.bicycle).await?;
     let request = Request { bike, options };
-    let told = std::mem::take(&mut received.facts);
-    Facts::default().patched(told.clone())?;
+    let given = std::mem::take(&mut received.facts);
+    Facts::default().patched(given.clone())?;
 
     let name = fleet_name(&request.bike);
 
@@ -64,7 +64,7 @@ pub async fn submit(
 
     let facts = Given {
         of_file: facts::of_file(checked.comments, checked.start_s, checked.speed)?,
-        told,
+        given,
     };
     facts.of_new()?;
 

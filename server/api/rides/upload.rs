@@ -12,7 +12,7 @@ use crate::api::access::Caller;
 use crate::api::jobs::view::{JobView, find};
 use crate::api::problem::{Kind, Problem};
 use crate::api::{App, Server};
-use crate::bicycle::{Told, Way};
+use crate::bicycle::{Given, Way};
 use crate::metrics::METRICS;
 
 const KNOWN: HeaderName = HeaderName::from_static("veloid-known");
@@ -33,7 +33,7 @@ pub struct Upload {
     bike: Option<String>,
     /// Name of a bike of the fleet, as a form's list has it; `bike`, where it is given, goes before.
     fleet: Option<String>,
-    /// Which of the ways to tell the bicycle counts, where a form's fields for several are filled.
+    /// Which of the ways to show the bicycle counts, where a form's fields for several are filled.
     bicycle: Option<Way>,
     /// File name, in place of the one that came with the only file.
     name: Option<String>,
@@ -94,7 +94,7 @@ pub async fn upload(
 /// An upload that was not taken, and what it said of its bicycle, for a form to show it again.
 pub struct Refused {
     pub problem: Problem,
-    pub bicycle: Told,
+    pub bicycle: Given,
 }
 
 /// Receives, checks, keeps and queues an upload; gives its job.
@@ -104,7 +104,7 @@ pub async fn submit_upload(
     request: Request,
 ) -> Result<Submitted, Refused> {
     let key = idempotency_key(request.headers());
-    let mut bicycle = Told::default();
+    let mut bicycle = Given::default();
     let outcome = async {
         let received = receive(server, caller, request).await?;
         // Now the client listens.

@@ -1,4 +1,4 @@
-//! Who is told when jobs end and bicycles change. For keys of the scope `admin`.
+//! Who is reported when jobs end and bicycles change. For keys of the scope `admin`.
 
 pub mod create;
 pub mod delete;

@@ -9,7 +9,7 @@ use crate::api::access::Caller;
 use crate::api::extract::Path;
 use crate::api::problem::Problem;
 use crate::store::{now_ms, webhook};
-use crate::webhooks::{Message, Secret, Told, send};
+use crate::webhooks::{Message, Notification, Secret, send};
 
 /// What became of a message that was sent to see whether it arrives.
 #[derive(Serialize, ToSchema)]
@@ -34,7 +34,7 @@ pub async fn test(
     let now = now_ms();
     let (id, body) = (
         format!("msg_{}", Uuid::now_v7().simple()),
-        Told::test(now).body(),
+        Notification::test(now).body(),
     );
     let message = Message {
         id: &id,

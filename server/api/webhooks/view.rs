@@ -18,7 +18,7 @@ pub struct WebhookView {
     pub outcome: Option<String>,
     #[schema(format = DateTime)]
     pub tried_at: Option<String>,
-    /// What receivers check signatures with; told once, when it is made.
+    /// What receivers check signatures with; reported once, when it is made.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub secret: Option<String>,
 }

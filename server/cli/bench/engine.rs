@@ -7,7 +7,7 @@ use veloid_engine::observer::differentiate_all;
 use veloid_engine::report::Trial;
 use veloid_engine::ride::{ReadOptions, Ride, parse_only, read};
 use veloid_engine::simulate::linear::Input;
-use veloid_engine::simulate::outing::Outing;
+use veloid_engine::simulate::simulated_ride::SimulatedRide;
 use veloid_engine::swarm::{self, Swarm};
 use veloid_engine::{EngineError, Settings, Silent};
 use veloid_engine::{conclude, diagnose, observe};
@@ -17,11 +17,11 @@ use crate::cli::{CliError, ride_csv};
 
 /// The paper's bicycle with 0.05 mm of noise.
 pub fn ride(duration_s: f64, seed: u64) -> Ride {
-    Outing {
+    SimulatedRide {
         duration_s,
         noise_displacement_m: 5e-5,
         seed,
-        ..Outing::default()
+        ..SimulatedRide::default()
     }
     .ride()
 }

@@ -48,7 +48,7 @@ impl Machine {
     }
 }
 
-/// Time (s) that a process has spent on all cores, where `/proc` tells.
+/// Time (s) that a process has spent on all cores, where `/proc` shows.
 pub fn processor_time(process: u32) -> Option<f64> {
     let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
     // The name, in brackets, may hold anything.

@@ -35,7 +35,7 @@ pub struct Bench {
     /// Address of a running server, as `http://127.0.0.1:8080`.
     #[arg(long, value_name = "URL")]
     server: Option<String>,
-    /// Commit of the build, to be told with the figures.
+    /// Commit of the build, to be reported with the figures.
     #[arg(long, env = "VELOID_COMMIT")]
     commit: Option<String>,
     /// Time one part only.

@@ -16,7 +16,7 @@ use crate::time;
 const POINTS: usize = 1000;
 /// Of so many rides a fact has to be known to be taken by itself, as a share.
 const USUAL: f64 = 0.75;
-/// Places at which a line is told.
+/// Places at which a line is reported.
 const PLACES: usize = 21;
 
 /// What is asked: facts, or those that most rides have, and where to predict.
@@ -28,7 +28,7 @@ pub struct Question<'a> {
 }
 
 /// A ride with its facts.
-struct Outing<'a> {
+struct SimulatedRide<'a> {
     row: &'a RideRow,
     std_error: f64,
     facts: BTreeMap<String, f64>,
@@ -36,10 +36,12 @@ struct Outing<'a> {
 
 impl Dependence {
     pub fn of(question: &Question, rows: &[RideRow]) -> Self {
-        let mut outings: Vec<Outing> = rows.iter().filter_map(Outing::of).collect();
-        outings.sort_by_key(|outing| (outing.row.dated_at, outing.row.job_id));
-        let known = known(&outings);
-        let usual = |known: &&Known| known.rides as f64 >= USUAL * outings.len() as f64;
+        let mut simulated_rides: Vec<SimulatedRide> =
+            rows.iter().filter_map(SimulatedRide::of).collect();
+        simulated_rides
+            .sort_by_key(|simulated_ride| (simulated_ride.row.dated_at, simulated_ride.row.job_id));
+        let known = known(&simulated_rides);
+        let usual = |known: &&Known| known.rides as f64 >= USUAL * simulated_rides.len() as f64;
         let usual = || {
             known
                 .iter()
@@ -48,8 +50,12 @@ impl Dependence {
                 .collect()
         };
         let asked: Vec<String> = question.on.map_or_else(usual, <[String]>::to_vec);
-        let all = outings.len();
-        outings.retain(|outing| asked.iter().all(|name| outing.facts.contains_key(name)));
+        let all = simulated_rides.len();
+        simulated_rides.retain(|simulated_ride| {
+            asked
+                .iter()
+                .all(|name| simulated_ride.facts.contains_key(name))
+        });
         let mut found = Self {
             axle: question.axle.to_owned(),
             name: question.name.to_owned(),
@@ -57,9 +63,9 @@ impl Dependence {
                 .first()
                 .map_or_else(String::new, |row| row.unit.clone()),
             summary: String::new(),
-            rides: outings.len(),
+            rides: simulated_rides.len(),
             bikes: 0,
-            left_out: all - outings.len(),
+            left_out: all - simulated_rides.len(),
             level: None,
             between_rides: None,
             between_bikes: None,
@@ -70,16 +76,21 @@ impl Dependence {
             known,
             points: Vec::new(),
         };
-        found.fit(&asked, &outings, question.at);
+        found.fit(&asked, &simulated_rides, question.at);
         found.summary = sentence::of(&found);
         found
     }
 
-    fn fit(&mut self, asked: &[String], outings: &[Outing], at: &BTreeMap<String, f64>) {
-        if outings.is_empty() {
+    fn fit(
+        &mut self,
+        asked: &[String],
+        simulated_rides: &[SimulatedRide],
+        at: &BTreeMap<String, f64>,
+    ) {
+        if simulated_rides.is_empty() {
             return;
         }
-        let data = data(asked, outings);
+        let data = data(asked, simulated_rides);
         self.bikes = data.bicycles();
         let confounded = Confounding::of(&data);
         self.facts = asked
@@ -112,18 +123,19 @@ impl Dependence {
         self.between_bikes = fit.between_bikes;
         let sizes = steps.iter().zip(&fit.slopes[fitted.len()..]);
         self.steps = sizes
-            .map(|(step, size)| stepped(step, *size, outings))
+            .map(|(step, size)| stepped(step, *size, simulated_rides))
             .collect();
         self.predict(&fit, &fitted, at);
         if self.bikes == 1 && !fitted.iter().any(|i| asked[*i] == DATE) {
-            let left = outings.iter().zip(&fit.residuals);
-            let deviation = |outing: &Outing| outing.std_error.hypot(fit.between_rides);
+            let left = simulated_rides.iter().zip(&fit.residuals);
+            let deviation =
+                |simulated_ride: &SimulatedRide| simulated_ride.std_error.hypot(fit.between_rides);
             let left: Vec<_> = left
                 .map(|(o, r)| (o.row.dated_at, *r, deviation(o)))
                 .collect();
             self.development = Development::of(&left);
         }
-        self.points = points(outings, &data, &fit, fitted.len());
+        self.points = points(simulated_rides, &data, &fit, fitted.len());
     }
 
     fn predict(&mut self, fit: &Fit, fitted: &[usize], at: &BTreeMap<String, f64>) {
@@ -165,8 +177,8 @@ impl Dependence {
     }
 }
 
-fn stepped(step: &regression::Step, size: Coefficient, outings: &[Outing]) -> Step {
-    let first = outings[step.ride].row;
+fn stepped(step: &regression::Step, size: Coefficient, simulated_rides: &[SimulatedRide]) -> Step {
+    let first = simulated_rides[step.ride].row;
     Step {
         bike: first.bike.clone(),
         at: time::text(first.dated_at),
@@ -175,18 +187,18 @@ fn stepped(step: &regression::Step, size: Coefficient, outings: &[Outing]) -> St
 }
 
 /// The fitted rides with their first columns, which are the facts.
-fn points(outings: &[Outing], data: &Data, fit: &Fit, facts: usize) -> Vec<Point> {
-    let point = |(i, outing): (usize, &Outing)| Point {
-        job: outing.row.job_id,
-        bike: outing.row.bike.clone(),
-        dated_at: time::text(outing.row.dated_at),
+fn points(simulated_rides: &[SimulatedRide], data: &Data, fit: &Fit, facts: usize) -> Vec<Point> {
+    let point = |(i, simulated_ride): (usize, &SimulatedRide)| Point {
+        job: simulated_ride.row.job_id,
+        bike: simulated_ride.row.bike.clone(),
+        dated_at: time::text(simulated_ride.row.dated_at),
         facts: data.facts.row(i).iter().copied().take(facts).collect(),
-        value: outing.row.value,
-        std_error: outing.std_error,
+        value: simulated_ride.row.value,
+        std_error: simulated_ride.std_error,
         residual: fit.residuals[i],
     };
-    let step = outings.len().div_ceil(POINTS).max(1);
-    outings
+    let step = simulated_rides.len().div_ceil(POINTS).max(1);
+    simulated_rides
         .iter()
         .enumerate()
         .step_by(step)
@@ -194,7 +206,7 @@ fn points(outings: &[Outing], data: &Data, fit: &Fit, facts: usize) -> Vec<Point
         .collect()
 }
 
-impl<'a> Outing<'a> {
+impl<'a> SimulatedRide<'a> {
     fn of(row: &'a RideRow) -> Option<Self> {
         let std_error = row.std_error.filter(|e| e.powi(-2).is_normal())?;
         Some(Self {
@@ -240,19 +252,25 @@ fn reason(refusal: Refusal, with: Option<&str>) -> String {
     }
 }
 
-fn data(asked: &[String], outings: &[Outing]) -> Data {
+fn data(asked: &[String], simulated_rides: &[SimulatedRide]) -> Data {
     let mut numbers: HashMap<&str, usize> = HashMap::new();
-    let bikes = outings.iter().map(|outing| {
+    let bikes = simulated_rides.iter().map(|simulated_ride| {
         let next = numbers.len();
-        *numbers.entry(&outing.row.bike).or_insert(next)
+        *numbers.entry(&simulated_ride.row.bike).or_insert(next)
     });
     Data {
         bikes: bikes.collect(),
-        values: DVector::from_iterator(outings.len(), outings.iter().map(|o| o.row.value)),
-        errors: DVector::from_iterator(outings.len(), outings.iter().map(|o| o.std_error)),
-        dates: outings.iter().map(|o| o.facts[DATE]).collect(),
-        facts: DMatrix::from_fn(outings.len(), asked.len(), |i, j| {
-            outings[i].facts[&asked[j]]
+        values: DVector::from_iterator(
+            simulated_rides.len(),
+            simulated_rides.iter().map(|o| o.row.value),
+        ),
+        errors: DVector::from_iterator(
+            simulated_rides.len(),
+            simulated_rides.iter().map(|o| o.std_error),
+        ),
+        dates: simulated_rides.iter().map(|o| o.facts[DATE]).collect(),
+        facts: DMatrix::from_fn(simulated_rides.len(), asked.len(), |i, j| {
+            simulated_rides[i].facts[&asked[j]]
         }),
     }
 }
@@ -275,9 +293,12 @@ fn line(fit: &Fit, place: usize, fact: &Influence) -> Vec<Place> {
     (0..PLACES).map(at).collect()
 }
 
-fn known(outings: &[Outing]) -> Vec<Known> {
+fn known(simulated_rides: &[SimulatedRide]) -> Vec<Known> {
     let mut known: BTreeMap<&str, Known> = BTreeMap::new();
-    for (name, value) in outings.iter().flat_map(|outing| &outing.facts) {
+    for (name, value) in simulated_rides
+        .iter()
+        .flat_map(|simulated_ride| &simulated_ride.facts)
+    {
         let fact = known.entry(name).or_insert_with(|| Known {
             name: name.clone(),
             unit: unit(name).to_owned(),

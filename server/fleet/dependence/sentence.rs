@@ -20,7 +20,7 @@ pub fn of(found: &Dependence) -> String {
     let Some(level) = found.level else {
         return cannot(found, &subject);
     };
-    let mut told: Vec<String> = Vec::new();
+    let mut reported: Vec<String> = Vec::new();
     let fitted: Vec<(&Influence, Coefficient)> = found
         .facts
         .iter()
@@ -37,7 +37,7 @@ pub fn of(found: &Dependence) -> String {
         };
         let verb = if slope.value > 0.0 { "rises" } else { "falls" };
         let size = margin(slope.value.abs(), slope, &found.unit);
-        told.push(format!("{who} {verb} by {size} per {}.", per(fact)));
+        reported.push(format!("{who} {verb} by {size} per {}.", per(fact)));
     }
     if !unsure.is_empty() {
         let names: Vec<String> = unsure
@@ -56,13 +56,13 @@ pub fn of(found: &Dependence) -> String {
         } else {
             "It".to_owned()
         };
-        told.push(format!(
+        reported.push(format!(
             "{who} shows no dependence on {}.",
             names.join(", ")
         ));
     }
     if found.facts.iter().all(|fact| fact.slope.is_none()) {
-        told.push(format!(
+        reported.push(format!(
             "{} is {}.",
             capital(&subject),
             margin(level.value, &level, &found.unit)
@@ -72,22 +72,22 @@ pub fn of(found: &Dependence) -> String {
         let verb = if step.size.value > 0.0 { "up" } else { "down" };
         let size = margin(step.size.value.abs(), &step.size, &found.unit);
         let at = step.at.get(..10).unwrap_or(&step.at);
-        told.push(format!("{} stepped {verb} by {size} at {at}.", step.bike));
+        reported.push(format!("{} stepped {verb} by {size} at {at}.", step.bike));
     }
     if (found.development.as_ref()).is_some_and(|d| matches!(d.kind, Kind::Drift | Kind::Both)) {
-        told.push("Beside this it drifts: the date is to be one of the facts.".to_owned());
+        reported.push("Beside this it drifts: the date is to be one of the facts.".to_owned());
     }
     for fact in &found.facts {
         if let Some(reason) = &fact.reason {
-            told.push(format!(
+            reported.push(format!(
                 "{} is not fitted: {reason}{}.",
                 capital(&label(&fact.name)),
                 correlation(fact)
             ));
         }
     }
-    told.push(basis(found));
-    told.join(" ")
+    reported.push(basis(found));
+    reported.join(" ")
 }
 
 /// "Front k at 2.5 bar (pressure front): 118 000 ± 3000 N/m".
@@ -114,19 +114,19 @@ pub fn predicted(
         .collect();
     let error = 0.5 * (prediction.high - prediction.low) / WIDE;
     let value = Quantity::new(prediction.value, error, &found.unit);
-    let mut told = format!(
+    let mut reported = format!(
         "{} at {}: {value}",
         capital(&subject(found)),
         places.join(", ")
     );
     if !beyond.is_empty() {
         let names: Vec<String> = beyond.iter().map(|name| label(name)).collect();
-        told.push_str(&format!(
+        reported.push_str(&format!(
             "; no ride comes near in {}, and the line may bend",
             names.join(", ")
         ));
     }
-    told
+    reported
 }
 
 fn cannot(found: &Dependence, subject: &str) -> String {
@@ -147,23 +147,23 @@ fn basis(found: &Dependence) -> String {
         1 => "of one bicycle".to_owned(),
         n => format!("of {n} bicycles"),
     };
-    let mut told = format!("Over {rides} rides {of}");
+    let mut reported = format!("Over {rides} rides {of}");
     if let Some(between) = found.between_rides {
-        told.push_str(&format!(
+        reported.push_str(&format!(
             ", which differ by {} beyond this and their own errors",
             plain(between)
         ));
     }
     if let Some(between) = found.between_bikes {
-        told.push_str(&format!("; bicycles differ by {}", plain(between)));
+        reported.push_str(&format!("; bicycles differ by {}", plain(between)));
     }
     if found.left_out > 0 {
-        told.push_str(&format!(
+        reported.push_str(&format!(
             "; {} more rides lack one of the facts",
             found.left_out
         ));
     }
-    told + "."
+    reported + "."
 }
 
 /// `k_n_m` of the front axle as "front k".

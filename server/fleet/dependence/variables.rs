@@ -49,7 +49,7 @@ pub fn of(row: &RideRow) -> BTreeMap<String, f64> {
     numbers
 }
 
-/// The unit of a fact, told by its name; empty where it is not.
+/// The unit of a fact, reported by its name; empty where it is not.
 pub fn unit(name: &str) -> &'static str {
     match name {
         DATE => "day",

@@ -1,4 +1,4 @@
-//! Which facts cannot be told apart from those before them.
+//! Which facts cannot be distinguished from those before them.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -174,7 +174,7 @@ fn too_few_or_equal_rides_are_not_fitted() {
 
 /// Columns: pressure, twice the pressure, temperature, the same everywhere, one that belongs to the bicycle.
 #[test]
-fn facts_that_stand_for_others_are_told() {
+fn facts_that_stand_for_others_are_reported() {
     let rides = 24;
     let pressure = |i: usize| 2.0 + 0.1 * (i % 5) as f64;
     let rows: Vec<Vec<f64>> = (0..rides)

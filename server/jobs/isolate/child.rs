@@ -19,7 +19,7 @@ use crate::jobs::hub::{Heard, Iteration, Searched};
 use crate::jobs::panics::panic_text;
 use crate::jobs::task::{Order, Outcome, Subject, Task};
 
-/// What happens is told at most this often; a short swarm has a hundred in a few milliseconds.
+/// What happens is reported at most this often; a short swarm has a hundred in a few milliseconds.
 const EVERY: Duration = Duration::from_millis(20);
 /// Memory besides the job's (bytes): the program's own, and stacks of threads.
 const OWN: u64 = 256 << 20;
@@ -67,7 +67,7 @@ impl Child {
             .build()?;
         let orders = orders();
         let (mut held, drawn) = (None, Drawn::default());
-        let telling = Telling::default();
+        let telling = Sender::default();
         while let Ok(order) = orders.recv() {
             let word = carry_out(&threads, &mut held, &drawn, order, &telling);
             telling.finish(word)?;
@@ -102,7 +102,7 @@ fn carry_out(
     held: &mut Option<Held>,
     drawn: &Drawn,
     order: Order,
-    progress: &Telling,
+    progress: &Sender,
 ) -> Word {
     let work = || match order {
         Order::Stage(subject, task) => {
@@ -135,16 +135,16 @@ impl Held {
 }
 
 /// The way to the parent.
-struct Telling(Mutex<Unsaid>);
+struct Sender(Mutex<Unsaid>);
 
-/// What is told with the next word.
+/// What is reported with the next word.
 struct Unsaid {
     heard: Vec<Heard>,
     spoke: Instant,
     pipe: Stdout,
 }
 
-impl Default for Telling {
+impl Default for Sender {
     fn default() -> Self {
         Self(Mutex::new(Unsaid {
             heard: Vec::new(),
@@ -154,8 +154,8 @@ impl Default for Telling {
     }
 }
 
-impl Telling {
-    fn tell(&self, heard: Heard) {
+impl Sender {
+    fn send(&self, heard: Heard) {
         let mut unsaid = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         unsaid.heard.push(heard);
         if unsaid.spoke.elapsed() >= EVERY && unsaid.say().is_err() {
@@ -182,9 +182,9 @@ impl Unsaid {
     }
 }
 
-impl Progress for Telling {
+impl Progress for Sender {
     fn iteration(&self, trial: usize, iteration: usize, best_cost: f64) {
-        self.tell(Heard::Iteration(Iteration {
+        self.send(Heard::Iteration(Iteration {
             trial,
             iteration,
             best_cost,
@@ -192,6 +192,6 @@ impl Progress for Telling {
     }
 
     fn searched(&self, steps: u64, budget: u64) {
-        self.tell(Heard::Searched(Searched { steps, budget }));
+        self.send(Heard::Searched(Searched { steps, budget }));
     }
 }

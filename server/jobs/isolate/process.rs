@@ -119,7 +119,7 @@ impl Process {
         matches!(self.child.try_wait(), Ok(None))
     }
 
-    /// Has an order carried out, and passes on what is told meanwhile.
+    /// Has an order carried out, and passes on what is reported meanwhile.
     pub async fn perform(
         &mut self,
         mut order: Order,

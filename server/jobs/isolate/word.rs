@@ -1,4 +1,4 @@
-//! What a child tells its parent, which tells it orders.
+//! What a child shows its parent, which shows it orders.
 
 use serde::{Deserialize, Serialize};
 

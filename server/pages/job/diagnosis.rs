@@ -286,17 +286,17 @@ mod tests {
     }
 
     #[test]
-    fn without_a_measured_floor_no_share_is_told() {
+    fn without_a_measured_floor_no_share_is_reported() {
         let held = |share| HeldOut {
             plain_rms_m: Some(2e-3),
             extended_rms_m: Some(1e-3),
             explained_share: share,
             ..HeldOut::default()
         };
-        let told = |share| explained(&held(share)).unwrap_or_default();
-        assert!(told(Some(0.987)).contains("98.7 %"));
+        let reported = |share| explained(&held(share)).unwrap_or_default();
+        assert!(reported(Some(0.987)).contains("98.7 %"));
         assert_eq!(
-            told(None).replace('\u{a0}', " "),
+            reported(None).replace('\u{a0}', " "),
             "With the effects the error falls from 2 mm to 1 mm."
         );
         assert_eq!(explained(&HeldOut::default()), None);

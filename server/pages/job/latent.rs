@@ -24,7 +24,7 @@ pub fn lines(latent: &LatentRoad) -> Vec<(String, String)> {
         );
     }
     if let Some(speed) = &latent.speed {
-        line("Speed reads too little by", told(speed, 100.0, "%"));
+        line("Speed reads too little by", reported(speed, 100.0, "%"));
     }
     for sensor in &latent.sensors {
         line(&sensor.channel, sensed(sensor));
@@ -48,18 +48,18 @@ pub fn lines(latent: &LatentRoad) -> Vec<(String, String)> {
 fn sensed(sensor: &SensorFound) -> String {
     let mut text = format!("noise {} {}", significant(sensor.noise, 2), sensor.unit);
     if let Some(gain) = &sensor.gain {
-        text += &format!(", gain {}", told(gain, 1.0, "-"));
+        text += &format!(", gain {}", reported(gain, 1.0, "-"));
     }
     if let Some(delay) = &sensor.delay_s {
-        text += &format!(", late by {}", told(delay, 1e3, "ms"));
+        text += &format!(", late by {}", reported(delay, 1e3, "ms"));
     }
     if let Some(drift) = &sensor.drift_ppm {
-        text += &format!(", fast by {}", told(drift, 1.0, "ppm"));
+        text += &format!(", fast by {}", reported(drift, 1.0, "ppm"));
     }
     text
 }
 
-fn told(correction: &Correction, scale: f64, unit: &str) -> String {
+fn reported(correction: &Correction, scale: f64, unit: &str) -> String {
     let std_error = scale * correction.std_error;
     Quantity::new(scale * correction.value, Some(std_error), unit).to_string()
 }

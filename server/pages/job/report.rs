@@ -23,7 +23,7 @@ pub struct ReportView {
     pub latent: Option<Vec<(String, String)>>,
     /// Whether the result is that method's.
     pub without_road: bool,
-    /// Mistakes that the verdict's sentence does not tell.
+    /// Mistakes that the verdict's sentence does not show.
     pub mistakes: Vec<String>,
     pub trials: usize,
     pub seed: u64,

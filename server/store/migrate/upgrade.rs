@@ -219,7 +219,7 @@ async fn is_read(db: &Db, row: i64) {
 
 /// A report as it was stored while a model that ran away wrote NaN into it, and one that is sound.
 fn report(position_max: &str) -> String {
-    let outing = veloid_engine::simulate::outing::Outing {
+    let simulated_ride = veloid_engine::simulate::simulated_ride::SimulatedRide {
         duration_s: 5.0,
         ..Default::default()
     };
@@ -233,13 +233,13 @@ fn report(position_max: &str) -> String {
     let bike = r#"{"bike": "lab-7", "mass_front_kg": 23.0, "mass_rear_kg": 63.0}"#;
     let bike = veloid_engine::bicycle::Bike::from_json(bike).unwrap();
     let quiet = veloid_engine::Silent;
-    let report = veloid_engine::identify(&outing.ride(), &bike, &settings, &quiet).unwrap();
+    let report = veloid_engine::identify(&simulated_ride.ride(), &bike, &settings, &quiet).unwrap();
     let mut report = serde_json::to_value(report).unwrap();
     report["comparison"]["rows"][0]["position_max_m"] = serde_json::from_str(position_max).unwrap();
     report.to_string()
 }
 
-/// Of the jobs that schema 5 has at their end, what cannot be read begins anew, once, and nothing else.
+/// Of the jobs that schema 5 has at their end, what cannot be read starts again, once, and nothing else.
 #[tokio::test]
 async fn jobs_with_numbers_that_are_none_begin_anew() {
     let null = r#"{"kind": "internal", "detail": "gave up after 3 attempts: database: ... invalid type: null, expected f64 at line 1"}"#;

@@ -142,8 +142,8 @@ fn done(what: &str, output: std::io::Result<Output>) -> Result<String, OriginErr
 
 /// The processor, and how many of it.
 fn machine() -> String {
-    let told = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = told
+    let reported = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = reported
         .lines()
         .find_map(|line| Some(line.strip_prefix("model name")?.split_once(": ")?.1))
         .unwrap_or("processor unknown");

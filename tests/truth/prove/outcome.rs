@@ -91,10 +91,10 @@ impl Outcome {
             Some((of[value].as_f64()?, of[error].as_f64()))
         };
         // Beside a rest only those count that the verdict says act.
-        let told = |e: &&Value| verdict != "named_in_part" || e["affirmed"] == true;
+        let reported = |e: &&Value| verdict != "named_in_part" || e["affirmed"] == true;
         let effects = list(&diagnosis["effects"])
             .iter()
-            .filter(told)
+            .filter(reported)
             .map(|e| Finding {
                 id: text(&e["id"]),
                 axle: text(&e["axle"]),

@@ -36,7 +36,7 @@ pub fn make(case: &Case, name: &str, seed: u64, number: u64) -> Made {
     let mut attempt = 0;
     loop {
         let chance = &mut Chance::new(seed, 1 + number + (attempt << 32));
-        let scene = Scene::draw(case, chance);
+        let scene = Dataset::draw(case, chance);
         let vehicle = scene.conceal(attempt, chance);
         let log = scene.record(&vehicle, chance);
         attempt += 1;
@@ -59,7 +59,7 @@ pub fn make(case: &Case, name: &str, seed: u64, number: u64) -> Made {
 }
 
 /// A ride without what it conceals.
-struct Scene<'a> {
+struct Dataset<'a> {
     case: &'a Case,
     bike: Bike,
     sensors: Sensors,
@@ -69,7 +69,7 @@ struct Scene<'a> {
     scale: Scale,
 }
 
-impl<'a> Scene<'a> {
+impl<'a> Dataset<'a> {
     fn draw(case: &'a Case, chance: &mut Chance) -> Self {
         let bike = draw_bike(case, chance);
         let sensors = match case.circumstance {

@@ -1,5 +1,5 @@
 //! What acts on an axle beside its spring and damper. The integrator is compiled for nothing, for each effect by itself, and for
-//! lists, since choosing the effect anew in every step would take longer than the step.
+//! lists, since choosing the effect again in every step would take longer than the step.
 
 use std::hint::black_box;
 use std::marker::PhantomData;

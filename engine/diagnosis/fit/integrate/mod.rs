@@ -16,7 +16,7 @@ use axle::STATES;
 use laws::{Laws, Listed, Nothing, One};
 use runner::{Piece, Runner};
 
-use crate::diagnosis::dataset::{Scene, Track};
+use crate::diagnosis::dataset::{Dataset, Track};
 use crate::diagnosis::effects::{ForEffect, Kind};
 use crate::diagnosis::law::{Acts, Effect};
 use crate::numerics::lanes::{Lanes, vectors};
@@ -24,7 +24,7 @@ use crate::numerics::lanes::{Lanes, vectors};
 /// Simulates a span of samples of the axles, from states at its first one; with two axles in `coupled` = (c_own, c_other) form
 /// they push each other. `substeps` per sample; velocities and accelerations are kept when `full`.
 pub fn run(
-    scene: &Scene,
+    dataset: &Dataset,
     axles: &[(&Track, &AxleLanes)],
     coupling: Option<&Lanes>,
     span: Range<usize>,
@@ -32,11 +32,11 @@ pub fn run(
     full: bool,
 ) -> Vec<Motions> {
     let cost: usize = axles.iter().map(|(track, lanes)| cost(track, lanes)).sum();
-    let span = span.start..span.end.min(scene.samples);
-    scene.work.add((span.len() * substeps * cost) as u64);
+    let span = span.start..span.end.min(dataset.samples);
+    dataset.work.add((span.len() * substeps * cost) as u64);
     let runners: Vec<Runner> = axles
         .iter()
-        .map(|(t, l)| Runner::new(scene, t, l, span.clone()))
+        .map(|(t, l)| Runner::new(dataset, t, l, span.clone()))
         .collect();
     let room = |wanted: bool| Vec::with_capacity(if wanted { span.len() } else { 0 });
     let mut out: Vec<Motions> = axles
@@ -48,7 +48,7 @@ pub fn run(
         })
         .collect();
     let job = Job {
-        scene,
+        dataset,
         runners: &runners,
         coupling,
         span: span.clone(),
@@ -94,7 +94,7 @@ fn cost(track: &Track, lanes: &AxleLanes) -> usize {
 
 /// What one integration works on.
 struct Job<'a> {
-    scene: &'a Scene,
+    dataset: &'a Dataset,
     runners: &'a [Runner<'a>],
     coupling: Option<&'a Lanes>,
     span: Range<usize>,
@@ -172,8 +172,8 @@ impl<'a> Job<'a> {
 
     #[inline(always)]
     fn integrate<const A: usize, const S: usize, L: Laws>(&mut self, laws: &[L; A]) {
-        let scene = self.scene;
-        let h = scene.step / self.substeps as f64;
+        let dataset = self.dataset;
+        let h = dataset.step / self.substeps as f64;
         let mut x: [[Lanes; S]; A] = [[Lanes::ZERO; S]; A];
         for (x, r) in x.iter_mut().zip(self.runners) {
             r.start(x);
@@ -186,7 +186,7 @@ impl<'a> Job<'a> {
             } else {
                 i
             };
-            let pieces: [Piece; A] = std::array::from_fn(|a| self.runners[a].piece(scene, from));
+            let pieces: [Piece; A] = std::array::from_fn(|a| self.runners[a].piece(dataset, from));
             for a in 0..A {
                 self.out[a].z.push(x[a][0]);
                 if self.full {
@@ -252,13 +252,13 @@ impl<'a> Job<'a> {
         [s, h]: [f64; 2],
         x: &[[Lanes; S]; A],
     ) -> [[Lanes; S]; A] {
-        let t = (i as f64 + s) * self.scene.step;
+        let t = (i as f64 + s) * self.dataset.step;
         let mut out = [[Lanes::ZERO; S]; A];
         for a in 0..A {
             self.runners[a].rates(&laws[a], &pieces[a], [t, s, h], &x[a], &mut out[a]);
         }
         if A == 2
-            && let (Some(q), Some([l_f, l_r, m_f, m_r])) = (self.coupling, self.scene.geometry)
+            && let (Some(q), Some([l_f, l_r, m_f, m_r])) = (self.coupling, self.dataset.geometry)
         {
             // z_F'' = F_F (1/m + l_F^2/I) + F_R (1/m - l_F l_R/I) with 1/I = (1 + q)/(m l_F l_R).
             let total = m_f + m_r;

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::axle::{AxleLanes, EffectLanes};
-use crate::diagnosis::dataset::{Scene, Track};
+use crate::diagnosis::dataset::{Dataset, Track};
 use crate::diagnosis::law::{Spot, Tap};
 use crate::numerics::lanes::{LANES, Lanes, widest};
 use crate::numerics::spline::cubic;
@@ -17,7 +17,12 @@ pub(super) struct LaneRoad {
 
 impl LaneRoad {
     /// Nothing where no effect changes what the sensor of the road has recorded.
-    pub fn of(scene: &Scene, track: &Track, lanes: &AxleLanes, span: Range<usize>) -> Option<Self> {
+    pub fn of(
+        dataset: &Dataset,
+        track: &Track,
+        lanes: &AxleLanes,
+        span: Range<usize>,
+    ) -> Option<Self> {
         let on_road = |e: &&EffectLanes| e.kind.spec().on_road;
         let effects: Vec<&EffectLanes> = lanes.effects.iter().filter(on_road).collect();
         if effects.is_empty() {
@@ -32,7 +37,7 @@ impl LaneRoad {
             #[inline(always)]
             || {
                 for i in span {
-                    road.read(scene, track, &effects, i);
+                    road.read(dataset, track, &effects, i);
                 }
             },
         );
@@ -40,10 +45,10 @@ impl LaneRoad {
     }
 
     #[inline(always)]
-    fn read(&mut self, scene: &Scene, track: &Track, effects: &[&EffectLanes], i: usize) {
+    fn read(&mut self, dataset: &Dataset, track: &Track, effects: &[&EffectLanes], i: usize) {
         let spot = Spot {
-            speed: scene.speed[i],
-            distance: scene.distance[i],
+            speed: dataset.speed[i],
+            distance: dataset.distance[i],
         };
         let mut tap = Tap {
             shift: Lanes::ZERO,

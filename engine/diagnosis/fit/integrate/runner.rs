@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::axle::{AxleLanes, MAX_EFFECTS};
 use super::laws::Laws;
 use super::road::{LaneRoad, recorded};
-use crate::diagnosis::dataset::{Scene, Track};
+use crate::diagnosis::dataset::{Dataset, Track};
 use crate::diagnosis::law::{Crank, Motion};
 use crate::numerics::lanes::Lanes;
 use crate::numerics::spline::cubic;
@@ -34,12 +34,17 @@ pub(super) struct Piece {
 }
 
 impl<'a> Runner<'a> {
-    pub fn new(scene: &Scene, track: &'a Track, lanes: &'a AxleLanes, span: Range<usize>) -> Self {
+    pub fn new(
+        dataset: &Dataset,
+        track: &'a Track,
+        lanes: &'a AxleLanes,
+        span: Range<usize>,
+    ) -> Self {
         let carries = lanes.effects.iter().any(|e| e.kind.spec().carries);
         Self {
             track,
             lanes,
-            road: LaneRoad::of(scene, track, lanes, span),
+            road: LaneRoad::of(dataset, track, lanes, span),
             rest: match carries {
                 false => rest(track, lanes),
                 true => Lanes::ZERO,
@@ -71,7 +76,7 @@ impl<'a> Runner<'a> {
     }
 
     #[inline(always)]
-    pub fn piece(&self, scene: &Scene, i: usize) -> Piece {
+    pub fn piece(&self, dataset: &Dataset, i: usize) -> Piece {
         let input = &self.track.input;
         let h = input.step;
         let line = |x: &[f64]| [x[i], x[i + 1] - x[i]];
@@ -86,11 +91,11 @@ impl<'a> Runner<'a> {
                 None => [0.0; 4],
                 Some((f, m)) => cubic(f[i], f[i + 1], m[i], m[i + 1], h),
             },
-            speed: line(&scene.speed),
-            speed_rate: line(&scene.speed_rate),
-            crank: line(&scene.crank),
-            distance: line(&scene.distance),
-            double: scene.double_crank[i],
+            speed: line(&dataset.speed),
+            speed_rate: line(&dataset.speed_rate),
+            crank: line(&dataset.crank),
+            distance: line(&dataset.distance),
+            double: dataset.double_crank[i],
         }
     }
 

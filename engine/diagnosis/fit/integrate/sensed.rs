@@ -1,14 +1,14 @@
 //! What the displacement sensor reads of simulated motion.
 
 use super::axle::{AxleLanes, EffectLanes, Motions};
-use crate::diagnosis::dataset::Scene;
+use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::law::{Pickup, Values};
 use crate::numerics::lanes::{LANES, Lanes, widest};
 
 /// What the displacement sensor reads of simulated motion (m), at every sample from the first on; where the motion is prescribed the force's (N),
 /// that on a mass of 1 kg.
 pub fn sensed(
-    scene: &Scene,
+    dataset: &Dataset,
     first: usize,
     prescribed: bool,
     lanes: &AxleLanes,
@@ -28,7 +28,7 @@ pub fn sensed(
         #[inline(always)]
         || {
             for lane in 0..LANES {
-                read_lane(scene, first, &effects, &motions, sharp, lane, &mut out);
+                read_lane(dataset, first, &effects, &motions, sharp, lane, &mut out);
             }
         },
     );
@@ -37,7 +37,7 @@ pub fn sensed(
 
 #[inline(always)]
 fn read_lane(
-    scene: &Scene,
+    dataset: &Dataset,
     first: usize,
     effects: &[&EffectLanes],
     motions: &Motions,
@@ -57,7 +57,7 @@ fn read_lane(
         };
         for (e, v) in effects.iter().zip(&values) {
             e.kind
-                .sensor(v, (first + i) as f64 * scene.step, &mut pickup);
+                .sensor(v, (first + i) as f64 * dataset.step, &mut pickup);
         }
         let z = if pickup.delay == 0.0 {
             sharp[i].0[lane]
@@ -65,13 +65,13 @@ fn read_lane(
             earlier(
                 motions,
                 lane,
-                i as f64 - pickup.delay / scene.step,
-                scene.step,
+                i as f64 - pickup.delay / dataset.step,
+                dataset.step,
             )
         };
         let prompt = pickup.gain * z + pickup.offset;
         let late = before.map_or(prompt, |before| {
-            followed(before, prompt, pickup.lag, scene.step)
+            followed(before, prompt, pickup.lag, dataset.step)
         });
         read.0[lane] = late;
         before = Some((prompt, late));

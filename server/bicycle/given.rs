@@ -7,7 +7,7 @@ use utoipa::ToSchema;
 
 use super::fields;
 
-/// How a bicycle is told.
+/// How a bicycle is reported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Way {
@@ -33,7 +33,7 @@ impl Way {
 
 /// The parts, as they came.
 #[derive(Clone, Debug, Default)]
-pub struct Told {
+pub struct Given {
     /// The way that a form's sender has chosen; what stands in the fields of another one does not count then.
     pub way: Option<Way>,
     /// The part `bike`: a bike file, or the name of a bike of the fleet.
@@ -50,7 +50,7 @@ pub enum Chosen<'a> {
     Nothing,
 }
 
-/// A bicycle told in two ways, of which none was chosen.
+/// A bicycle reported in two ways, of which none was chosen.
 #[derive(Debug, thiserror::Error)]
 #[error("the bicycle is told by `{text}` and by `{field}`, expected one of the two ways")]
 pub struct TwoWays {
@@ -61,7 +61,7 @@ pub struct TwoWays {
 /// The part that names the way.
 const WAY: &str = "bicycle";
 
-impl Told {
+impl Given {
     /// The parts that it knows.
     pub fn names() -> impl Iterator<Item = &'static str> {
         ["bike", "fleet", WAY].into_iter().chain(fields::names())
@@ -117,16 +117,16 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
-    fn told(parts: &[(&str, &str)]) -> Told {
-        let mut told = Told::default();
+    fn given(parts: &[(&str, &str)]) -> Given {
+        let mut given = Given::default();
         for (part, value) in parts {
-            assert!(told.add(part, value).unwrap(), "{part}");
+            assert!(given.add(part, value).unwrap(), "{part}");
         }
-        told
+        given
     }
 
-    fn said(told: &Told) -> String {
-        match told.chosen() {
+    fn said(given: &Given) -> String {
+        match given.chosen() {
             Ok(Chosen::Text(part, text)) => format!("{part} {text}"),
             Ok(Chosen::Fields(fields)) => format!("{} fields", fields.len()),
             Ok(Chosen::Nothing) => String::new(),
@@ -142,22 +142,22 @@ mod tests {
             ("fields", "1 fields"),
             ("file", "bike {}"),
         ] {
-            assert_eq!(said(&told(&[&all[..], &[(WAY, way)]].concat())), counts);
-            assert_eq!(said(&told(&[(WAY, way)])), "", "chosen and left blank");
+            assert_eq!(said(&given(&[&all[..], &[(WAY, way)]].concat())), counts);
+            assert_eq!(said(&given(&[(WAY, way)])), "", "chosen and left blank");
         }
         assert_eq!(
-            said(&told(&all[..2])),
+            said(&given(&all[..2])),
             "bike {}",
             "as ever, without a choice"
         );
-        assert_eq!(said(&told(&all[2..])), "1 fields");
-        let two = said(&told(&all[1..]));
+        assert_eq!(said(&given(&all[2..])), "1 fields");
+        let two = said(&given(&all[1..]));
         assert!(two.contains("`fleet` and by `mass_front_kg`"), "{two}");
     }
 
     #[test]
     fn parts_come_once_and_are_known() {
-        let mut twice = told(&[("mass_front_kg", "1")]);
+        let mut twice = given(&[("mass_front_kg", "1")]);
         assert!(!twice.add("mass_front_kg", "2").unwrap());
         assert!(
             twice
@@ -167,8 +167,8 @@ mod tests {
         );
         let odd = twice.add(WAY, "json").unwrap_err();
         assert_eq!(odd, "bicycle: 'json', expected fleet, fields, file");
-        for name in Told::names().filter(|name| *name != WAY) {
-            assert!(Told::default().add(name, "x").unwrap(), "{name}");
+        for name in Given::names().filter(|name| *name != WAY) {
+            assert!(Given::default().add(name, "x").unwrap(), "{name}");
         }
     }
 }

@@ -66,7 +66,7 @@ pub struct SpeedChange {
 /// A ride to simulate. The default is the paper's bicycle for a minute on an ISO class B road.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Outing {
+pub struct SimulatedRide {
     /// Length of the ride (s).
     pub duration_s: f64,
     /// Sampling rate (Hz).
@@ -93,7 +93,7 @@ pub struct Outing {
     pub seed: u64,
 }
 
-impl Default for Outing {
+impl Default for SimulatedRide {
     fn default() -> Self {
         let spring = |mass_kg| {
             Some(Spring {
@@ -156,7 +156,7 @@ impl Motion {
 /// Samples that one simulation may write.
 const MOST_SAMPLES: f64 = 1e7;
 
-impl Outing {
+impl SimulatedRide {
     /// Rejects what cannot be simulated.
     ///
     /// # Errors
@@ -378,7 +378,7 @@ impl Outing {
         self.logged(axles, 1)
     }
 
-    /// A ride of these records, `per_sample` times as often as the outing's rate.
+    /// A ride of these records, `per_sample` times as often as the simulated ride's rate.
     fn logged(&self, axles: PerAxle<AxleRecord>, per_sample: usize) -> Ride {
         let samples = (self.samples() - 1) * per_sample + 1;
         let rate_hz = self.rate_hz * per_sample as f64;
@@ -437,12 +437,12 @@ mod tests {
 
     #[test]
     fn rear_meets_the_road_one_wheelbase_later() {
-        let outing = Outing {
+        let simulated_ride = SimulatedRide {
             speed_m_s: 11.01,
             duration_s: 5.0,
-            ..Outing::default()
+            ..SimulatedRide::default()
         };
-        let m = outing.motion();
+        let m = simulated_ride.motion();
         let (f, r) = (m.front.unwrap(), m.rear.unwrap());
         for i in 0..400 {
             assert!((f.road[i] - r.road[i + 10]).abs() < 1e-9);
@@ -451,12 +451,12 @@ mod tests {
 
     #[test]
     fn motion_obeys_the_model() {
-        let outing = Outing {
+        let simulated_ride = SimulatedRide {
             duration_s: 10.0,
             rate_hz: 1000.0,
-            ..Outing::default()
+            ..SimulatedRide::default()
         };
-        let m = outing.motion().front.unwrap();
+        let m = simulated_ride.motion().front.unwrap();
         for i in 1..m.displacement.len() - 1 {
             let v = (m.displacement[i + 1] - m.displacement[i - 1]) * 500.0;
             let a = (m.velocity[i + 1] - m.velocity[i - 1]) * 500.0;
@@ -467,8 +467,8 @@ mod tests {
 
     #[test]
     fn noise_is_as_large_as_asked() {
-        let quiet = Outing::default();
-        let noisy = Outing {
+        let quiet = SimulatedRide::default();
+        let noisy = SimulatedRide {
             noise_displacement_m: 5e-5,
             ..quiet.clone()
         };

@@ -15,15 +15,15 @@ const OUTSIDE: f64 = 1.0;
 /// The same of road and deflection, where a real bump may be a sample short. The axle then moves by a good part of its
 /// height, so that the span is that of whichever moves most.
 const OUTSIDE_ROAD: f64 = 10.0;
-/// Largest share of wild samples that is a logger's hiccup.
+/// Largest share of implausible samples that is a logger's hiccup.
 const MOST: f64 = 0.01;
 
 /// How often a range is widened at most: each time more than doubles it, and sensors span less than 2^60.
 const MOST_WIDENED: usize = 60;
 
-/// The wild samples of one channel.
+/// The implausible samples of one channel.
 #[derive(Debug, PartialEq)]
-pub struct Wild {
+pub struct Implausible {
     /// Which column.
     pub column: usize,
     pub rows: Vec<usize>,
@@ -31,7 +31,7 @@ pub struct Wild {
     pub samples: usize,
 }
 
-impl Wild {
+impl Implausible {
     pub fn too_many(&self) -> bool {
         let most = (MOST * self.samples as f64).max(LONGEST as f64);
         self.rows.len() as f64 > most
@@ -39,7 +39,7 @@ impl Wild {
 }
 
 /// Finds them in columns (SI) of a file of `duration_s`.
-pub fn find(columns: &[(Spec, Vec<f64>)], duration_s: f64) -> Vec<Wild> {
+pub fn find(columns: &[(Spec, Vec<f64>)], duration_s: f64) -> Vec<Implausible> {
     let found: Vec<Option<Found>> = (columns.iter())
         .map(|(spec, values)| axle(spec.channel).and_then(|_| Found::of(values, duration_s)))
         .collect();
@@ -63,7 +63,7 @@ pub fn find(columns: &[(Spec, Vec<f64>)], duration_s: f64) -> Vec<Wild> {
             .collect();
         if !rows.is_empty() {
             let samples = found.samples;
-            out.push(Wild {
+            out.push(Implausible {
                 column,
                 rows,
                 samples,

@@ -9,9 +9,9 @@ use veloid_engine::bicycle::Bike;
 use super::CliError;
 use crate::options::Options;
 
-/// What one ride and several are asked alike.
+/// What one ride and several are arguments alike.
 #[derive(Args)]
-pub struct Asked {
+pub struct Arguments {
     /// Where to write the report; `-` is stdout, in place of the summary.
     #[arg(long)]
     json: Option<PathBuf>,
@@ -32,8 +32,8 @@ pub struct Asked {
     held_out: Option<f64>,
 }
 
-impl Asked {
-    /// Options with what is asked here and the texts of further ones, by key.
+impl Arguments {
+    /// Options with what is arguments here and the texts of further ones, by key.
     pub fn options(&self, given: &[(&str, &Vec<String>)]) -> Result<Options, CliError> {
         let mut document = Map::new();
         for (key, texts) in given.iter().chain(&[("missing", &self.missing)]) {
