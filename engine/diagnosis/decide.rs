@@ -108,7 +108,7 @@ fn is_loud(decision: &Decision, prepared: &Prepared) -> bool {
     let loud = |(t, track): (usize, &Track)| {
         let left = decision.shown.residual(record, t);
         let rms = rms_valid(&left, &track.valid, prepared.split.held.clone());
-        most_white(&left, record.step).is_some_and(|noise| rms > policy::LOUD_REST * noise)
+        most_white(&left, record.step).is_some_and(|noise| is_more_than(noise, rms))
     };
     let mut tracks = record.tracks.iter().enumerate();
     record.tracks.iter().all(|track| !track.has_road) && tracks.any(loud)
@@ -138,10 +138,7 @@ fn second_look(
                 (j.remains || doubt != Doubt::Not || explained) && !is_named
             })
             .collect(),
-        outgrown: match by_wider_law {
-            true => policy::NEARLY_ALL,
-            false => policy::OUTGROWN,
-        },
+        outgrown: outgrown(by_wider_law),
     };
     let said = first.verdict;
     let first = Decision {
@@ -289,8 +286,7 @@ fn by_likelihood(
     let judged = judged(prepared, &model, &motions, &shown, settings);
     let counts = || asked.iter().map(|t| &judged[*t]);
     let explains = !model.terms.is_empty()
-        && counts().all(|j| !j.remains || j.share >= policy::ADEQUATE)
-        && !counts().any(|j| errs_more(j, policy::MISLEADS))
+        && counts().all(is_explained)
         && is_physical(&prepared.dataset, &search.plain, &model);
     let wider = explains && (is_curve(search, &model) || is_outgrown(search, &model));
     let little = wider && dominates(search, &model);
@@ -436,6 +432,38 @@ fn judged(
     (0..prepared.dataset.tracks.len()).map(of_track).collect()
 }
 
+/// Whether a model that leaves so much (RMS) leaves mostly something else than white noise.
+fn is_more_than(noise: f64, rms: f64) -> bool {
+    rms > policy::LOUD_REST * noise
+}
+
+/// Share of a model's held-out squares that a law wider than one of its names must leave for this to hold.
+fn outgrown(by_wider_law: bool) -> f64 {
+    match by_wider_law {
+        true => policy::NEARLY_ALL,
+        false => policy::OUTGROWN,
+    }
+}
+
+/// Whether a model with a name explains an axle: nothing remains or next to nothing, and the name does not mislead.
+fn is_explained(judged: &Judged) -> bool {
+    (!judged.remains || judged.share >= policy::ADEQUATE) && !errs_more(judged, policy::MISLEADS)
+}
+
+/// Gain in log likelihood (nats) which what effects take off the held-out squares of each track would be in white noise on so many samples.
+fn gain_in_white(left: &[f64], plain: &[f64], samples: usize) -> f64 {
+    (left.iter().zip(plain))
+        .map(|(left, plain)| 1.0 - left / plain)
+        .filter(|removed| *removed > policy::TAKEN_OFF)
+        .map(|removed| -0.5 * samples as f64 * (1.0 - removed).ln())
+        .sum()
+}
+
+/// Whether the gain of effects falls so short of what it would be in white noise that their noise has swallowed it.
+fn falls_short(gain: f64, in_white: f64) -> bool {
+    gain < policy::SWALLOWED * in_white
+}
+
 /// Whether a model leaves more than so many times what the plain one does on the held-out part.
 fn errs_more(judged: &Judged, times: f64) -> bool {
     let held = &judged.held_out;
@@ -448,16 +476,97 @@ fn errs_more(judged: &Judged, times: f64) -> bool {
 fn is_swallowed(search: &Search, decision: &Decision, record: &Dataset) -> bool {
     let model = &decision.model;
     let [left, plain] = [model, &search.plain].map(|m| search.held_squares(m));
-    let white: f64 = (left.iter().zip(plain))
-        .map(|(left, plain)| 1.0 - left / plain)
-        .filter(|removed| *removed > policy::TAKEN_OFF)
-        .map(|removed| -0.5 * search.fitter.samples as f64 * (1.0 - removed).ln())
-        .sum();
+    let white = gain_in_white(&left, &plain, search.fitter.samples);
     let sized = |t: &Term| {
         let effect = show::effect(record, &decision.corrected, t, None, None);
         effect.is_some_and(|e| has_size(&e))
     };
     !model.terms.is_empty()
-        && (model.likelihood - search.plain.likelihood < policy::SWALLOWED * white
+        && (falls_short(model.likelihood - search.plain.likelihood, white)
             || !model.terms.iter().any(sized))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::residual::omnibus::Remainder;
+    use crate::diagnosis::verdict::affirm;
+    use crate::report::diagnosis::HeldOut;
+
+    /// A model that leaves `extended` (m) of what the plain one leaves, which is 1.
+    fn judged(remains: bool, share: f64, extended: Option<f64>) -> Judged {
+        Judged {
+            remainder: Remainder {
+                p_value: 1.0,
+                held_gain: 0.0,
+                held_before: 1.0,
+                held_after: 1.0,
+                force: Vec::new(),
+                residual: Vec::new(),
+            },
+            p_value: 1.0,
+            remains,
+            floor: 0.0,
+            share,
+            held_out: HeldOut {
+                plain_rms_m: Some(1.0),
+                extended_rms_m: extended,
+                ..HeldOut::default()
+            },
+        }
+    }
+
+    #[test]
+    fn a_name_explains_an_axle_on_which_next_to_nothing_is_left() {
+        let explained = |remains, times: f64| {
+            is_explained(&judged(remains, times * policy::ADEQUATE, Some(0.1)))
+        };
+        assert!(explained(true, 1.001) && !explained(true, 0.999));
+        assert!(explained(false, 0.0));
+    }
+
+    #[test]
+    fn a_name_that_errs_more_than_the_plain_model_misleads() {
+        let explained = |errs: Option<f64>| is_explained(&judged(false, 1.0, errs));
+        assert!(explained(Some(0.99 * policy::MISLEADS)));
+        assert!(!explained(Some(1.01 * policy::MISLEADS)));
+        // Nor does one that runs away.
+        assert!(!explained(None));
+    }
+
+    #[test]
+    fn more_than_noise_is_left_where_that_is_louder_by_far() {
+        let loud = |times: f64| is_more_than(0.3, times * policy::LOUD_REST * 0.3);
+        assert!(loud(1.01) && !loud(0.99));
+    }
+
+    #[test]
+    fn beside_a_law_that_explains_the_ride_to_its_noise_hardly_less_is_left() {
+        let grows = |left: f64, by_wider_law| {
+            affirm::is_outgrown([left, 1.0, 1.0], outgrown(by_wider_law), true)
+        };
+        assert!(grows(0.999 * policy::NEARLY_ALL, true));
+        assert!(!grows(1.001 * policy::NEARLY_ALL, true));
+        assert!(grows(0.999 * policy::OUTGROWN, false));
+        assert!(!grows(1.001 * policy::OUTGROWN, false));
+    }
+
+    #[test]
+    fn what_is_taken_off_counts_from_a_share_on() {
+        let samples = 800;
+        let gain = |share: f64| gain_in_white(&[2.0 * (1.0 - share), 5.0], &[2.0, 5.0], samples);
+        let share = 1.01 * policy::TAKEN_OFF;
+        // White noise of a variance s has the log likelihood -n/2 ln s.
+        let white = 400.0 * (1.0 / (1.0 - share)).ln();
+        assert!((gain(share) / white - 1.0).abs() < 1e-9);
+        assert_eq!(gain(0.99 * policy::TAKEN_OFF), 0.0);
+    }
+
+    #[test]
+    fn noise_swallows_what_gains_next_to_nothing() {
+        let bound = policy::SWALLOWED * 900.0;
+        assert!(falls_short(0.99 * bound, 900.0) && !falls_short(1.01 * bound, 900.0));
+        // Where effects take off little, there was nothing to swallow.
+        assert!(!falls_short(1.0, 0.0));
+    }
 }

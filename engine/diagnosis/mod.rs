@@ -7,6 +7,8 @@ mod axle;
 mod dataset;
 mod decide;
 pub mod effects;
+#[cfg(test)]
+mod example;
 mod explain;
 mod fit;
 pub mod impose;

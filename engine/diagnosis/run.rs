@@ -113,8 +113,13 @@ fn explains_most(prepared: &Prepared) -> bool {
     prepared.dataset.tracks.iter().all(|track| {
         let moves = spread_valid(&track.measured, &track.valid, train());
         let fit = prepared.fits().get(track.axle);
-        fit.is_some_and(|fit| fit.train_rms.powi(2) < policy::BARE_LEAVES * moves.powi(2))
+        fit.is_some_and(|fit| leaves_little(fit.train_rms, moves))
     })
+}
+
+/// Whether a base leaves so little (RMS) of what moves so (RMS) that more can be built on it.
+fn leaves_little(left: f64, moves: f64) -> bool {
+    left.powi(2) < policy::BARE_LEAVES * moves.powi(2)
 }
 
 /// Share of the budget that a second base has: what the first left, and at least this.
@@ -216,5 +221,12 @@ mod tests {
         assert_eq!(base(1.01 * policy::SHOWN, in_part), Base::SpringAndDamper);
         assert_eq!(base(0.99 * policy::SHOWN, in_part), Base::Damper);
         assert_eq!(base(0.0, Verdict::Unnamed), Base::SpringAndDamper);
+    }
+
+    #[test]
+    fn a_mass_on_a_damper_is_a_base_where_it_leaves_little_of_the_motion() {
+        let moves = 3e-3;
+        let left = |times: f64| (times * policy::BARE_LEAVES).sqrt() * moves;
+        assert!(leaves_little(left(0.99), moves) && !leaves_little(left(1.01), moves));
     }
 }

@@ -450,3 +450,83 @@ fn spline_integral(input: &Input) -> Vec<f64> {
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::example;
+
+    #[test]
+    fn noise_at_the_axle_is_the_sensors_and_what_comes_through_from_the_road() {
+        let mut track = example::dataset().tracks[0].clone();
+        let nyquist = 0.5 / track.input.step;
+        track.sensor_floor = 3e-10;
+        track.road_floor = 0.0;
+        let sensor = track.noise_variance(2400.0, 20.0);
+        assert!((sensor / (3e-10 * nyquist) - 1.0).abs() < 1e-12);
+        // White noise through k/m and B/m has the variance S (k/m + (B/m)^2) / (4 B/m) on a band without end.
+        track.sensor_floor = 0.0;
+        track.road_floor = 2e-10;
+        let (kappa, beta) = (2400.0, 20.0);
+        let road = track.noise_variance(kappa, beta);
+        // What the band ends cut off falls with 1/f^2.
+        let beyond = beta * beta / (std::f64::consts::TAU.powi(2) * nyquist);
+        let expected = 2e-10 * ((kappa + beta * beta) / (4.0 * beta) - beyond);
+        assert!((road / expected - 1.0).abs() < 0.02, "{road} {expected}");
+    }
+
+    #[test]
+    fn a_road_read_earlier_is_what_it_was_and_averaged_over_a_window() {
+        let mut track = example::dataset().tracks[0].clone();
+        // 3 m for every second, so that no spline is in the way.
+        let step = track.input.step;
+        let road: Vec<f64> = (0..500).map(|i| 3.0 * step * f64::from(i)).collect();
+        track.set_road(&road);
+        for half_window in [0.0, 0.05] {
+            let (height, rate) = track.road_before(200, 0.123, half_window);
+            assert!((height - 3.0 * (200.0 * step - 0.123)).abs() < 1e-9);
+            assert!((rate - 3.0).abs() < 1e-9);
+        }
+        // Before its start the record is held.
+        assert_eq!(track.road_before(10, 1.0, 0.05).0, road[0]);
+        // Over a parabola t^2 a window adds a third of its half's square.
+        let bowl: Vec<f64> = (0..500).map(|i| (step * f64::from(i)).powi(2)).collect();
+        track.set_road(&bowl);
+        let (height, _) = track.road_before(250, 0.0, 0.3);
+        assert!((height - (2.5_f64.powi(2) + 0.3_f64.powi(2) / 3.0)).abs() < 1e-6);
+    }
+
+    #[test]
+    fn an_integral_is_by_trapezoids() {
+        assert_eq!(integral(&[1.0, 3.0, 5.0], 0.5), [0.0, 1.0, 3.0]);
+        assert!(integral(&[], 0.5).is_empty());
+    }
+
+    #[test]
+    fn a_mass_that_is_prescribed_rests_and_another_is_where_models_say() {
+        let mut track = example::dataset().tracks[0].clone();
+        assert_eq!(track.height(vec![1.0, 2.0]), [1.0, 2.0]);
+        track.input.prescribed = true;
+        assert_eq!(track.height(vec![1.0, 2.0]), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn an_effect_is_not_looked_for_where_what_it_needs_is_missing() {
+        let dataset = example::dataset();
+        let lacks = |need| dataset.lacks(&dataset.tracks[0], need);
+        assert_eq!(lacks(Need::Road), None);
+        assert_eq!(lacks(Need::Mass), None);
+        assert_eq!(
+            lacks(Need::Cadence),
+            Some("no cadence channel, or no pedalling")
+        );
+        assert_eq!(
+            lacks(Need::WheelRadius),
+            Some("no wheel radius in the bike file")
+        );
+        let mut free = dataset.clone();
+        free.is_held = false;
+        assert!(free.lacks(&free.tracks[0], Need::Hold).is_some());
+        assert_eq!(dataset.lacks(&dataset.tracks[0], Need::Hold), None);
+    }
+}

@@ -43,7 +43,7 @@ impl Windows {
         let samples = samples - first;
         let least = (policy::APART_PERIODS * period / step) as usize;
         let (length, stride) = length_and_stride(wanted as usize, least, samples);
-        if (length as f64) * step < policy::SHORTEST_PERIODS * period {
+        if is_too_short((length as f64) * step, period) {
             return None;
         }
         let starts = (first..first + samples).step_by(stride);
@@ -87,6 +87,11 @@ fn length_and_stride(wanted: usize, least: usize, samples: usize) -> (usize, usi
     (length, stride.min(length))
 }
 
+/// Whether a window of so many seconds shows too little of a motion of that dominant period (s).
+fn is_too_short(seconds: f64, period: f64) -> bool {
+    seconds < policy::SHORTEST_PERIODS * period
+}
+
 /// The period (s) below and above which half of the motion's power lies; nothing where a record is too short to show.
 pub fn dominant_period(track: &Track) -> Option<f64> {
     let driven = track.has_road || track.input.force.is_some();
@@ -123,6 +128,8 @@ fn thinned(spans: Vec<Range<usize>>, most: usize) -> Vec<Range<usize>> {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
+
     use super::*;
 
     #[test]
@@ -142,5 +149,70 @@ mod tests {
         assert_eq!(some.len(), 20);
         assert!(some.windows(2).all(|w| w[1].start - w[0].start == 50));
         assert_eq!(thinned(spans, 3).len(), policy::FEWEST_WINDOWS);
+    }
+
+    const STEP: f64 = 0.01;
+
+    /// A mass on no spring that moves so, let go.
+    fn free(samples: usize, height: impl Fn(f64) -> f64) -> Track {
+        let mut track = crate::diagnosis::example::dataset().tracks[0].clone();
+        assert_eq!(track.input.step, STEP);
+        track.set_road(&vec![0.0; samples]);
+        (track.has_road, track.has_spring) = (false, false);
+        track.measured = (0..samples).map(|i| height(STEP * i as f64)).collect();
+        track.valid = vec![true; samples];
+        track
+    }
+
+    #[test]
+    fn an_ordinary_window_holds_so_many_dominant_or_natural_periods() {
+        let samples = 12000;
+        let mut track = free(samples, |t| (std::f64::consts::TAU * t / 0.5).sin());
+        let seconds = |track: &Track| {
+            let windows = Windows::of(track, samples, 1.0).unwrap();
+            STEP * windows.length() as f64
+        };
+        let period = dominant_period(&track).unwrap();
+        assert!((period / 0.5 - 1.0).abs() < 0.1, "{period}");
+        let dominant = policy::DOMINANT_PERIODS * period;
+        assert!((seconds(&track) - dominant).abs() <= STEP);
+        // A spring on which the mass would swing so slowly, and which is felt.
+        let mut sprung = |natural: f64| {
+            track.has_spring = true;
+            track.scale.k = track.scale.mass * (std::f64::consts::TAU / natural).powi(2);
+            track.scale.a_rms = 1e-9;
+            track.scale.train_s = 100.0;
+            seconds(&track)
+        };
+        let longer = 1.5 * dominant / policy::NATURAL_PERIODS;
+        assert!((sprung(longer) - policy::NATURAL_PERIODS * longer).abs() <= STEP);
+        let shorter = 0.5 * dominant / policy::NATURAL_PERIODS;
+        assert!((sprung(shorter) - dominant).abs() <= STEP);
+    }
+
+    #[test]
+    fn a_window_holds_a_period_at_least() {
+        let least = policy::SHORTEST_PERIODS * 0.7;
+        assert!(is_too_short(0.99 * least, 0.7) && !is_too_short(1.01 * least, 0.7));
+        // In a record of some periods as many windows as are needed hold none of them.
+        let swing = |t: f64| (std::f64::consts::TAU * t).sin();
+        assert!(Windows::of(&free(200, swing), 200, 1.0).is_none());
+        assert!(Windows::of(&free(1200, swing), 1200, 1.0).is_some());
+    }
+
+    #[test]
+    fn what_has_died_away_does_not_swing() {
+        let long = policy::FEWEST_WINDOWS;
+        let spans: Vec<Range<usize>> = (0..long + 4).map(|w| 100 * w..100 * w + 100).collect();
+        // Whole swings, loud up to a window, then quiet ones.
+        let swinging = |loud: usize, quiet: f64| {
+            let size = |t: f64| if t < loud as f64 - 1e-9 { 1.0 } else { quiet };
+            let swing = |t: f64| size(t) * (std::f64::consts::TAU * t / 0.2).sin();
+            super::swinging(&free(100 * (long + 4), swing), spans.clone()).len()
+        };
+        assert_eq!(swinging(long, 1.01 * policy::SWINGS), long + 4);
+        assert_eq!(swinging(long, 0.99 * policy::SWINGS), long);
+        // Of a decay that dies before there are enough, the first are taken.
+        assert_eq!(swinging(2, 0.99 * policy::SWINGS), policy::FEWEST_WINDOWS);
     }
 }

@@ -42,3 +42,25 @@ impl Budget {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn copies_of_a_count_count_together() {
+        let work = Work::default();
+        let copy = work.clone();
+        work.add(3);
+        copy.add(4);
+        assert_eq!((work.done(), copy.done()), (7, 7));
+    }
+
+    #[test]
+    fn a_short_record_has_the_budget_of_a_longer_one() {
+        let long = Budget::new(2.0, 5 * LEAST);
+        assert_eq!(long.steps, 2 * 5 * LEAST as u64);
+        assert_eq!(long.first, (FIRST * long.steps as f64) as u64);
+        assert_eq!(Budget::new(2.0, 7).steps, 2 * LEAST as u64);
+    }
+}

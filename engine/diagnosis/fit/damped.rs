@@ -119,3 +119,100 @@ pub fn inverse(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         }
     }))
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+
+    const FREE: Range = (1.0, [f64::NEG_INFINITY, f64::INFINITY]);
+
+    /// Normal equations of (x - 3)^2 + 4 (y + 1)^2 + (x + y - c)^2.
+    fn normal(values: &[f64], c: f64) -> Normal {
+        let [x, y] = [values[0], values[1]];
+        let errors = [3.0 - x, 2.0 * (-1.0 - y), c - x - y];
+        let rows = [[1.0, 0.0], [0.0, 2.0], [1.0, 1.0]];
+        let entry = |i: usize, j: usize| -> f64 { rows.iter().map(|r| r[i] * r[j]).sum() };
+        let slope = |i: usize| -> f64 { rows.iter().zip(errors).map(|(r, e)| r[i] * e).sum() };
+        Normal {
+            cost: errors.iter().map(|e| e * e).sum(),
+            gradient: DVector::from_fn(2, |i, _| slope(i)),
+            matrix: DMatrix::from_fn(2, 2, |i, j| entry(i, j)),
+        }
+    }
+
+    /// Where that is least: 2x + y = 3 + c and x + 5y = c - 4.
+    fn least(c: f64) -> [f64; 2] {
+        [
+            (5.0 * (3.0 + c) - (c - 4.0)) / 9.0,
+            (2.0 * (c - 4.0) - (3.0 + c)) / 9.0,
+        ]
+    }
+
+    #[test]
+    fn a_step_without_damping_ends_at_the_least_of_squares() {
+        let next = stepped(&[0.0, 0.0], &[FREE; 2], &normal(&[0.0, 0.0], 6.0), 0.0);
+        let [x, y] = least(6.0);
+        assert!(
+            (next[0] - x).abs() < 1e-12 && (next[1] - y).abs() < 1e-12,
+            "{next:?}"
+        );
+        // One number alone moves 1 / (1 + damping) of the way.
+        let one = Normal {
+            cost: 25.0,
+            gradient: DVector::from_element(1, 20.0),
+            matrix: DMatrix::from_element(1, 1, 4.0),
+        };
+        let damped = stepped(&[0.0], &[FREE], &one, 3.0);
+        assert!((damped[0] - 5.0 / 4.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_value_pushed_out_of_its_limits_stays_at_them() {
+        let ranges = [(1.0, [0.0, 0.5]), FREE];
+        let next = stepped(&[0.0, 0.0], &ranges, &normal(&[0.0, 0.0], 6.0), 0.0);
+        assert_eq!(next[0], 0.5);
+        // At its limit it is left out, and the other has its least beside it: 5 y = c - 4 - x.
+        let next = stepped(&[0.5, 0.0], &ranges, &normal(&[0.5, 0.0], 6.0), 0.0);
+        assert_eq!(next[0], 0.5);
+        assert!((next[1] - (6.0 - 4.0 - 0.5) / 5.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_minimum_is_found_within_the_limits() {
+        let effort = Effort {
+            iterations: 50,
+            gain: 1e-15,
+            substeps: 1,
+        };
+        let found = |ranges: &[Range]| {
+            let costs = |all: &[Vec<f64>; LANES]| all.each_ref().map(|v| normal(v, 6.0).cost);
+            let equations = |values: &[f64]| Some(normal(values, 6.0));
+            minimise(vec![-5.0, 9.0], ranges, effort, equations, costs)
+                .unwrap()
+                .0
+        };
+        let free = found(&[FREE; 2]);
+        let [x, y] = least(6.0);
+        assert!(
+            (free[0] - x).abs() < 1e-5 && (free[1] - y).abs() < 1e-5,
+            "{free:?}"
+        );
+        let held = found(&[(1.0, [-10.0, 1.0]), FREE]);
+        assert_eq!(held[0], 1.0);
+        assert!((held[1] - (6.0 - 4.0 - 1.0) / 5.0).abs() < 1e-5, "{held:?}");
+    }
+
+    #[test]
+    fn the_inverse_of_what_shows_nothing_is_infinite() {
+        let matrix = DMatrix::from_row_slice(3, 3, &[4.0, 2.0, 0.0, 2.0, 3.0, 0.0, 0.0, 0.0, 0.0]);
+        let inverse = inverse(&matrix).unwrap();
+        // Of the upper left four: 1/8 of [3 -2; -2 4].
+        for ((i, j), x) in [((0, 0), 3.0), ((0, 1), -2.0), ((1, 0), -2.0), ((1, 1), 4.0)] {
+            assert!((inverse[(i, j)] - x / 8.0).abs() < 1e-9);
+        }
+        assert_eq!(inverse[(2, 2)], f64::INFINITY);
+        assert_eq!(inverse[(0, 2)], 0.0);
+    }
+}

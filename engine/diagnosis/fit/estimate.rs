@@ -35,3 +35,52 @@ pub fn estimate(dataset: &Dataset, model: &Model, track: usize) -> Estimate {
         ..Estimate::default()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+    use crate::diagnosis::example;
+
+    #[test]
+    fn stiffness_and_damping_are_those_over_the_mass_times_it() {
+        let dataset = example::dataset();
+        let mut model = example::model(&dataset, &[]);
+        let slots = model.fits[1].unit.slots(&dataset);
+        let at = |q| slots.iter().position(|s| *s == Slot::Base(0, q)).unwrap();
+        model.fits[1].covariance[(at(0), at(0))] = 9.0;
+        model.fits[1].covariance[(at(1), at(1))] = 4.0;
+        let found = estimate(&dataset, &model, 1);
+        let near = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+        near(found.k_n_m, example::K);
+        near(found.b_n_s_m, example::B);
+        near(found.mass_kg, example::REAR);
+        // The mass is known, so that errors of k/m and B/m are all.
+        near(found.k_std_n_m.unwrap(), 3.0 * example::REAR);
+        near(found.b_std_n_s_m.unwrap(), 2.0 * example::REAR);
+        assert_eq!(found.mass_std_kg, None);
+    }
+
+    #[test]
+    fn an_unknown_mass_adds_its_own_error() {
+        let mut dataset = example::dataset();
+        dataset.tracks[0].free_mass = true;
+        let mut model = example::model(&dataset, &[]);
+        let slots = model.fits[0].unit.slots(&dataset);
+        let at = |q| slots.iter().position(|s| *s == Slot::Base(0, q)).unwrap();
+        let (kappa, per_mass) = (7.0, 1e-4);
+        let covariance = &mut model.fits[0].covariance;
+        covariance[(at(0), at(0))] = kappa * kappa;
+        covariance[(at(2), at(2))] = per_mass * per_mass;
+        // k/m and 1/m are known to go together, so that k is known better than by either.
+        covariance[(at(0), at(2))] = kappa * per_mass;
+        covariance[(at(2), at(0))] = kappa * per_mass;
+        let found = estimate(&dataset, &model, 0);
+        let mass = example::FRONT;
+        // Of k = (k/m) / (1/m) to first order, errors that are one number's.
+        let expected = (kappa * mass - example::K * mass * per_mass).abs();
+        assert!((found.k_std_n_m.unwrap() / expected - 1.0).abs() < 1e-6);
+        assert!((found.mass_std_kg.unwrap() / (mass * mass * per_mass) - 1.0).abs() < 1e-9);
+    }
+}

@@ -427,3 +427,114 @@ pub fn whitened(x: &[Lanes], a: &[f64]) -> Vec<Lanes> {
         },
     )
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+    use crate::bicycle::Axle;
+    use crate::diagnosis::effects::Kind;
+    use crate::diagnosis::example;
+
+    #[test]
+    fn whitened_is_a_number_with_parts_of_those_before() {
+        let x = [2.0, 3.0, 5.0, 7.0].map(Lanes::all);
+        let white: Vec<f64> = whitened(&x, &[-0.5, 0.25]).iter().map(|x| x.0[3]).collect();
+        let expected = [
+            2.0,
+            3.0 - 0.5 * 2.0,
+            5.0 - 0.5 * 3.0 + 0.25 * 2.0,
+            7.0 - 0.5 * 5.0 + 0.25 * 3.0,
+        ];
+        assert_eq!(white, expected);
+    }
+
+    #[test]
+    fn products_are_sums_over_samples_of_every_pair_of_columns() {
+        let column = |by: f64| Lanes(std::array::from_fn(|i| by * (i + 1) as f64));
+        let (first, second) = ([column(1.0), column(2.0)], [column(3.0), column(-1.0)]);
+        let found = products(&first, &second);
+        for (i, row) in found.iter().enumerate() {
+            for (j, sum) in row.0.iter().enumerate() {
+                let pair = ((i + 1) * (j + 1)) as f64;
+                assert_eq!(*sum, (1.0 * 3.0 - 2.0 * 1.0) * pair);
+            }
+        }
+    }
+
+    #[test]
+    fn a_likelihood_counts_valid_samples_alone() {
+        let noise_model = NoiseModel::white(2.0);
+        let found = likelihood(&[0.0; 9], 6, &noise_model);
+        assert!((found + 3.0 * 2_f64.ln()).abs() < 1e-12);
+        assert_eq!(likelihood(&[], 6, &noise_model), 0.0);
+    }
+
+    #[test]
+    fn a_fit_finds_the_springs_and_dampers_that_made_a_ride() {
+        let dataset = example::dataset();
+        let fitter = example::fitter(&dataset);
+        let unit = Unit {
+            tracks: vec![0],
+            terms: Vec::new(),
+        };
+        let mut start = example::point(&dataset, &unit, Vec::new());
+        let slots = [Slot::Base(0, 0), Slot::Base(0, 1)];
+        let truth = slots.map(|slot| start.get(slot));
+        for (slot, times) in slots.into_iter().zip([1.3, 0.6]) {
+            start.set(slot, times * start.get(slot));
+        }
+        let effort = Effort {
+            iterations: 30,
+            gain: 1e-6,
+            substeps: 3,
+        };
+        let white = [NoiseModel::white(example::NOISE.powi(2))];
+        let fit = fitter.fit(&unit, start, &white, effort).unwrap();
+        for (slot, truth) in slots.into_iter().zip(truth) {
+            let found = fit.point.get(slot);
+            assert!(
+                (found / truth - 1.0).abs() < 0.01,
+                "{slot:?}: {found} of {truth}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_gradient_is_the_slope_of_the_cost() {
+        let dataset = example::dataset();
+        let fitter = example::fitter(&dataset);
+        let cubic = example::term(Kind::CubicStiffness, Axle::Front);
+        let unit = Unit {
+            tracks: vec![0],
+            terms: vec![cubic],
+        };
+        let slots = unit.slots(&dataset);
+        let mut at = example::point(&dataset, &unit, vec![[1e9, 0.0, 0.0, 0.0]]);
+        at.set(Slot::Base(0, 0), 1.1 * at.get(Slot::Base(0, 0)));
+        let white = [NoiseModel::white(example::NOISE.powi(2))];
+        let normal = fitter.normal(&unit, &slots, &at, &white, 3).unwrap();
+        let points = std::array::from_fn(|_| at.clone());
+        let cost = fitter.costs(&unit, &points, &white, 3)[0];
+        assert!((normal.cost / cost - 1.0).abs() < 1e-9);
+        for (i, slot) in slots.iter().enumerate() {
+            let (size, _) = unit.range(&dataset, *slot);
+            let step = 1e-4 * size.abs().max(at.get(*slot).abs());
+            let costs: [f64; LANES] = {
+                let moved = std::array::from_fn(|lane| {
+                    let by = if lane == 0 { step } else { -step };
+                    at.with(&[*slot], &[at.get(*slot) + by])
+                });
+                fitter.costs(&unit, &moved, &white, 3)
+            };
+            // The gradient is minus half the slope, in units of the curvature's root.
+            let slope = (costs[0] - costs[1]) / (4.0 * step);
+            let unit_of = (normal.matrix[(i, i)] * cost).sqrt();
+            assert!(
+                (normal.gradient[i] + slope).abs() < 2e-3 * unit_of,
+                "{slot:?}"
+            );
+        }
+    }
+}

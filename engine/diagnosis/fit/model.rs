@@ -142,3 +142,122 @@ impl Unit {
 pub fn stable_substeps(dataset: &Dataset, beta: f64) -> usize {
     (beta.abs() * dataset.step / STABLE).ceil() as usize
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+    use crate::bicycle::Axle;
+    use crate::diagnosis::effects::Kind;
+    use crate::diagnosis::example;
+    use crate::diagnosis::fit::Slot;
+
+    #[test]
+    fn another_fit_of_an_axle_takes_the_place_of_its_own() {
+        let dataset = example::dataset();
+        let [cubic, gain] =
+            [Kind::CubicStiffness, Kind::SensorGain].map(|kind| example::term(kind, Axle::Front));
+        let rear = example::term(Kind::CubicStiffness, Axle::Rear);
+        let mut known = example::model(&dataset, &[(cubic, 1.0), (rear, 2.0)]);
+        known.fits[0].likelihood = 7.0;
+        known.fits[1].likelihood = 20.0;
+        let mut other = example::model(&dataset, &[(gain, 0.1)]).fits.swap_remove(0);
+        other.likelihood = 100.0;
+        let joined = known.with(other);
+        let mut terms = vec![gain, rear];
+        terms.sort();
+        assert_eq!(joined.terms, terms);
+        assert_eq!(joined.likelihood, 100.0 + 20.0);
+        // Whatever the order of the fits, every track has its own.
+        for (track, term) in [(0, gain), (1, rear)] {
+            let (fit, axle) = joined.of_track(track);
+            assert_eq!((fit.unit.terms.as_slice(), axle), (&[term][..], 0));
+        }
+    }
+
+    #[test]
+    fn a_fit_starts_from_what_is_known_and_new_terms_at_zero() {
+        let dataset = example::dataset();
+        let [cubic, gain, friction] = [
+            Kind::CubicStiffness,
+            Kind::SensorGain,
+            Kind::CoulombFriction,
+        ]
+        .map(|kind| example::term(kind, Axle::Front));
+        let known = example::model(&dataset, &[(cubic, 1e9), (gain, 0.1)]);
+        let mut terms = vec![cubic, friction];
+        terms.sort();
+        let unit = Unit {
+            tracks: vec![0],
+            terms,
+        };
+        let (point, noise_models) = known.carried(&unit);
+        for (term, values) in unit.terms.iter().zip(&point.values) {
+            let expected = if *term == cubic { 1e9 } else { 0.0 };
+            assert_eq!(*values, [expected, 0.0, 0.0, 0.0]);
+        }
+        assert_eq!(point.base, known.fits[0].point.base);
+        assert_eq!(noise_models[0].variance, example::NOISE.powi(2));
+    }
+
+    #[test]
+    fn a_dropped_second_mass_leaves_the_axle_that_moves_like_it_slowly() {
+        let dataset = example::dataset();
+        let mass = example::term(Kind::UnsprungMass, Axle::Front);
+        let known = example::model(&dataset, &[(mass, 0.3)]);
+        let unit = Unit {
+            tracks: vec![0],
+            terms: Vec::new(),
+        };
+        let (point, _) = known.carried(&unit);
+        let slots = [Slot::Base(0, 0), Slot::Base(0, 1)];
+        let before = slots.map(|slot| known.fits[0].point.get(slot));
+        let alone = (mass.kind.spec().alone)(before, &known.fits[0].point.values[0]);
+        assert_eq!(slots.map(|slot| point.get(slot)), alone);
+        assert_ne!(alone, before);
+    }
+
+    #[test]
+    fn steps_are_as_short_as_the_stiffest_axle_turns() {
+        let dataset = example::dataset();
+        let plain = example::model(&dataset, &[]);
+        // The lighter front axle turns faster.
+        let turn = (example::K / example::FRONT).sqrt() * dataset.step;
+        for angle in [0.05, 0.1, FINE] {
+            let steps = (turn / angle).ceil() as usize;
+            assert_eq!(plain.substeps(&dataset, angle), steps);
+        }
+        // A corner takes a part off the angle.
+        let friction = example::term(Kind::CoulombFriction, Axle::Front);
+        let cornered = example::model(&dataset, &[(friction, 0.0)]);
+        assert_eq!(
+            cornered.substeps(&dataset, 0.1),
+            (turn / (CORNERS * 0.1)).ceil() as usize
+        );
+    }
+
+    #[test]
+    fn a_damping_is_borne_by_steps_in_which_it_decays_no_further() {
+        let dataset = example::dataset();
+        for steps in [1, 3, 8] {
+            let most = f64::from(steps) * STABLE / dataset.step;
+            assert_eq!(stable_substeps(&dataset, 0.999 * most), steps as usize);
+            assert_eq!(stable_substeps(&dataset, -1.001 * most), steps as usize + 1);
+        }
+    }
+
+    #[test]
+    fn the_model_that_made_a_ride_leaves_nothing_of_it() {
+        let dataset = example::dataset();
+        let plain = example::model(&dataset, &[]);
+        for t in 0..dataset.tracks.len() {
+            let track = &dataset.tracks[t];
+            let most = plain
+                .residual(&dataset, t)
+                .iter()
+                .fold(0.0, |most, r| r.abs().max(most));
+            assert!(most < 0.01 * track.spread(), "{most}");
+        }
+    }
+}

@@ -95,3 +95,45 @@ pub fn motions(dataset: &Dataset, model: &Model) -> Vec<Motion> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plain_motion_is_what_spring_damper_and_push_bring_about() {
+        let road = [1.0, 2.0, 4.0, 7.0];
+        let force = [10.0, 20.0, -30.0, 0.0];
+        let input = Input::new(&road, Some(&force), 0.5);
+        let (z, v) = (vec![0.5, 1.0, 1.5, 2.0], [3.0, 2.0, 1.0, 0.0]);
+        let m = Motion::plain(&input, z.clone(), &v, [100.0, 7.0, 0.1, -2.0]);
+        for i in 0..4 {
+            let (d, w) = (road[i] - z[i], input.road_slope[i] - v[i]);
+            assert_eq!((m.d[i], m.w[i]), (d, w));
+            let expected = 100.0 * d + 7.0 * w + 0.1 * force[i] - 2.0;
+            assert!((m.linear[i] - expected).abs() < 1e-9);
+        }
+        assert_eq!((m.acceleration, m.z), (m.linear, z));
+    }
+
+    #[test]
+    fn the_motion_under_a_law_is_faster_by_its_force() {
+        use crate::bicycle::Axle;
+        use crate::diagnosis::effects::Kind;
+        use crate::diagnosis::example;
+        let dataset = example::dataset();
+        let cubic = example::term(Kind::CubicStiffness, Axle::Front);
+        let model = example::model(&dataset, &[(cubic, 3e9)]);
+        let [front, rear] = &motions(&dataset, &model)[..] else {
+            panic!("two axles");
+        };
+        let most = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        for i in 0..dataset.samples {
+            let extra = front.acceleration[i] - front.linear[i];
+            let law = 3e9 * front.d[i].powi(3) / example::FRONT;
+            assert!((extra - law).abs() < 1e-6 * most(&front.linear));
+            let extra = rear.acceleration[i] - rear.linear[i];
+            assert!(extra.abs() < 1e-6 * most(&rear.linear));
+        }
+    }
+}

@@ -6,6 +6,7 @@ use super::unit::{Point, Term, Unit};
 use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::effects::Kind;
 use crate::diagnosis::policy;
+use crate::report::Estimate;
 
 /// Whether the effects are physical and what is left of the plain spring and damper on their axles is one: between stops lies a
 /// spring, and no damper pushes.
@@ -19,12 +20,21 @@ pub fn is_physical(dataset: &Dataset, plain: &Model, model: &Model) -> bool {
         let (before, after) = (estimate(dataset, plain, t), estimate(dataset, model, t));
         let replaces = |kind| matches!(kind, Kind::BumpStop | Kind::ViscoelasticTyre);
         let replaced = (model.terms.iter()).any(|t| replaces(t.kind) && t.acts_on(track.axle));
-        (!replaced || after.k_n_m > policy::SPRING_STAYS * before.k_n_m.abs())
-            && after.b_n_s_m
-                > -policy::PUSHES * after.b_std_n_s_m.unwrap_or(0.0)
-                    - policy::PUSHES_A_LITTLE * before.b_n_s_m.abs()
+        (!replaced || spring_stays(&before, &after)) && is_damper(&before, &after)
     });
     effects && spring
+}
+
+/// Whether a spring is left beside an effect that takes its place.
+fn spring_stays(before: &Estimate, after: &Estimate) -> bool {
+    after.k_n_m > policy::SPRING_STAYS * before.k_n_m.abs()
+}
+
+/// Whether a damper does not push, but for its error and a little.
+fn is_damper(before: &Estimate, after: &Estimate) -> bool {
+    let error = policy::PUSHES * after.b_std_n_s_m.unwrap_or(0.0);
+    let little = policy::PUSHES_A_LITTLE * before.b_n_s_m.abs();
+    after.b_n_s_m > -error - little
 }
 
 /// Whether the effects' parameters lie in their physical ranges; a tyre does not relax to nothing.
@@ -39,4 +49,65 @@ pub fn has_physical_effects(dataset: &Dataset, unit: &Unit, point: &Point) -> bo
             && own.all(|(_, base)| !relaxes || base[0] >= policy::STATIC * values[0] * base[2])
     };
     unit.terms.iter().enumerate().all(is_physical)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bicycle::Axle;
+    use crate::diagnosis::example;
+
+    fn estimate(k: f64, b: f64, b_std: Option<f64>) -> Estimate {
+        Estimate {
+            k_n_m: k,
+            b_n_s_m: b,
+            b_std_n_s_m: b_std,
+            ..Estimate::default()
+        }
+    }
+
+    #[test]
+    fn a_part_of_the_spring_stays_beside_what_takes_its_place() {
+        let before = estimate(2e4, 0.0, None);
+        let stays = |share: f64| spring_stays(&before, &estimate(share * 2e4, 0.0, None));
+        assert!(stays(1.01 * policy::SPRING_STAYS) && !stays(0.99 * policy::SPRING_STAYS));
+    }
+
+    #[test]
+    fn a_damper_pushes_by_no_more_than_its_error_and_a_little() {
+        let before = estimate(0.0, 300.0, None);
+        let damps = |b: f64, std| is_damper(&before, &estimate(0.0, b, std));
+        let little = policy::PUSHES_A_LITTLE * 300.0;
+        assert!(damps(-0.99 * little, None) && !damps(-1.01 * little, None));
+        let both = little + policy::PUSHES * 40.0;
+        assert!(damps(-0.999 * both, Some(40.0)) && !damps(-1.001 * both, Some(40.0)));
+    }
+
+    #[test]
+    fn a_tyre_keeps_a_part_of_its_stiffness_that_does_not_relax() {
+        let dataset = example::dataset();
+        let relaxing = example::term(Kind::ViscoelasticTyre, Axle::Front);
+        let is_tyre = |branch: f64| {
+            let unit = Unit {
+                tracks: vec![0],
+                terms: vec![relaxing],
+            };
+            let point = example::point(&dataset, &unit, vec![[branch, 0.05, 0.0, 0.0]]);
+            has_physical_effects(&dataset, &unit, &point)
+        };
+        let most = example::K / policy::STATIC;
+        assert!(is_tyre(0.99 * most) && !is_tyre(1.01 * most));
+    }
+
+    #[test]
+    fn an_effect_beyond_its_range_is_no_bicycles() {
+        let dataset = example::dataset();
+        let plain = example::model(&dataset, &[]);
+        let friction = example::term(Kind::CoulombFriction, Axle::Rear);
+        let is_bicycles = |force| {
+            let model = example::model(&dataset, &[(friction, force)]);
+            is_physical(&dataset, &plain, &model)
+        };
+        assert!(is_bicycles(1.0) && !is_bicycles(-1.0));
+    }
 }

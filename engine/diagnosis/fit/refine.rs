@@ -82,3 +82,27 @@ fn closer(fitter: &Fitter, fit: &Fitted, substeps: usize) -> Point {
     }
     best
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+    use crate::bicycle::Axle;
+    use crate::diagnosis::effects::Kind;
+    use crate::diagnosis::example;
+
+    #[test]
+    fn the_last_fit_errs_less_and_leaves_plain_axles_alone() {
+        let dataset = example::dataset();
+        let fitter = example::fitter(&dataset);
+        let cubic = example::term(Kind::CubicStiffness, Axle::Front);
+        let mut known = example::model(&dataset, &[(cubic, 1e9)]);
+        known.fits[1].likelihood = 123.0;
+        let finest = refined(&fitter, &known);
+        assert_eq!(finest.fits[1].likelihood, 123.0);
+        // The ride has no cubic spring.
+        let k3 = finest.of_track(0).0.point.values[0][0];
+        assert!(k3.abs() < 1e7, "{k3}");
+    }
+}

@@ -109,3 +109,72 @@ pub fn tangent_for(fitter: &Fitter, model: &Model, term: Term, substeps: usize) 
     unit.terms.retain(|t| *t != term);
     Tangent::new(fitter, model, &unit, substeps)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bicycle::Axle;
+    use crate::diagnosis::effects::Kind;
+    use crate::diagnosis::example;
+    use crate::numerics::projection::dot;
+
+    #[test]
+    fn columns_are_lanes_in_standard_deviations() {
+        let white = [1.0, 2.0].map(|by| Lanes(std::array::from_fn(|i| by * i as f64)));
+        let mut columns = vec![vec![-1.0], Vec::new(), vec![7.0]];
+        spread(&white, &NoiseModel::white(4.0), 2, &mut columns);
+        assert_eq!(columns, [vec![-1.0, 0.5, 1.0], vec![1.0, 2.0], vec![7.0]]);
+    }
+
+    #[test]
+    fn a_tangent_holds_what_every_number_of_the_model_does() {
+        let dataset = example::dataset();
+        let fitter = example::fitter(&dataset);
+        let model = example::model(&dataset, &[]);
+        let unit = model.fits[0].unit.clone();
+        let tangent = Tangent::new(&fitter, &model, &unit, 2);
+        assert_eq!(tangent.basis.len(), unit.slots(&dataset).len());
+        for (i, a) in tangent.basis.iter().enumerate() {
+            for (j, b) in tangent.basis.iter().enumerate() {
+                let expected = if i == j { 1.0 } else { 0.0 };
+                assert!((dot(a, b) - expected).abs() < 1e-6);
+            }
+        }
+        // A larger z(0) decays as the axle swings: e^{-bt/2} (cos wt + b/2w sin wt).
+        let (b, kappa) = (example::B / example::FRONT, example::K / example::FRONT);
+        let w = (kappa - 0.25 * b * b).sqrt();
+        let swing = |i: usize| {
+            let t = dataset.step * i as f64;
+            let swing = (-0.5 * b * t).exp() * ((w * t).cos() + 0.5 * b / w * (w * t).sin());
+            if dataset.tracks[0].valid[i] {
+                swing
+            } else {
+                0.0
+            }
+        };
+        let decay: Vec<f64> = (0..fitter.samples).map(swing).collect();
+        let inside: f64 = tangent.basis.iter().map(|a| dot(a, &decay).powi(2)).sum();
+        let all = dot(&decay, &decay);
+        assert!((inside / all - 1.0).abs() < 1e-3, "{inside} of {all}");
+    }
+
+    #[test]
+    fn a_term_is_tried_on_the_axles_that_it_would_join() {
+        let dataset = example::dataset();
+        let fitter = example::fitter(&dataset);
+        let cubic = example::term(Kind::CubicStiffness, Axle::Front);
+        let model = example::model(&dataset, &[(cubic, 0.0)]);
+        let of = |axle| {
+            let gain = example::term(Kind::SensorGain, axle);
+            tangent_for(&fitter, &model, gain, 2).unit
+        };
+        assert_eq!(
+            (of(Axle::Front).tracks, of(Axle::Front).terms),
+            (vec![0], vec![cubic])
+        );
+        assert_eq!(
+            (of(Axle::Rear).tracks, of(Axle::Rear).terms),
+            (vec![1], vec![])
+        );
+    }
+}

@@ -314,3 +314,91 @@ impl Point {
         point
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::example;
+
+    #[test]
+    fn axles_are_fitted_together_where_an_effect_acts_on_both() {
+        let dataset = example::dataset();
+        let cubic = example::term(Kind::CubicStiffness, Axle::Rear);
+        let apart = Unit::all(&dataset, &[cubic]);
+        let tracks: Vec<_> = apart
+            .iter()
+            .map(|u| (u.tracks.clone(), u.terms.len()))
+            .collect();
+        assert_eq!(tracks, [(vec![0], 0), (vec![1], 1)]);
+        let both = Term {
+            kind: Kind::LoadTransfer,
+            place: Place::Both,
+        };
+        let together = Unit::all(&dataset, &[cubic, both]);
+        assert_eq!(together.len(), 1);
+        assert_eq!(
+            (&together[0].tracks[..], together[0].terms.len()),
+            (&[0, 1][..], 2)
+        );
+    }
+
+    #[test]
+    fn what_is_known_is_no_number_to_fit() {
+        let mut dataset = example::dataset();
+        let unit = Unit {
+            tracks: vec![0],
+            terms: vec![example::term(Kind::CoulombFriction, Axle::Front)],
+        };
+        // On a road: k, B and the start, and two of the effect.
+        let base = [0, 1, 4, 5].map(|q| Slot::Base(0, q));
+        let own = [0, 1].map(|q| Slot::Value(0, q));
+        assert_eq!(unit.slots(&dataset), [&base[..], &own].concat());
+        let track = &mut dataset.tracks[0];
+        (track.free_mass, track.rest_point, track.has_spring) = (true, true, false);
+        let base = [1, 2, 3, 4, 5].map(|q| Slot::Base(0, q));
+        assert_eq!(unit.slots(&dataset), [&base[..], &own].concat());
+    }
+
+    #[test]
+    fn a_point_with_other_values_has_these_and_keeps_the_rest() {
+        let dataset = example::dataset();
+        let unit = Unit {
+            tracks: vec![0],
+            terms: vec![example::term(Kind::CubicStiffness, Axle::Front)],
+        };
+        let point = example::point(&dataset, &unit, vec![[1.0, 2.0, 3.0, 4.0]]);
+        let slots = [Slot::Base(0, 1), Slot::Value(0, 2), Slot::Initial(0, 1)];
+        let other = point.with(&slots, &[5.0, 6.0, 7.0]);
+        assert_eq!(slots.map(|slot| other.get(slot)), [5.0, 6.0, 7.0]);
+        assert_eq!(
+            other.with(&slots, &slots.map(|slot| point.get(slot))),
+            point
+        );
+        assert_eq!(other.values[0], [1.0, 2.0, 6.0, 4.0]);
+    }
+
+    #[test]
+    fn effects_make_an_axle_turn_and_decay_faster() {
+        let dataset = example::dataset();
+        let [cubic, friction] = [Kind::CubicStiffness, Kind::CoulombFriction]
+            .map(|kind| example::term(kind, Axle::Front));
+        let unit = Unit {
+            tracks: vec![0],
+            terms: vec![cubic, friction],
+        };
+        let of = |k3: f64, force: f64| {
+            let values = vec![[k3, 0.0, 0.0, 0.0], [force, 0.0, 0.0, 0.0]];
+            let point = example::point(&dataset, &unit, values);
+            (unit.fastest(&dataset, &point), unit.decay(&dataset, &point))
+        };
+        let (turn, decay) = of(0.0, 0.0);
+        assert!((turn / (example::K / example::FRONT).sqrt() - 1.0).abs() < 1e-9);
+        assert!((decay / (example::B / example::FRONT) - 1.0).abs() < 1e-9);
+        let scale = &dataset.tracks[0].scale;
+        let stiffens = (cubic.kind.spec().stiffens)(&[1e9, 0.0, 0.0, 0.0], scale);
+        let damps = (friction.kind.spec().damps)(&[9.0, 0.0, 0.0, 0.0], scale);
+        let (turn, decay) = of(1e9, 9.0);
+        assert!((turn.powi(2) / ((example::K + stiffens) / example::FRONT) - 1.0).abs() < 1e-9);
+        assert!((decay / ((example::B + damps) / example::FRONT) - 1.0).abs() < 1e-9);
+    }
+}

@@ -146,3 +146,31 @@ pub trait Effect {
 pub fn as_reported(reported: &[f64]) -> Values {
     std::array::from_fn(|i| reported.get(i).copied().unwrap_or(0.0))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_crank_turns_as_sine_and_cosine_do_near_and_far() {
+        for turn in [0.0, 0.01, -0.3, 0.499, 0.501, -2.0, 9.0] {
+            let start: f64 = 0.7;
+            let crank = Crank {
+                angle: 0.0,
+                before: [start.sin(), start.cos()],
+                turned: turn,
+            };
+            let [sin, cos] = crank.double();
+            let (true_sin, true_cos) = (start + turn).sin_cos();
+            assert!(
+                (sin - true_sin).abs() < 2e-8 && (cos - true_cos).abs() < 2e-8,
+                "{turn}"
+            );
+        }
+    }
+
+    #[test]
+    fn values_that_are_not_reported_are_none() {
+        assert_eq!(as_reported(&[3.0, -2.0]), [3.0, -2.0, 0.0, 0.0]);
+    }
+}

@@ -101,3 +101,63 @@ impl Scale {
         (self.wheel_radius / self.train_distance.max(10.0 * self.wheel_radius)).clamp(1e-4, 0.03)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TAU: f64 = std::f64::consts::TAU;
+
+    #[test]
+    fn a_period_is_that_of_the_mass_on_its_spring_within_what_a_ride_shows() {
+        let period = |k: f64| {
+            let scale = Scale {
+                mass: 25.0,
+                k,
+                ..Scale::TYPICAL
+            };
+            scale.period()
+        };
+        for natural in [0.1, 2.0] {
+            let k = 25.0 * (TAU / natural).powi(2);
+            assert!((period(k) / natural - 1.0).abs() < 1e-12);
+            assert_eq!(period(-k), period(k));
+        }
+        let Scale { step, train_s, .. } = Scale::TYPICAL;
+        assert_eq!([period(1e12), period(0.0)], [4.0 * step, 0.5 * train_s]);
+    }
+
+    #[test]
+    fn a_size_is_the_plain_one_or_what_is_felt_at_least() {
+        let sizes = |k: f64, b: f64| {
+            let scale = Scale {
+                k,
+                b,
+                ..Scale::TYPICAL
+            };
+            [scale.k_size(), scale.b_size()]
+        };
+        assert_eq!(sizes(-60e3, -500.0), [60e3, 500.0]);
+        // Forces of which a tenth and a fiftieth are felt: m a = 30 kg x 5 m/s^2, over 1 mm and 0.1 m/s.
+        let felt = 30.0 * 5.0;
+        let [k, b] = sizes(0.0, 0.0);
+        assert!((k - 0.1 * felt / 1e-3).abs() < 1e-9 && (b - 0.02 * felt / 0.1).abs() < 1e-9);
+        let [none, _] = Scale::TYPICAL.as_good_as_none();
+        assert!((none - k).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_radius_off_by_a_step_turns_the_wheel_by_a_radian_over_the_ride() {
+        let step = |distance: f64| {
+            let scale = Scale {
+                wheel_radius: 0.34,
+                train_distance: distance,
+                ..Scale::TYPICAL
+            };
+            scale.radius_step()
+        };
+        // Over x the wheel turns by x / r, and by x / r times the step less on a larger one.
+        assert!((step(300.0) * 300.0 / 0.34 - 1.0).abs() < 1e-12);
+        assert_eq!([step(0.0), step(1e9)], [0.03, 1e-4]);
+    }
+}

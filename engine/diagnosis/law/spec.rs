@@ -140,3 +140,26 @@ pub fn reported(parameter: &Parameter, value: f64, range: [f64; 2]) -> Reported 
         physical: (range[0]..=range[1]).contains(&value),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_is_physical_within_its_range_and_at_its_ends() {
+        let parameter = Parameter {
+            name: "friction",
+            unit: "N",
+            size: |_| 1.0,
+            limits: |_| [0.0, 1.0],
+        };
+        let physical = |value: f64| reported(&parameter, value, [0.0, 2.0]).physical;
+        assert!(physical(0.0) && physical(1.5) && physical(2.0));
+        assert!(!physical(-1e-9) && !physical(2.1) && !physical(f64::NAN));
+        let told = reported(&parameter, 1.5, [0.0, 2.0]);
+        assert_eq!(
+            (&*told.name, &*told.unit, told.value),
+            ("friction", "N", 1.5)
+        );
+    }
+}

@@ -154,3 +154,60 @@ pub const BARE_LEAVES: f64 = 0.5;
 pub const AS_GOOD: f64 = 1.1;
 /// Standard errors by which a stiffness must be above zero for a spring to be there.
 pub const SHOWN: f64 = 2.0;
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use std::path::Path;
+
+    /// The text of every test of the diagnosis, whole files of tests and the modules at the ends of others.
+    fn tests(folder: &Path, text: &mut String) {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                tests(&path, text);
+            } else if !path.ends_with("policy/mod.rs") {
+                let source = std::fs::read_to_string(&path).unwrap();
+                let own = source.split_once("#[cfg(test)]\nmod tests {");
+                text.push_str(own.map_or("", |(_, own)| own));
+            }
+        }
+    }
+
+    #[test]
+    fn every_threshold_has_a_test_beside_its_use_that_is_built_with_it() {
+        let mut text = String::new();
+        tests(
+            &Path::new(env!("CARGO_MANIFEST_DIR")).join("diagnosis"),
+            &mut text,
+        );
+        let named = |name: &str| {
+            let used = format!("policy::{name}");
+            let mut after = text.split(&used).skip(1);
+            after.any(|rest| !rest.starts_with(|c: char| c.is_ascii_uppercase() || c == '_'))
+        };
+        let thresholds: Vec<&str> = include_str!("mod.rs")
+            .lines()
+            .filter_map(|line| line.strip_prefix("pub const ")?.split(':').next())
+            .collect();
+        assert!(thresholds.len() > 50);
+        let untested: Vec<&&str> = thresholds.iter().filter(|name| !named(name)).collect();
+        assert!(untested.is_empty(), "{untested:?}");
+    }
+
+    #[test]
+    fn thresholds_that_are_said_to_go_together_do() {
+        assert_eq!(super::CLOSE, 2.0 * super::TIE);
+        // Next to noise less is asked of a wider law, of ordinary windows more than of shorter ones.
+        let rising = [
+            [super::OUTGROWN, super::NEARLY_ALL],
+            [super::MARGIN, super::AHEAD],
+            [super::SHORTEST_PERIODS, super::APART_PERIODS],
+            [super::APART_PERIODS, super::DOMINANT_PERIODS],
+            [super::TIE, super::NEARLY_PHYSICAL],
+            [1.0 - super::MATERIAL, super::MOST_LEFT],
+        ];
+        assert!(rising.iter().all(|[less, more]| less < more), "{rising:?}");
+    }
+}

@@ -4,6 +4,7 @@
 use veloid_fourier::Complex;
 
 use crate::diagnosis::dataset::Track;
+use crate::diagnosis::policy;
 use crate::numerics::autoregressive::NoiseModel;
 use crate::numerics::spectrum::hann;
 
@@ -25,6 +26,13 @@ pub struct Driven {
     pub score: f64,
     /// Share of the residual's power that goes with it.
     pub share: f64,
+}
+
+impl Driven {
+    /// Whether the residual goes with the channel as no noise does.
+    pub fn is_no_noise(&self) -> bool {
+        self.score > policy::DRIVEN
+    }
 }
 
 /// Compares the residual (m) of a track with the force that drives it, or with its road.
@@ -184,5 +192,11 @@ mod tests {
         assert!(reported < 5.0, "{reported}");
         let unreported = driven(&noise, &logged, 0.0, STEP).score;
         assert!(unreported > 10.0, "{unreported}");
+    }
+
+    #[test]
+    fn noise_goes_with_nothing_by_so_many_deviations() {
+        let goes = |score| Driven { score, share: 0.5 }.is_no_noise();
+        assert!(goes(1.01 * policy::DRIVEN) && !goes(0.99 * policy::DRIVEN));
     }
 }

@@ -259,3 +259,27 @@ fn features(dataset: &Dataset, motions: &[Motion], track: usize) -> Vec<Feature>
     sense(&|i| i as f64 / n as f64);
     all
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn something_is_left_where_chance_hardly_and_the_held_out_part_gains() {
+        let structured = |p_value, gain: f64, after| {
+            let found = Remainder {
+                p_value,
+                held_gain: gain * policy::STRUCTURED,
+                held_before: 1.0,
+                held_after: after,
+                force: Vec::new(),
+                residual: Vec::new(),
+            };
+            found.is_structured(0.05)
+        };
+        assert!(structured(0.024, 1.01, 0.9));
+        assert!(!structured(0.024, 0.99, 0.9));
+        assert!(!structured(0.026, 1.01, 0.9));
+        assert!(!structured(0.024, 1.01, 1.1));
+    }
+}

@@ -42,6 +42,11 @@ pub fn exceeds(
             score(&again)
         })
         .collect();
+    is_beyond(own, &scores)
+}
+
+/// Whether a score lies beyond those of replicates.
+fn is_beyond(own: f64, scores: &[f64]) -> bool {
     let n = scores.len() as f64;
     let mean = scores.iter().sum::<f64>() / n;
     let variance = scores.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / (n - 1.0);
@@ -112,4 +117,33 @@ fn noisy(quiet: &Dataset, rng: &mut ChaCha8Rng) -> Dataset {
         }
     }
     again
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_score_lies_beyond_replicates_whose_noise_may_be_too_small() {
+        // Mean 30 and, with one score less than there are, a variance of 4.
+        let scores = [28.0, 32.0, 30.0];
+        let bound = policy::ROAD_NOISE_UNSURE * 30.0 + policy::BEYOND * 2.0;
+        assert!(is_beyond(1.001 * bound, &scores) && !is_beyond(0.999 * bound, &scores));
+        // Replicates that hardly differ show no less than a nat.
+        let alike = [30.0; 3];
+        let bound = policy::ROAD_NOISE_UNSURE * 30.0 + policy::BEYOND;
+        assert!(is_beyond(1.001 * bound, &alike) && !is_beyond(0.999 * bound, &alike));
+    }
+
+    #[test]
+    fn a_road_without_noise_is_what_was_recorded() {
+        let record: Vec<f64> = (0..600).map(|i| (0.05 * f64::from(i)).sin()).collect();
+        let clean = denoised(&record, 0.01, 0.0);
+        let off = record.iter().zip(&clean).map(|(a, b)| (a - b).abs());
+        assert!(off.fold(0.0, f64::max) < 1e-9);
+        // A floor above all that the road has leaves the line from end to end.
+        let line = denoised(&record, 0.01, 1e6);
+        let bend = line.windows(3).map(|x| (x[0] - 2.0 * x[1] + x[2]).abs());
+        assert!(bend.fold(0.0, f64::max) < 1e-9);
+    }
 }

@@ -189,6 +189,8 @@ fn mixed(parts: &[Part], density: &[f64]) -> Mixed {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
+
     use super::*;
     use crate::numerics::autoregressive::NoiseModel;
     use crate::numerics::spectrum::tests::{shaken, white};
@@ -230,5 +232,23 @@ mod tests {
             .collect();
         let r = resonance(&both, 0.01, 355.0, 11.3, &QUIET);
         assert!(r.gain > 30.0 && (0.1..0.3).contains(&r.share), "{r:?}");
+    }
+
+    #[test]
+    fn the_channels_that_drive_have_as_much_noise_as_their_floors_may_be_too_low() {
+        let (kappa, beta) = (355.0, 11.3);
+        let inputs = Inputs {
+            road: 2e-8,
+            force: 3e-2,
+        };
+        let noisy = Noisy::new(&white(6000, 5), 0.01, kappa, beta, &inputs).unwrap();
+        let hz = &noisy.spectrum.hz[noisy.range.clone()];
+        let mean = |answer: fn(f64, f64, f64) -> f64| {
+            hz.iter().map(|f| answer(kappa, beta, *f)).sum::<f64>() / hz.len() as f64
+        };
+        let most = policy::FLOOR_UNSURE * 2e-8 * mean(road_answer);
+        assert!((noisy.noises[0].most / most - 1.0).abs() < 1e-9);
+        let most = policy::FLOOR_UNSURE * 3e-2 * mean(force_answer);
+        assert!((noisy.noises[2].most / most - 1.0).abs() < 1e-9);
     }
 }

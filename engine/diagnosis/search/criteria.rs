@@ -104,10 +104,9 @@ impl Search<'_> {
     /// Whether what `larger` has beyond `model` is large enough to be reported beside other effects: in
     /// likelihood, or in the held-out error, where a slow effect shows that coloured noise would hide.
     pub fn counts(&self, model: &Model, larger: &Model) -> bool {
-        let gains = larger.likelihood - model.likelihood
-            > policy::SECOND_GAINS * self.fitter.samples as f64;
+        let gain = larger.likelihood - model.likelihood;
         let [before, after] = [model, larger].map(|m| self.held_squares(m));
-        (gains || any_removed(&before, &after, policy::SECOND_REMOVES))
+        (gains_enough(gain, self.fitter.samples) || shows(&before, &after))
             && !self.is_trifle(added(model, larger), &before, &after)
     }
 
@@ -117,7 +116,7 @@ impl Search<'_> {
             return false;
         }
         let plain = self.held_squares(&self.plain);
-        let trifle = |t: usize| before[t] - after[t] < policy::TRIFLE * (plain[t] - before[t]);
+        let trifle = |t: usize| removes_a_trifle([plain[t], before[t], after[t]]);
         let mut tracks = self.fitter.dataset.tracks.iter().enumerate();
         tracks.all(|(t, track)| !term.acts_on(track.axle) || trifle(t))
     }
@@ -138,7 +137,7 @@ impl Search<'_> {
 
     /// Whether the held-out squares of some track show what `larger` has beyond `model`.
     pub fn shows(&self, model: &Model, larger: &Model) -> bool {
-        self.removes(model, larger, policy::SECOND_REMOVES)
+        shows(&self.held_squares(model), &self.held_squares(larger))
     }
 
     /// Whether `larger` removes that share of the held-out squares of some track.
@@ -183,8 +182,38 @@ pub fn cost(terms: &[Term], samples: usize) -> f64 {
     0.5 * parameters * (samples as f64).ln()
 }
 
+/// Whether a second effect's gain (nats) on so many samples is large enough.
+fn gains_enough(gain: f64, samples: usize) -> bool {
+    gain > policy::SECOND_GAINS * samples as f64
+}
+
+/// Whether the squares of some track show a second effect.
+fn shows(before: &[f64], after: &[f64]) -> bool {
+    any_removed(before, after, policy::SECOND_REMOVES)
+}
+
+/// Whether one more effect removes no more than the error of the laws beside it. Squares of the plain model, and before and after it.
+fn removes_a_trifle([plain, before, after]: [f64; 3]) -> bool {
+    before - after < policy::TRIFLE * (plain - before)
+}
+
+/// Whether a model leaves so small a share of the plain model's squares that it explains an axle.
+pub fn explains_nearly_all(left: f64) -> bool {
+    left <= 1.0 - policy::ADEQUATE
+}
+
+/// Whether one more effect may be looked for beside these.
+pub fn has_room(terms: &[Term]) -> bool {
+    terms.len() < policy::MOST_TERMS
+}
+
+/// Held-out log score (nats) by which an effect must win that gained so much on the fitted part, of which the held-out part is a `share`.
+pub fn to_repeat(gain: f64, share: f64) -> f64 {
+    2.0 + policy::HELD * gain * share
+}
+
 /// Whether that share of the squares of some track is gone.
-fn any_removed(before: &[f64], after: &[f64], share: f64) -> bool {
+pub fn any_removed(before: &[f64], after: &[f64], share: f64) -> bool {
     let mut pairs = before.iter().zip(after);
     pairs.any(|(before, after)| *after < (1.0 - share) * before)
 }
@@ -193,4 +222,79 @@ fn any_removed(before: &[f64], after: &[f64], share: f64) -> bool {
 pub fn added(model: &Model, larger: &Model) -> Term {
     let new = larger.terms.iter().find(|t| !model.terms.contains(t));
     *new.unwrap_or(&larger.terms[0])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::effects::Kind;
+    use crate::diagnosis::example;
+
+    #[test]
+    fn a_second_effect_gains_for_each_sample_or_removes_a_share_on_some_track() {
+        let bound = policy::SECOND_GAINS * 500.0;
+        assert!(gains_enough(1.01 * bound, 500) && !gains_enough(0.99 * bound, 500));
+        assert!(!gains_enough(1.01 * bound, 510));
+        let left = |share: f64| shows(&[2.0, 3.0], &[2.0, 3.0 * (1.0 - share)]);
+        assert!(left(1.01 * policy::SECOND_REMOVES) && !left(0.99 * policy::SECOND_REMOVES));
+    }
+
+    #[test]
+    fn what_laws_are_wrong_by_is_no_second_effect() {
+        // Of 50 squares the first effects leave 10, and what is a trifle is measured by the 40 that they took.
+        let trifle = |share: f64| removes_a_trifle([50.0, 10.0, 10.0 - share * 40.0]);
+        assert!(trifle(0.99 * policy::TRIFLE) && !trifle(1.01 * policy::TRIFLE));
+    }
+
+    #[test]
+    fn what_is_left_of_an_adequate_model_is_next_to_nothing() {
+        let rest = 1.0 - policy::ADEQUATE;
+        assert!(explains_nearly_all(0.99 * rest) && !explains_nearly_all(1.01 * rest));
+    }
+
+    #[test]
+    fn effects_are_added_up_to_the_most() {
+        let term = example::term(Kind::CubicStiffness, Axle::Front);
+        assert!(has_room(&vec![term; policy::MOST_TERMS - 1]));
+        assert!(!has_room(&vec![term; policy::MOST_TERMS]));
+    }
+
+    #[test]
+    fn a_gain_repeats_on_a_part_as_long_as_its_share() {
+        assert_eq!(to_repeat(0.0, 0.25), to_repeat(100.0, 0.0));
+        let wanted = to_repeat(100.0, 0.25) - to_repeat(0.0, 0.25);
+        assert!((wanted - 25.0 * policy::HELD).abs() < 1e-12, "{wanted}");
+    }
+
+    #[test]
+    fn what_no_bicycle_can_be_has_less_merit_by_what_counts_as_close() {
+        let dataset = example::dataset();
+        let search = example::search(&dataset);
+        let friction = example::term(Kind::CoulombFriction, Axle::Front);
+        let merit = |force: f64| search.merit(&example::model(&dataset, &[(friction, force)]));
+        let lost = merit(1.0) - merit(-1.0);
+        assert!((lost - policy::CLOSE).abs() < 1e-9, "{lost}");
+        // Dry friction has a force and a width, each for half the logarithm of the number of samples.
+        let samples = search.fitter.samples as f64;
+        assert!((merit(1.0) + samples.ln()).abs() < 1e-9);
+    }
+
+    #[test]
+    fn an_axle_without_effects_keeps_all_that_the_plain_model_leaves() {
+        let dataset = example::dataset();
+        let search = example::search(&dataset);
+        let cubic = example::term(Kind::CubicStiffness, Axle::Rear);
+        let model = example::model(&dataset, &[(cubic, 1e9)]);
+        assert!((search.left(Axle::Front, &model) - 1.0).abs() < 1e-9);
+        assert!(search.left(Axle::Rear, &model) > 2.0);
+    }
+
+    #[test]
+    fn the_added_term_is_the_one_that_is_new() {
+        let dataset = example::dataset();
+        let [a, b] = [Kind::CubicStiffness, Kind::SensorGain]
+            .map(|kind| (example::term(kind, Axle::Front), 0.0));
+        let one = example::model(&dataset, &[b]);
+        assert_eq!(added(&one, &example::model(&dataset, &[a, b])), a.0);
+    }
 }

@@ -236,3 +236,50 @@ pub fn unstopped(fitter: &Fitter, model: &Model, play: Term, effort: Effort) -> 
     let fitted = fitter.fit(&unit, point, &fit.noise_models, effort)?;
     Some(model.with(fitted))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::example;
+
+    #[test]
+    fn an_effect_acts_where_the_ride_has_what_it_needs() {
+        let (front, rear) = (Axle::Front, Axle::Rear);
+        assert_eq!(
+            places(Acts::OneAxle, &[front, rear]),
+            [Place::Front, Place::Rear]
+        );
+        assert_eq!(places(Acts::OneAxle, &[rear]), [Place::Rear]);
+        assert_eq!(places(Acts::Front, &[front, rear]), [Place::Front]);
+        assert!(places(Acts::Rear, &[front]).is_empty());
+        assert_eq!(places(Acts::Both, &[front, rear]), [Place::Both]);
+        assert!(places(Acts::Both, &[front]).is_empty());
+    }
+
+    #[test]
+    fn a_term_joins_the_unit_of_its_axle() {
+        let dataset = example::dataset();
+        let [cubic, gain] =
+            [Kind::CubicStiffness, Kind::SensorGain].map(|kind| example::term(kind, Axle::Rear));
+        let model = example::model(&dataset, &[(cubic, 0.0)]);
+        let unit = joined(&dataset, &model, gain);
+        let mut terms = vec![cubic, gain];
+        terms.sort();
+        let tracks = vec![1];
+        assert_eq!(unit, Some(Unit { tracks, terms }));
+    }
+
+    #[test]
+    fn a_model_is_far_that_leaves_more_than_a_share_of_the_deflection() {
+        let mut dataset = example::dataset();
+        dataset.tracks[0].sensor_floor = 0.0;
+        dataset.tracks[0].road_floor = 0.0;
+        let far = |times: f64| {
+            let mut model = example::model(&dataset, &[]);
+            let left = times * FAR * dataset.tracks[0].scale.d_rms;
+            model.fits[0].noise_models = vec![NoiseModel::white(left * left)];
+            is_far(&dataset, &model, &model.fits[0].unit)
+        };
+        assert!(far(1.01) && !far(0.99));
+    }
+}

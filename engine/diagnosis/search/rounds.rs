@@ -1,7 +1,7 @@
 //! Naming what is left out: forward selection with an exact refit of every candidate, a backward
 //! pass, and an exchange pass that also gives the rivals.
 
-use super::criteria::{Search, added};
+use super::criteria::{Search, added, has_room, to_repeat};
 use super::extend::{Reach, is_far};
 use super::null::Null;
 use super::refit::LEADERS;
@@ -41,7 +41,7 @@ impl Search<'_> {
         let mut proven = self.plain.clone();
         // The model with the noise under which predicts are looked for, where that is not its own.
         let mut prewhitened: Option<Model> = None;
-        while model.terms.len() < policy::MOST_TERMS && !self.is_spent() {
+        while has_room(&model.terms) && !self.is_spent() {
             self.check()?;
             self.report_progress();
             let goes_on = 'round: {
@@ -67,9 +67,8 @@ impl Search<'_> {
                 // Of those that explain the ride as well, the one that a bicycle can be and that says least.
                 let mut accepted: Vec<&Model> = Vec::new();
                 for leader in leaders {
-                    if accepted
-                        .first()
-                        .is_some_and(|first| leader.likelihood < first.likelihood - policy::CLOSE)
+                    if (accepted.first())
+                        .is_some_and(|first| is_behind(leader.likelihood, first.likelihood))
                     {
                         break;
                     }
@@ -145,7 +144,7 @@ impl Search<'_> {
         let dataset = self.fitter.dataset;
         let driven: Vec<usize> = (self.residuals(model).into_iter())
             .filter(|(t, residual, _)| {
-                coherence::of_track(&dataset.tracks[*t], residual).score > policy::DRIVEN
+                coherence::of_track(&dataset.tracks[*t], residual).is_no_noise()
             })
             .map(|(t, ..)| t)
             .collect();
@@ -173,22 +172,13 @@ impl Search<'_> {
         } else if slow {
             2.0
         } else {
-            2.0 + policy::HELD * (larger.likelihood - proven.likelihood) * share
+            to_repeat(larger.likelihood - proven.likelihood, share)
         };
         let beyond_chance = null.p_value(gain) <= self.alpha
-            && (!local
-                || gain
-                    > policy::UNCONFIRMED
-                        * null.bound(self.alpha)
-                        * self.unevenness(model, larger));
+            && (!local || outweighs(gain, null.bound(self.alpha), self.unevenness(model, larger)));
         let counts = model.terms.is_empty() && !slow || self.counts(model, larger);
         let repeats = self.held_score(larger) - self.held_score(proven) > wanted;
-        let reported = if slow {
-            policy::SLOWLY
-        } else {
-            policy::ADEQUATE
-        };
-        beyond_chance && counts && (repeats || self.removes(proven, larger, reported))
+        beyond_chance && counts && (repeats || self.removes(proven, larger, instead(slow)))
     }
 
     /// Whether what `larger` has beyond `model` is more than noise of the road channel can bring, and
@@ -257,5 +247,50 @@ impl Search<'_> {
         }
         tried.retain(|m| m.terms != model.terms);
         Ok(tried)
+    }
+}
+
+/// Whether a model's log likelihood is too far behind the first one's to be chosen by merit.
+fn is_behind(likelihood: f64, first: f64) -> bool {
+    likelihood < first - policy::CLOSE
+}
+
+/// Whether an effect that the held-out part cannot confirm gains so much more than chance does.
+fn outweighs(gain: f64, chance: f64, unevenness: f64) -> bool {
+    gain > policy::UNCONFIRMED * chance * unevenness
+}
+
+/// Share of the held-out squares that an effect must remove which does not repeat its gain on them.
+fn instead(slow: bool) -> f64 {
+    if slow {
+        policy::SLOWLY
+    } else {
+        policy::ADEQUATE
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::search::criteria::any_removed;
+
+    #[test]
+    fn merit_chooses_among_what_is_close_to_the_first() {
+        assert!(is_behind(50.0 - 1.01 * policy::CLOSE, 50.0));
+        assert!(!is_behind(50.0 - 0.99 * policy::CLOSE, 50.0));
+    }
+
+    #[test]
+    fn what_the_held_out_part_cannot_confirm_gains_more_than_chance() {
+        let bound = policy::UNCONFIRMED * 12.0 * 1.5;
+        assert!(outweighs(1.01 * bound, 12.0, 1.5) && !outweighs(0.99 * bound, 12.0, 1.5));
+    }
+
+    #[test]
+    fn what_does_not_repeat_its_gain_removes_nearly_all_and_a_slow_effect_less() {
+        let removes = |share: f64, slow| any_removed(&[1.0], &[1.0 - share], instead(slow));
+        assert!(removes(1.001 * policy::ADEQUATE, false));
+        assert!(!removes(0.999 * policy::ADEQUATE, false));
+        assert!(removes(1.01 * policy::SLOWLY, true) && !removes(0.99 * policy::SLOWLY, true));
     }
 }

@@ -223,3 +223,160 @@ impl Layout {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+    use crate::bicycle::Axle;
+    use crate::diagnosis::effects::Kind;
+    use crate::diagnosis::example;
+
+    /// The front axle, with one law.
+    fn unit() -> Unit {
+        Unit {
+            tracks: vec![0],
+            terms: vec![example::term(Kind::CubicStiffness, Axle::Front)],
+        }
+    }
+
+    /// Two rides of a bicycle, on the second of which it carries twice as much.
+    fn rides() -> [crate::diagnosis::dataset::Dataset; 2] {
+        [1.0, 2.0].map(|times| example::loaded(times * example::FRONT, example::REAR))
+    }
+
+    fn together<'a>(fitters: &'a [Fitter<'a>], common: Common) -> Together<'a> {
+        Together {
+            rides: fitters.iter().collect(),
+            unit: unit(),
+            common,
+        }
+    }
+
+    #[test]
+    fn what_rides_share_is_one_number_and_the_rest_is_each_ones_own() {
+        let datasets = rides();
+        let fitters = datasets.each_ref().map(example::fitter);
+        // k, B and the start of each ride, and one parameter of the law.
+        let own = unit().slots(&datasets[0]).len() - 1;
+        assert_eq!(own, 4);
+        let of = |common| together(&fitters, common).layout();
+        assert_eq!(of(Common::Effects).count, 2 * own + 1);
+        assert_eq!(of(Common::EffectsAndAxles).count, 2 * (own - 2) + 2 + 1);
+    }
+
+    #[test]
+    fn the_same_spring_is_less_over_a_larger_mass() {
+        let datasets = rides();
+        let fitters = datasets.each_ref().map(example::fitter);
+        let together = together(&fitters, Common::EffectsAndAxles);
+        let layout = together.layout();
+        let starts = datasets
+            .each_ref()
+            .map(|d| example::point(d, &unit(), vec![[1e9, 0.0, 0.0, 0.0]]));
+        // Both rides have the same k, B and law already, so that their mean is that of each.
+        let values = layout.mean(&starts);
+        for (found, start) in layout.points(&starts, &values).iter().zip(&starts) {
+            for slot in unit().slots(&datasets[0]) {
+                let (found, start) = (found.get(slot), start.get(slot));
+                assert!((found - start).abs() <= 1e-12 * start.abs(), "{slot:?}");
+            }
+        }
+        // A common number that moves by a share moves so on every ride.
+        let (at, first) = layout.places[0][0];
+        let mut moved = values;
+        moved[at] *= 1.5;
+        assert_eq!(first, 1.0);
+        for (found, start) in layout.points(&starts, &moved).iter().zip(&starts) {
+            let slot = Slot::Base(0, 0);
+            assert!((found.get(slot) / start.get(slot) - 1.5).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn the_mean_of_what_is_common_is_taken_over_all_rides() {
+        let dataset = example::dataset();
+        let start = |value: f64, z: f64| {
+            let point = example::point(&dataset, &unit(), vec![[0.0; 4]]);
+            point.with(&[Slot::Value(0, 0), Slot::Base(0, 4)], &[value, z])
+        };
+        let mean = shared().mean(&[start(3.0, 0.1), start(4.0, 0.2)]);
+        assert_eq!(mean, [(3.0 + 4.0 / 0.5) / 2.0, 0.1, 0.2]);
+    }
+
+    /// A layout of two rides with one common number, half as large on the second, and one of each one's own.
+    fn shared() -> Layout {
+        Layout {
+            slots: vec![vec![Slot::Value(0, 0), Slot::Base(0, 4)]; 2],
+            places: vec![vec![(0, 1.0), (1, 1.0)], vec![(0, 0.5), (2, 1.0)]],
+            count: 3,
+        }
+    }
+
+    #[test]
+    fn normal_equations_add_up_by_the_chain_rule() {
+        let own = |cost: f64, gradient: [f64; 2], [a, b, c]: [f64; 3]| Normal {
+            cost,
+            gradient: DVector::from_row_slice(&gradient),
+            matrix: DMatrix::from_row_slice(2, 2, &[a, b, b, c]),
+        };
+        let each = [
+            own(10.0, [1.0, 2.0], [4.0, 1.0, 3.0]),
+            own(5.0, [6.0, -2.0], [8.0, 2.0, 7.0]),
+        ];
+        let sum = shared().sum(&each);
+        assert_eq!(sum.cost, 10.0 + 5.0);
+        assert_eq!(sum.gradient.as_slice(), [1.0 + 0.5 * 6.0, 2.0, -2.0]);
+        let expected = [
+            [4.0 + 0.25 * 8.0, 1.0, 0.5 * 2.0],
+            [1.0, 3.0, 0.0],
+            [0.5 * 2.0, 0.0, 7.0],
+        ];
+        for (i, row) in expected.iter().enumerate() {
+            for (j, x) in row.iter().enumerate() {
+                assert_eq!(sum.matrix[(i, j)], *x, "{i} {j}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_rides_covariance_is_its_part_of_the_whole_in_its_own_numbers() {
+        let whole = DMatrix::from_row_slice(3, 3, &[4.0, 1.0, 2.0, 1.0, 9.0, 3.0, 2.0, 3.0, 16.0]);
+        let second = shared().covariance(1, &whole);
+        let expected = [0.25 * 4.0, 0.5 * 2.0, 0.5 * 2.0, 16.0];
+        assert_eq!(second, DMatrix::from_row_slice(2, 2, &expected));
+    }
+
+    #[test]
+    fn rides_of_one_bicycle_have_one_spring_and_damper() {
+        let datasets = rides();
+        let fitters = datasets.each_ref().map(example::fitter);
+        let together = together(&fitters, Common::EffectsAndAxles);
+        let starts = datasets.each_ref().map(|dataset| {
+            let mut point = example::point(dataset, &unit(), vec![[0.0; 4]]);
+            for (slot, times) in [(Slot::Base(0, 0), 1.2), (Slot::Base(0, 1), 0.7)] {
+                point.set(slot, times * point.get(slot));
+            }
+            point
+        });
+        let white = vec![vec![NoiseModel::white(example::NOISE.powi(2))]; 2];
+        let effort = Effort {
+            iterations: 30,
+            gain: 1e-6,
+            substeps: 3,
+        };
+        let fits = together.fit(&starts, &white, effort).unwrap();
+        let of = |q: usize| {
+            let each = fits.iter().zip([example::FRONT, 2.0 * example::FRONT]);
+            each.map(move |(fit, mass)| mass * fit.point.get(Slot::Base(0, q)))
+        };
+        let [k, same] = of(0).collect::<Vec<_>>()[..] else {
+            panic!("two rides");
+        };
+        assert!((k / same - 1.0).abs() < 1e-9, "{k} {same}");
+        assert!((k / example::K - 1.0).abs() < 0.01, "{k}");
+        let b = of(1).next().unwrap();
+        assert!((b / example::B - 1.0).abs() < 0.03, "{b}");
+    }
+}

@@ -11,7 +11,7 @@ use crate::diagnosis::fit::tangent::Tangent;
 use crate::diagnosis::fit::{COARSE, Effort, FINE, Fitted, Fitter, Model, Point, Term, Unit};
 use crate::diagnosis::policy;
 use crate::diagnosis::search::Search;
-use crate::diagnosis::search::criteria::cost;
+use crate::diagnosis::search::criteria::{cost, has_room, to_repeat};
 use crate::diagnosis::search::extend::{is_far, joined};
 use crate::diagnosis::search::null::Null;
 use crate::diagnosis::search::refit::{HOPE, LEADERS};
@@ -90,7 +90,7 @@ impl Rides<'_> {
             },
             tied: Vec::new(),
         };
-        while found.joint.terms().len() < policy::MOST_TERMS {
+        while has_room(found.joint.terms()) {
             self.searches[0].check()?;
             let round = found.joint.terms().len();
             let Some((best, tied)) = self.round(&found.joint, &candidates, round)? else {
@@ -133,11 +133,7 @@ impl Rides<'_> {
         let best = found.swap_remove(at);
         // As well by what was fitted or by all: the held-out parts alone are few.
         let (best_merit, best_held) = (merit(&best), self.held(&best));
-        let behind = |j: &Joint| {
-            let fitted = best_merit - merit(j);
-            fitted.min(fitted + best_held - self.held(j))
-        };
-        found.retain(|j| behind(j) < policy::TIE);
+        found.retain(|j| ties([best_merit, best_held], [merit(j), self.held(j)]));
         found.sort_by(|a, b| merit(b).total_cmp(&merit(a)));
         Ok(Some((best, found)))
     }
@@ -246,7 +242,7 @@ impl Rides<'_> {
         let gain = larger.likelihood() - joint.likelihood();
         let held: usize = self.searches.iter().map(|s| s.held.len()).sum();
         let share = held as f64 / self.samples() as f64;
-        let repeats = self.held(larger) - self.held(joint) > 2.0 + policy::HELD * gain * share;
+        let repeats = self.held(larger) - self.held(joint) > to_repeat(gain, share);
         let first = &self.searches[0];
         let physical = is_physical(first.fitter.dataset, &first.plain, &larger.models[0]);
         let mut each = self.searches.iter().zip(&joint.models).zip(&larger.models);
@@ -297,6 +293,12 @@ impl Joint {
     }
 }
 
+/// Whether another model's merit and held-out score are as good as the best one's, by what was fitted or by all.
+fn ties([best_merit, best_held]: [f64; 2], [merit, held]: [f64; 2]) -> bool {
+    let fitted = best_merit - merit;
+    fitted.min(fitted + best_held - held) < policy::TIE
+}
+
 /// Fits again from where they are, in turns with their own noise, until neither moves.
 pub fn settled(together: &Together, fits: Vec<Fitted>, effort: Effort) -> Option<Vec<Fitted>> {
     let again = |fits: &Vec<Fitted>| {
@@ -309,4 +311,70 @@ pub fn settled(together: &Together, fits: Vec<Fitted>, effort: Effort) -> Option
 
 pub fn sum(fits: &[Fitted]) -> f64 {
     fits.iter().map(|f| f.likelihood).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bicycle::Axle;
+    use crate::diagnosis::effects::Kind;
+    use crate::diagnosis::example;
+
+    #[test]
+    fn a_set_ties_by_what_was_fitted_or_by_all() {
+        let behind = |fitted: f64, all: f64| {
+            let merit = 100.0 - fitted * policy::TIE;
+            let held = 40.0 - (all - fitted) * policy::TIE;
+            ties([100.0, 40.0], [merit, held])
+        };
+        assert!(behind(0.99, 9.0) && behind(9.0, 0.99));
+        assert!(!behind(1.01, 1.01));
+    }
+
+    #[test]
+    fn the_likelihood_of_all_rides_is_the_sum_and_fits_replace_each_ones_own() {
+        let dataset = example::dataset();
+        let cubic = example::term(Kind::CubicStiffness, Axle::Front);
+        let model = |likelihood: f64| {
+            let mut model = example::model(&dataset, &[]);
+            model.fits[1].likelihood = likelihood;
+            Model::new(Vec::new(), model.fits)
+        };
+        let joint = Joint {
+            models: vec![model(3.0), model(4.0)],
+            p_values: vec![(cubic, 0.01)],
+        };
+        assert_eq!(joint.likelihood(), 3.0 + 4.0);
+        let fit = |likelihood: f64| Fitted {
+            likelihood,
+            ..example::model(&dataset, &[(cubic, 1.0)]).fits[0].clone()
+        };
+        let larger = joint.with(vec![fit(10.0), fit(20.0)]);
+        assert_eq!(sum(&[fit(10.0), fit(20.0)]), 30.0);
+        assert_eq!(larger.terms(), [cubic]);
+        let each: Vec<f64> = larger.models.iter().map(|m| m.likelihood).collect();
+        assert_eq!(each, [13.0, 24.0]);
+        assert_eq!(larger.p_values, joint.p_values);
+    }
+
+    #[test]
+    fn rides_have_in_common_what_all_may_show_and_is_no_rides_own_affair() {
+        let dataset = example::dataset();
+        let [cubic, friction, step] = [Kind::CubicStiffness, Kind::CoulombFriction, Kind::MassStep]
+            .map(|kind| example::term(kind, Axle::Front));
+        let search = |candidates: &[Term]| Search {
+            candidates: candidates.to_vec(),
+            ..example::search(&dataset)
+        };
+        let rides = Rides {
+            searches: vec![search(&[cubic, friction, step]), search(&[cubic, step])],
+            alpha: 0.05,
+            seed: 1,
+        };
+        let (common, off) = rides.candidates();
+        assert_eq!(common, [cubic]);
+        let ids: Vec<&str> = off.iter().map(|off| off.id.as_str()).collect();
+        assert_eq!(ids, [Kind::MassStep.id()]);
+        assert_eq!(rides.samples(), 2 * rides.searches[0].fitter.samples);
+    }
 }

@@ -304,3 +304,92 @@ fn sentence(report: &StudyReport) -> String {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::diagnosis::Place;
+
+    fn effect(affirmed: bool, only_in: Option<&str>) -> StudyEffect {
+        StudyEffect {
+            effect: EffectReport {
+                id: "cubic_stiffness".to_owned(),
+                axle: Place::Front,
+                parameters: BTreeMap::new(),
+                p_value: None,
+                separation: None,
+                affirmed,
+                support: None,
+                adequate: true,
+                material: true,
+                sentence: "the spring stiffens".to_owned(),
+            },
+            by_ride: Vec::new(),
+            gain_by_ride: Vec::new(),
+            differs_p_value: None,
+            only_in: only_in.map(str::to_owned),
+        }
+    }
+
+    /// So many rides, of which some show more than is explained.
+    fn rides(all: usize, more: usize) -> Vec<StudyRide> {
+        let ride = |r| StudyRide {
+            name: format!("ride {r}"),
+            axles: PerAxle::default(),
+            alone: Verdict::Unnamed,
+            alone_sentence: String::new(),
+            shows_more: r < more,
+            warnings: Vec::new(),
+        };
+        (0..all).map(ride).collect()
+    }
+
+    #[test]
+    fn something_is_left_without_a_name_where_more_than_half_of_the_rides_show_it() {
+        let named = [effect(true, None)];
+        assert_eq!(verdict(&named, &rides(4, 2)), Verdict::Named);
+        assert_eq!(verdict(&named, &rides(4, 3)), Verdict::NamedInPart);
+        assert_eq!(verdict(&[], &rides(4, 2)), Verdict::NothingMissing);
+        assert_eq!(verdict(&[], &rides(4, 3)), Verdict::Unnamed);
+    }
+
+    #[test]
+    fn what_one_ride_alone_shows_is_not_in_common() {
+        let own = [effect(false, Some("ride 2"))];
+        assert_eq!(verdict(&own, &rides(4, 0)), Verdict::NothingMissing);
+        let tied = [effect(false, None)];
+        assert_eq!(verdict(&tied, &rides(4, 0)), Verdict::Ambiguous);
+    }
+
+    #[test]
+    fn a_sentence_says_how_many_rides_and_whose_affair_an_effect_is() {
+        let said = |verdict, effects: Vec<StudyEffect>| {
+            sentence(&StudyReport {
+                veloid: String::new(),
+                settings: Settings::default(),
+                verdict,
+                sentence: String::new(),
+                effects,
+                alternatives: vec![vec![EffectName {
+                    id: "bump_stop".to_owned(),
+                    axle: Place::Rear,
+                }]],
+                axles: PerAxle::default(),
+                rides: rides(4, 0),
+                left_aside: Vec::new(),
+                single_rides: Vec::new(),
+            })
+        };
+        let named = said(Verdict::Named, vec![effect(true, None)]);
+        assert!(
+            named.starts_with("4 rides") && named.contains("the spring stiffens."),
+            "{named}"
+        );
+        let own = said(Verdict::NothingMissing, vec![effect(false, Some("ride 2"))]);
+        assert!(own.contains("(only ride 2 shows it"), "{own}");
+        let nothing = said(Verdict::NothingMissing, Vec::new());
+        assert!(nothing.ends_with("nothing is missing."), "{nothing}");
+        let tied = said(Verdict::Ambiguous, vec![effect(false, None)]);
+        assert!(tied.contains("; or bump_stop (rear)"), "{tied}");
+    }
+}

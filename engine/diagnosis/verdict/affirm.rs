@@ -77,8 +77,8 @@ fn claim(
     let removed = 1.0 - with.held / without.held;
     let ratio = rival.as_ref().map(|(_, held)| held / with.held);
     let holds_as_limit = is_material(removed, ratio, term)
-        && led as f64 >= policy::LEAD * speaking as f64
-        && disagreement.is_some_and(|d| d <= policy::AGREES);
+        && leads_in_most(led, speaking)
+        && disagreement.is_some_and(agrees);
     let left = [general, with.held, without.held];
     let dataset = fitter.dataset;
     let ridden = (dataset.tracks.iter()).any(|t| t.axle == axle && dataset.is_ridden(t));
@@ -98,9 +98,19 @@ fn claim(
     })
 }
 
+/// Whether an effect leads in enough of the blocks that say something.
+pub fn leads_in_most(led: usize, speaking: usize) -> bool {
+    led as f64 >= policy::LEAD * speaking as f64
+}
+
+/// Whether loud and quiet blocks agree on a size from which they differ by that share.
+fn agrees(disagreement: f64) -> bool {
+    disagreement <= policy::AGREES
+}
+
 /// Whether a general law in the place of an effect takes a good part off what that leaves, which on a bench is more than a trifle of what
 /// was there without it. Squares that the general law, the effect and the model without it leave.
-fn is_outgrown([general, with, without]: [f64; 3], outgrown: f64, ridden: bool) -> bool {
+pub fn is_outgrown([general, with, without]: [f64; 3], outgrown: f64, ridden: bool) -> bool {
     general < outgrown * with && (ridden || with - general > policy::OUTGROWS * without)
 }
 
@@ -284,6 +294,11 @@ fn jackknife(values: &[f64]) -> f64 {
     ((count - 1.0) / count * squares).sqrt()
 }
 
+/// Whether a size is away from none, by what each fold says of it.
+fn is_away(size: f64, folds: &[f64]) -> bool {
+    size.abs() > policy::AWAY * jackknife(folds)
+}
+
 /// A model fitted without each of some contiguous blocks in turn, by its fits.
 pub struct Jackknife(Vec<Vec<Fitted>>);
 
@@ -309,7 +324,7 @@ impl Jackknife {
             .filter_map(|(fit, folds)| Some((size(fit)?, folds)))
             .any(|(all, folds)| {
                 let sizes: Vec<f64> = folds.iter().filter_map(size).collect();
-                all.abs() > policy::AWAY * jackknife(&sizes)
+                is_away(all, &sizes)
             })
     }
 
@@ -419,5 +434,51 @@ mod tests {
             let all: Vec<usize> = blocks(samples, policy::BLOCKS).flatten().collect();
             assert_eq!(all, (0..samples).collect::<Vec<_>>());
         }
+    }
+
+    #[test]
+    fn an_effect_leads_in_most_of_the_blocks() {
+        let speaking = 1000;
+        let led = |times: f64| (times * policy::LEAD * 1000.0) as usize;
+        assert!(leads_in_most(led(1.01), speaking) && !leads_in_most(led(0.99), speaking));
+        assert!(!leads_in_most(led(1.01), 1020));
+    }
+
+    #[test]
+    fn loud_and_quiet_blocks_agree_within_a_share() {
+        assert!(agrees(0.99 * policy::AGREES) && !agrees(1.01 * policy::AGREES));
+    }
+
+    #[test]
+    fn a_size_is_away_from_none_by_standard_errors_of_its_folds() {
+        // Five folds about 3 whose jackknife error is sqrt(4/5 (1 + 1 + 4 + 4)).
+        let folds = [2.0, 4.0, 1.0, 5.0, 3.0];
+        let error = 8_f64.sqrt();
+        let away = |times: f64| is_away(times * policy::AWAY * error, &folds);
+        assert!(away(1.001) && away(-1.001) && !away(0.999));
+        assert!(!is_away(1e9, &folds[..4]));
+    }
+
+    #[test]
+    fn next_to_noise_a_wider_law_outgrows_by_less() {
+        let grows = |left: f64| is_outgrown([left, 1.0, 1.0], policy::NEARLY_ALL, true);
+        assert!(grows(0.999 * policy::NEARLY_ALL) && !grows(1.001 * policy::NEARLY_ALL));
+    }
+
+    #[test]
+    fn each_half_of_the_blocks_is_left_out_in_turn() {
+        let dataset = crate::diagnosis::example::dataset();
+        let fitter = crate::diagnosis::example::fitter(&dataset);
+        let [quiet, loud] = halves(&fitter, Axle::Front);
+        assert_eq!(quiet.len() + loud.len(), policy::BLOCKS);
+        assert_eq!(loud.len(), policy::BLOCKS - policy::BLOCKS / 2);
+        let measured = &dataset.tracks[0].measured;
+        let mean = measured.iter().sum::<f64>() / measured.len() as f64;
+        let power = |range: &Range<usize>| -> f64 {
+            let part = &measured[range.clone()];
+            part.iter().map(|z| (z - mean).powi(2)).sum()
+        };
+        let most = quiet.iter().map(power).fold(0.0, f64::max);
+        assert!(loud.iter().all(|range| power(range) >= most));
     }
 }

@@ -2,7 +2,7 @@
 
 use super::affirm::{Claim, reported};
 use super::partly::{Partly, Predictions, Rest, of_squares, search_by_squares};
-use super::windows::{Sights, Supported, look_twice, parameters};
+use super::windows::{Sights, Supported, is_little, look_twice, parameters};
 use crate::EngineError;
 use crate::bicycle::PerAxle;
 use crate::diagnosis::dataset::Dataset;
@@ -51,7 +51,7 @@ fn missed(dataset: &Dataset, t: usize) -> Option<f64> {
 
 /// Whether no road drives any axle, and the plain model misses hardly anything of the force on them.
 pub fn misses_little(record: &Dataset) -> bool {
-    let little = |t| missed(record, t).is_some_and(|missed| missed < policy::MISSES_LITTLE);
+    let little = |t| missed(record, t).is_some_and(is_little);
     let mut tracks = record.tracks.iter().enumerate();
     tracks.all(|(t, track)| !track.has_road && little(t))
 }
@@ -83,16 +83,18 @@ pub fn simpler(
         let terms = sights.models.first().map_or(&[][..], Seen::terms);
         let others = !sights.agreed.iter().all(own);
         let fewer = parameters(terms) < parameters(&fit.unit.terms);
-        let pairs = sights.models.iter().zip(&sights.known);
-        let as_well = pairs.clone().count() > 0
-            && pairs
-                .clone()
-                .all(|(simple, known)| simple.left() <= policy::MARGIN * known.left());
-        if others && fewer && as_well {
+        if others && fewer && leave_as_little(&sights.models, &sights.known) {
             return Ok(beside(search, model, fit, &sights.models[0]));
         }
     }
     Ok(None)
+}
+
+/// Whether models leave as little as what is known at every length, and at one at least.
+fn leave_as_little(simple: &[Seen], known: &[Seen]) -> bool {
+    let mut pairs = simple.iter().zip(known).peekable();
+    pairs.peek().is_some()
+        && pairs.all(|(simple, known)| simple.left() <= policy::MARGIN * known.left())
 }
 
 /// The model with what windows see on one axle in the place of a fit.
@@ -246,4 +248,41 @@ fn effect_error(dataset: &Dataset, fit: &Fitted, term: Term, models: &[Seen]) ->
 /// The same of k (N/m) and B (N s/m).
 fn base_error(models: &[Seen]) -> [f64; 2] {
     [0, 1].map(|q| spread(points(models).map(|p| p.base[0][q] / p.base[0][2])))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::example;
+
+    /// A model without effects that leaves so much of its windows.
+    fn seen(left: f64) -> Seen {
+        let dataset = example::dataset();
+        let unit = crate::diagnosis::fit::Unit {
+            tracks: vec![0],
+            terms: Vec::new(),
+        };
+        let point = example::point(&dataset, &unit, Vec::new());
+        Seen {
+            unit,
+            folds: [point.clone(), point.clone()],
+            point,
+            errors: vec![left; 4],
+        }
+    }
+
+    #[test]
+    fn a_simpler_model_leaves_as_little_at_every_length() {
+        let simple = |times: f64| seen(times * policy::MARGIN * 0.2);
+        let known = [seen(0.2), seen(0.2)];
+        assert!(leave_as_little(&[simple(0.99), simple(0.99)], &known));
+        assert!(!leave_as_little(&[simple(0.99), simple(1.01)], &known));
+        assert!(!leave_as_little(&[], &known));
+    }
+
+    #[test]
+    fn an_error_is_half_of_what_folds_spread() {
+        assert_eq!(spread([3.0, -1.0, 2.0].into_iter()), 2.0);
+        assert_eq!(spread([3.0].into_iter()), 0.0);
+    }
 }

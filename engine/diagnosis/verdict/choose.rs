@@ -35,16 +35,9 @@ pub fn choose(search: &Search) -> Result<Chosen, EngineError> {
     let model = if possible(&found) {
         found
     } else {
-        let near = rivals
-            .iter()
-            .find(|r| ties(search, &found, r, policy::NEARLY_PHYSICAL));
-        near.cloned().unwrap_or(found)
+        nearly(search, &found, &rivals).unwrap_or(found)
     };
-    let tied = rivals
-        .into_iter()
-        .filter(|r| r.terms != model.terms && ties(search, &model, r, policy::TIE))
-        .take(policy::MOST_TIES)
-        .collect();
+    let tied = tied(search, &model, rivals);
     let finest = refined(&search.fitter, &model);
     let holds_out = search.held_score(&finest).is_finite();
     Ok(Chosen {
@@ -53,6 +46,20 @@ pub fn choose(search: &Search) -> Result<Chosen, EngineError> {
         tied,
         is_spent,
     })
+}
+
+/// The first of the rivals that explain the ride nearly as well as a model that no bicycle can have.
+fn nearly(search: &Search, found: &Model, rivals: &[Model]) -> Option<Model> {
+    let mut rivals = rivals.iter();
+    let near = rivals.find(|r| ties(search, found, r, policy::NEARLY_PHYSICAL));
+    near.cloned()
+}
+
+/// The first of the rivals that explain the ride as well as a model.
+fn tied(search: &Search, model: &Model, rivals: Vec<Model>) -> Vec<Model> {
+    let ties = |r: &Model| r.terms != model.terms && ties(search, model, r, policy::TIE);
+    let tied = rivals.into_iter().filter(ties);
+    tied.take(policy::MOST_TIES).collect()
 }
 
 /// Whether a rival explains the ride as well with no more effects, by fitted and held-out part together
@@ -64,4 +71,58 @@ fn ties(search: &Search, model: &Model, rival: &Model, within: f64) -> bool {
     let behind = search.merit(model) - search.merit(rival) + search.held_score(model)
         - search.held_score(rival);
     behind < within
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bicycle::Axle;
+    use crate::diagnosis::effects::Kind;
+    use crate::diagnosis::example;
+    use crate::diagnosis::search::criteria::cost;
+
+    #[test]
+    fn as_well_is_within_a_tie_and_the_first_of_them_are_told() {
+        let dataset = example::dataset();
+        let search = example::search(&dataset);
+        // Laws of one number each that do nothing: they move alike and cost alike.
+        let none = |kind, axle, behind: f64| {
+            let model = example::model(&dataset, &[(example::term(kind, axle), 0.0)]);
+            example::likely(model, 100.0 - behind)
+        };
+        let (cubic, progressive) = (Kind::CubicStiffness, Kind::ProgressiveStiffness);
+        let model = none(cubic, Axle::Front, 0.0);
+        let count = |rivals: Vec<Model>| tied(&search, &model, rivals).len();
+        let rival = |times: f64| none(cubic, Axle::Rear, times * policy::TIE);
+        assert_eq!(count(vec![rival(0.99)]), 1);
+        assert_eq!(count(vec![rival(1.01)]), 0);
+        // It does not tie with itself.
+        assert_eq!(count(vec![model.clone()]), 0);
+        let many = vec![rival(0.5); policy::MOST_TIES + 1];
+        assert_eq!(count(many), policy::MOST_TIES);
+        // Nor with a model of more effects.
+        let terms = [cubic, progressive].map(|kind| (example::term(kind, Axle::Rear), 0.0));
+        let larger = example::likely(example::model(&dataset, &terms), 1e3);
+        assert_eq!(count(vec![larger]), 0);
+    }
+
+    #[test]
+    fn what_no_bicycle_can_be_gives_way_within_reach() {
+        let dataset = example::dataset();
+        let search = example::search(&dataset);
+        let friction = example::term(Kind::CoulombFriction, Axle::Front);
+        let found = example::model(&dataset, &[(friction, -1e-3)]);
+        assert!(!is_physical(&dataset, &search.plain, &found));
+        let cubic = example::term(Kind::CubicStiffness, Axle::Front);
+        let rival = example::model(&dataset, &[(cubic, 0.0)]);
+        // By fitted and held-out part, by what parameters cost, and by what no bicycle can be.
+        let held = search.held_score(&found) - search.held_score(&rival);
+        let costs = [&found, &rival].map(|m| cost(&m.terms, search.fitter.samples));
+        let even = held - costs[0] - policy::CLOSE + costs[1];
+        let gives_way = |times: f64| {
+            let behind = example::likely(rival.clone(), even - times * policy::NEARLY_PHYSICAL);
+            nearly(&search, &found, &[behind]).is_some()
+        };
+        assert!(gives_way(0.99) && !gives_way(1.01));
+    }
 }

@@ -99,17 +99,16 @@ pub fn judge(
             })
     };
     let structured = found.is_structured(settings.alpha);
-    let forced = resonance.gain > policy::RESONANT
-        && (named || resonance.share > policy::RESONANT_SHARE)
+    let forced = is_forced(&resonance, named)
         && stands_out(resonance.gain, &|residual| resonates(residual).gain);
     let road = &track.input.road_slope;
     let rate: Vec<f64> = road.iter().zip(&motions[t].w).map(|(u, w)| u - w).collect();
     let comes_and_goes =
         |residual: &[f64]| bursts::score(residual, &rate, &track.valid, dataset.step);
     let bursts = comes_and_goes(&found.residual);
-    let bursting = bursts > policy::BURSTS && stands_out(bursts, &comes_and_goes);
+    let bursting = is_bursting(bursts) && stands_out(bursts, &comes_and_goes);
     let driven = coherence::of_track(track, &found.residual);
-    let goes_along = driven.score > policy::DRIVEN;
+    let goes_along = driven.is_no_noise();
     // A model that runs away on the held-out part explains nothing.
     let runs_away = !(found.held_before + extended).is_finite();
     let remains = structured || forced || bursting || goes_along || runs_away;
@@ -150,6 +149,16 @@ pub fn judge(
     }
 }
 
+/// Whether a residual's spectrum shows a force that is left, of which something is `named` or nothing.
+fn is_forced(resonance: &Resonance, named: bool) -> bool {
+    resonance.gain > policy::RESONANT && (named || resonance.share > policy::RESONANT_SHARE)
+}
+
+/// Whether a residual comes and goes as no noise of a sensor does.
+fn is_bursting(score: f64) -> bool {
+    score > policy::BURSTS
+}
+
 /// Share of the explainable held-out variance that an extension removed, where a sensor's `noise` (m) was measured and
 /// agrees with what is left.
 fn explained(plain: f64, extended: f64, noise: f64) -> Option<f64> {
@@ -169,7 +178,7 @@ pub fn held_rms((dataset, model): (&Dataset, &Model), t: usize, split: &Split) -
 
 #[cfg(test)]
 mod tests {
-    use super::explained;
+    use super::*;
 
     #[test]
     fn no_share_is_reported_without_room_or_against_the_noise() {
@@ -180,5 +189,29 @@ mod tests {
         assert_eq!(explained(f64::INFINITY, 1e-4, 1e-4), None);
         let worse = explained(1e-4, 9e-4, 1e-5).unwrap_or_default();
         assert_eq!(worse, -1.0);
+    }
+
+    #[test]
+    fn a_share_is_reported_of_what_agrees_with_the_noise() {
+        let noise = 1e-4;
+        let share = |times: f64| explained(5e-4, times * policy::NOISE_AGREES * noise, noise);
+        assert!(share(1.01).is_some() && share(0.99).is_none());
+    }
+
+    #[test]
+    fn a_force_resonates_by_more_than_noise_and_more_where_nothing_is_named() {
+        let forced = |gain: f64, share: f64, named| {
+            let gain = gain * policy::RESONANT;
+            let share = share * policy::RESONANT_SHARE;
+            is_forced(&Resonance { gain, share }, named)
+        };
+        assert!(forced(1.01, 1.01, false) && forced(1.01, 0.99, true));
+        assert!(!forced(1.01, 0.99, false));
+        assert!(!forced(0.99, 1.01, false) && !forced(0.99, 1.01, true));
+    }
+
+    #[test]
+    fn the_noise_of_a_sensor_hardly_comes_and_goes() {
+        assert!(is_bursting(1.01 * policy::BURSTS) && !is_bursting(0.99 * policy::BURSTS));
     }
 }

@@ -10,6 +10,7 @@ use crate::diagnosis::fit::polish::reduce;
 use crate::diagnosis::fit::{Fitter, Model, Term};
 use crate::diagnosis::policy;
 use crate::diagnosis::search::Search;
+use crate::diagnosis::search::criteria::explains_nearly_all;
 use crate::diagnosis::search::extend::Reach;
 use crate::diagnosis::search::refit::first_of_each;
 
@@ -79,7 +80,7 @@ pub fn partly(
         }
     }
     let squares = |m: &Model| again.held_squares(m).into_iter().product::<f64>();
-    let nearer = |looked: &Examined| squares(&looked.model) < policy::NEARER * squares(found);
+    let nearer = |looked: &Examined| is_nearer(squares(&looked.model), squares(found));
     let place = (looked.iter().position(holds)).or_else(|| looked.iter().position(nearer));
     let kept = place.map(|i| looked.swap_remove(i));
     let kept = kept.map(|wide| as_limit(&again, &wide, &tried, rest.outgrown).unwrap_or(wide));
@@ -99,7 +100,7 @@ pub fn of_core(search: &Search, record: &Dataset, model: &Model, core: &[Term]) 
     let core = examined(&again, &core, &[], policy::OUTGROWN)?;
     let explains = (dataset.tracks.iter().zip(&remains))
         .filter(|(_, remains)| **remains)
-        .all(|(track, _)| again.left(track.axle, &core.model) <= 1.0 - policy::ADEQUATE);
+        .all(|(track, _)| explains_nearly_all(again.left(track.axle, &core.model)));
     let holds = explains && core.claims.iter().all(|c| c.holds);
     holds.then(|| core.into_partly(&again))
 }
@@ -160,7 +161,7 @@ fn rounds(search: &Search) -> Result<Vec<Vec<Left>>, EngineError> {
     let mut rounds: Vec<Vec<Left>> = Vec::new();
     let mut front = vec![search.plain.clone()];
     let mut least = 1.0;
-    while rounds.len() < policy::MOST_BESIDE_A_REST && !search.is_spent() {
+    while goes_on(rounds.len()) && !search.is_spent() {
         search.check()?;
         let reach = match rounds.is_empty() {
             true => Reach::Far,
@@ -175,13 +176,28 @@ fn rounds(search: &Search) -> Result<Vec<Vec<Left>>, EngineError> {
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
         first_of_each(&mut found, |(_, m)| &m.terms);
         match found.first() {
-            Some((best, _)) if *best <= (1.0 - policy::FURTHER) * least => least = *best,
+            Some((best, _)) if takes_further(*best, least) => least = *best,
             _ => break,
         }
         front = found.iter().take(WIDTH).map(|(_, m)| m.clone()).collect();
         rounds.push(found);
     }
     Ok(rounds)
+}
+
+/// Whether sets of one effect more are looked at after so many rounds.
+fn goes_on(rounds: usize) -> bool {
+    rounds < policy::MOST_BESIDE_A_REST
+}
+
+/// Whether one more effect, with which the best set leaves `best`, takes a good share off the `least` that was left without.
+fn takes_further(best: f64, least: f64) -> bool {
+    best <= (1.0 - policy::FURTHER) * least
+}
+
+/// Whether a set leaves clearly less squares than another shape.
+fn is_nearer(squares: f64, of_another: f64) -> bool {
+    squares < policy::NEARER * of_another
 }
 
 /// Whether a law and its limit act at once: what the model leaves without one of them says nothing of either.
@@ -264,4 +280,64 @@ fn examined(search: &Search, model: &Model, tried: &[Model], outgrown: f64) -> O
         supported,
         jackknife,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bicycle::Axle;
+    use crate::diagnosis::effects::Kind;
+    use crate::diagnosis::example;
+
+    #[test]
+    fn one_more_effect_takes_a_good_share_to_be_looked_at() {
+        let takes = |share: f64| takes_further(0.6 * (1.0 - share), 0.6);
+        assert!(takes(1.01 * policy::FURTHER) && !takes(0.99 * policy::FURTHER));
+    }
+
+    #[test]
+    fn sets_beside_a_rest_are_small() {
+        assert!(goes_on(policy::MOST_BESIDE_A_REST - 1));
+        assert!(!goes_on(policy::MOST_BESIDE_A_REST));
+    }
+
+    #[test]
+    fn a_shape_gives_way_to_a_clearly_nearer_one() {
+        let nearer = |share: f64| is_nearer(share * 3.0, 3.0);
+        assert!(nearer(0.99 * policy::NEARER) && !nearer(1.01 * policy::NEARER));
+    }
+
+    #[test]
+    fn a_limit_that_leaves_nearly_as_little_is_examined_in_the_place_of_its_law() {
+        let alone = |kind| {
+            let terms = vec![example::term(kind, Axle::Front)];
+            Model::new(terms, Vec::new())
+        };
+        let examined = |left: f64| -> Vec<Kind> {
+            let last = [
+                (0.2, alone(Kind::Hysteresis)),
+                (left, alone(Kind::CoulombFriction)),
+            ];
+            let first = chosen(&last).into_iter().map(|m| m.terms[0].kind);
+            first.collect()
+        };
+        let bound = 0.2 / policy::OUTGROWN;
+        assert_eq!(examined(0.99 * bound), [Kind::CoulombFriction]);
+        assert_eq!(
+            examined(1.01 * bound),
+            [Kind::Hysteresis, Kind::CoulombFriction]
+        );
+    }
+
+    #[test]
+    fn a_law_and_its_limit_do_not_act_at_once() {
+        let both = |kinds: [Kind; 2], axle| {
+            let [a, b] = kinds;
+            let terms = vec![example::term(a, Axle::Front), example::term(b, axle)];
+            has_limit(&Model::new(terms, Vec::new()))
+        };
+        let law_and_limit = [Kind::Hysteresis, Kind::CoulombFriction];
+        assert!(both(law_and_limit, Axle::Front) && !both(law_and_limit, Axle::Rear));
+        assert!(!both([Kind::Hysteresis, Kind::CubicStiffness], Axle::Front));
+    }
 }

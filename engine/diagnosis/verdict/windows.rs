@@ -47,7 +47,7 @@ impl Supported {
     pub fn holds(&self) -> bool {
         let [all, led] = self.blocks;
         self.share >= policy::TAKE
-            && led as f64 >= policy::LEAD * all as f64
+            && affirm::leads_in_most(led, all)
             && self.rival.is_none_or(|(_, ratio)| ratio >= policy::MARGIN)
     }
 }
@@ -103,18 +103,12 @@ pub fn look_twice(
     known: Option<&Fitted>,
 ) -> Result<Option<Sights>, EngineError> {
     let dataset = search.fitter.dataset;
-    let of_length = |times| Windows::of(&dataset.tracks[track], dataset.samples, times);
-    if missed.is_some_and(|missed| missed < policy::MISSES_LITTLE) {
+    if missed.is_some_and(is_little) {
         return Ok(None);
     }
-    let Some(ordinary) = of_length(1.0) else {
+    let Some(divided) = divided(&dataset.tracks[track], dataset.samples) else {
         return Ok(None);
     };
-    let shorter = of_length(policy::SHORTER).filter(|w| w.length() < ordinary.length());
-    let Some(others) = shorter.or_else(|| ordinary.between(dataset.samples)) else {
-        return Ok(None);
-    };
-    let divided = [ordinary, others];
     let mut axles = divided
         .each_ref()
         .map(|windows| InWindows::new(search, track, windows));
@@ -153,6 +147,20 @@ pub fn look_twice(
         agreed,
         models,
     }))
+}
+
+/// Whether a plain model that misses such a share of the force lacks nothing that is physics of the record.
+pub fn is_little(missed: f64) -> bool {
+    missed < policy::MISSES_LITTLE
+}
+
+/// A record in ordinary windows and in others: shorter ones, or where it has no room for these, between the ordinary ones.
+fn divided(track: &Track, samples: usize) -> Option<[Windows; 2]> {
+    let of_length = |times| Windows::of(track, samples, times);
+    let ordinary = of_length(1.0)?;
+    let shorter = of_length(policy::SHORTER).filter(|w| w.length() < ordinary.length());
+    let others = shorter.or_else(|| ordinary.between(samples))?;
+    Some([ordinary, others])
 }
 
 /// Laws of the deflection and of its rate that are alike in both directions. Two of one kind on an axle draw a curve that has no
@@ -197,8 +205,7 @@ fn upheld(
     let outgrown = |replaced: &dyn Fn(&Term) -> bool, law: Kind| {
         let mut terms: Vec<Term> = all.iter().filter(|t| !replaced(t)).copied().collect();
         terms.extend(all.first().map(|t| Term { kind: law, ..*t }));
-        let room = (left - noise).max(0.0);
-        set(&terms).is_some_and(|general| general < left - (1.0 - policy::OUTGROWN) * room)
+        set(&terms).is_some_and(|general| takes_more(general, left, noise))
     };
     let damps = |term: &Term| DAMPERS.contains(&term.kind);
     let is_curve = all.iter().any(damps) && CURVES.iter().any(|law| outgrown(&damps, *law));
@@ -208,6 +215,12 @@ fn upheld(
         !(is_part || wider.any(|(_, law)| outgrown(&|t| *t == e.term, *law)))
     });
     agreed
+}
+
+/// Whether a general law leaves so much less than named ones that it acts, where noise leaves something of any model.
+fn takes_more(general: f64, left: f64, noise: f64) -> bool {
+    let room = (left - noise).max(0.0);
+    general < left - (1.0 - policy::OUTGROWN) * room
 }
 
 /// What the displacement sensor's noise leaves of any model at least, beside the record's variance; none where it is not known.
@@ -247,7 +260,7 @@ fn look(
     };
     let mut found = plain.clone();
     let mut tables: Vec<Vec<Seen>> = Vec::new();
-    while found.terms().len() < policy::MOST_BY_WINDOWS {
+    while has_room(found.terms()) {
         search.check()?;
         if search.is_spent() {
             return Ok(None);
@@ -256,7 +269,7 @@ fn look(
         if tables.is_empty() {
             look.single = table.iter().map(|s| (s.terms()[0], s.left())).collect();
         }
-        let next = look.next(&found, &table).cloned();
+        let next = next(&look.plain, &found, &table).cloned();
         tables.push(table);
         match next {
             Some(next) => found = next,
@@ -272,6 +285,27 @@ fn look(
         found,
         single: look.single,
     }))
+}
+
+/// Whether one more effect may be looked for beside these.
+fn has_room(terms: &[Term]) -> bool {
+    terms.len() < policy::MOST_BY_WINDOWS
+}
+
+/// The simplest of the best of those models, those that leave least first, that take enough off what was `found` and lead.
+fn next<'t>(plain: &Seen, found: &Seen, table: &'t [Seen]) -> Option<&'t Seen> {
+    let enough = |s: &&Seen| {
+        let taken = found.left() - s.left();
+        taken >= policy::TAKE * found.left()
+            && taken >= policy::OF_THE_RECORD * plain.left()
+            && leads(s, found)
+    };
+    let best = table.iter().find(enough)?.left();
+    let near = table
+        .iter()
+        .filter(enough)
+        .filter(|s| s.left() < policy::MARGIN * best);
+    near.min_by_key(|s| parameters(s.terms()))
 }
 
 struct Look<'a> {
@@ -296,22 +330,6 @@ impl Look<'_> {
         let mut table: Vec<Seen> = candidates.par_iter().filter_map(with).collect();
         table.sort_by(|a, b| a.left().total_cmp(&b.left()));
         table
-    }
-
-    /// The simplest of the best of those that take enough and lead.
-    fn next<'t>(&self, found: &Seen, table: &'t [Seen]) -> Option<&'t Seen> {
-        let enough = |s: &&Seen| {
-            let taken = found.left() - s.left();
-            taken >= policy::TAKE * found.left()
-                && taken >= policy::OF_THE_RECORD * self.plain.left()
-                && leads(s, found)
-        };
-        let best = table.iter().find(enough)?.left();
-        let near = table
-            .iter()
-            .filter(enough)
-            .filter(|s| s.left() < policy::MARGIN * best);
-        near.min_by_key(|s| parameters(s.terms()))
     }
 
     /// Each effect of a model with what speaks for it.
@@ -377,7 +395,7 @@ fn led(with: &Seen, without: &Seen) -> [usize; 2] {
 
 fn leads(with: &Seen, without: &Seen) -> bool {
     let [all, led] = led(with, without);
-    led as f64 >= policy::LEAD * all as f64
+    affirm::leads_in_most(led, all)
 }
 
 /// Sums over blocks of neighbouring windows.
@@ -389,6 +407,8 @@ fn blocks(errors: &[f64]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
+
     use super::*;
     use crate::diagnosis::fit::{Point, Unit};
     use crate::report::diagnosis::Place;
@@ -454,5 +474,146 @@ mod tests {
         assert!(!contradict([&wider, &wider], friction));
         let larger = [(Kind::SprungMass, 0.1), (friction, 0.5)];
         assert!(!contradict([&larger, &larger], friction));
+    }
+
+    /// What a model with some effects leaves of each of ten windows.
+    fn seen(kinds: &[Kind], errors: [f64; 10]) -> Seen {
+        let mut seen = sight(&[]).plain;
+        seen.unit.terms = kinds.iter().map(|kind| term(*kind)).collect();
+        seen.errors = errors.into();
+        seen
+    }
+
+    #[test]
+    fn an_effect_holds_that_takes_enough_leads_and_is_ahead_of_its_rival() {
+        let supported = |share: f64, led: usize, ratio: f64| Supported {
+            term: term(Kind::CubicStiffness),
+            share: share * policy::TAKE,
+            blocks: [1000, led],
+            rival: Some((term(Kind::CoulombFriction), ratio)),
+        };
+        let led = |times: f64| (times * policy::LEAD * 1000.0) as usize;
+        let holds = |share, led, ratio| supported(share, led, ratio * policy::MARGIN).holds();
+        assert!(holds(1.01, led(1.01), 1.01));
+        assert!(!holds(0.99, led(1.01), 1.01));
+        assert!(!holds(1.01, led(0.99), 1.01));
+        assert!(!holds(1.01, led(1.01), 0.99));
+        let leads = |ratio: f64| supported(1.01, 1000, ratio * policy::AHEAD).leads();
+        assert!(leads(1.01) && !leads(0.99));
+        let alone = Supported {
+            rival: None,
+            ..supported(1.01, 1000, 0.0)
+        };
+        assert!(alone.holds() && alone.leads());
+    }
+
+    #[test]
+    fn the_next_effect_takes_enough_of_what_is_left_and_of_the_record() {
+        let plain = seen(&[], [1.0; 10]);
+        let found = |left: f64, taken: f64| {
+            let before = seen(&[], [left; 10]);
+            let table = [seen(&[Kind::CubicStiffness], [left - taken; 10])];
+            next(&plain, &before, &table).is_some()
+        };
+        let enough = policy::TAKE;
+        assert!(found(1.0, 1.01 * enough) && !found(1.0, 0.99 * enough));
+        // Half of what is left, where that is hardly anything of the record.
+        let little = policy::OF_THE_RECORD;
+        assert!(found(2.02 * little, 1.01 * little) && !found(1.98 * little, 0.99 * little));
+    }
+
+    #[test]
+    fn of_models_as_good_the_simplest_comes_next() {
+        let plain = seen(&[], [1.0; 10]);
+        let best = 0.2;
+        let kind = |times: f64| {
+            let table = [
+                seen(&[Kind::SprungMass], [best; 10]),
+                seen(&[Kind::CubicStiffness], [times * policy::MARGIN * best; 10]),
+            ];
+            next(&plain, &plain, &table).map(|s| s.terms()[0].kind)
+        };
+        assert_eq!(kind(0.99), Some(Kind::CubicStiffness));
+        assert_eq!(kind(1.01), Some(Kind::SprungMass));
+    }
+
+    #[test]
+    fn an_effect_that_does_not_lead_in_most_windows_is_not_next() {
+        let plain = seen(&[], [1.0; 10]);
+        // It takes all of some windows and errs a little more in the rest.
+        let led = |windows: usize| {
+            let errors = std::array::from_fn(|w| if w < windows { 0.0 } else { 1.01 });
+            let table = [seen(&[Kind::CubicStiffness], errors)];
+            next(&plain, &plain, &table).is_some()
+        };
+        let least = (policy::LEAD * policy::BLOCKS as f64).ceil() as usize;
+        assert!(led(least) && !led(least - 1));
+    }
+
+    #[test]
+    fn windows_are_compared_in_so_many_blocks_and_silent_ones_say_nothing() {
+        let mut errors = vec![1.0; 4 * policy::BLOCKS];
+        assert_eq!(blocks(&errors), vec![4.0; policy::BLOCKS]);
+        assert_eq!(blocks(&errors[..3]), [1.0; 3]);
+        // One block is at the limit of silence beside the mean of all, itself among them.
+        let others = (policy::BLOCKS - 1) as f64;
+        let limit = policy::SILENT * others / (policy::BLOCKS as f64 - policy::SILENT);
+        let loud = |errors: &[f64]| {
+            let mut plain = seen(&[], [0.0; 10]);
+            plain.errors = errors.to_vec();
+            led(&plain, &plain)[0]
+        };
+        errors[..4].fill(1.01 * limit);
+        assert_eq!(loud(&errors), policy::BLOCKS);
+        errors[..4].fill(0.99 * limit);
+        assert_eq!(loud(&errors), policy::BLOCKS - 1);
+    }
+
+    #[test]
+    fn a_plain_model_that_misses_little_of_the_force_lacks_nothing() {
+        assert!(is_little(0.99 * policy::MISSES_LITTLE));
+        assert!(!is_little(1.01 * policy::MISSES_LITTLE));
+    }
+
+    #[test]
+    fn a_general_law_takes_more_of_what_is_above_the_noise() {
+        let (left, noise) = (0.5, 0.1);
+        let general = |times: f64| noise + times * policy::OUTGROWN * (left - noise);
+        assert!(takes_more(general(0.99), left, noise));
+        assert!(!takes_more(general(1.01), left, noise));
+        // Where noise is all that is left there is no room for any.
+        assert!(!takes_more(left, left, 2.0 * left));
+    }
+
+    #[test]
+    fn windows_find_so_many_effects_on_an_axle() {
+        let term = term(Kind::CubicStiffness);
+        assert!(has_room(&vec![term; policy::MOST_BY_WINDOWS - 1]));
+        assert!(!has_room(&vec![term; policy::MOST_BY_WINDOWS]));
+    }
+
+    #[test]
+    fn the_second_windows_are_shorter_or_lie_between() {
+        let mut track = crate::diagnosis::example::dataset().tracks[0].clone();
+        let swing = |samples: u32| -> Vec<f64> {
+            let at = |i| (std::f64::consts::TAU * f64::from(i) / 50.0).sin();
+            (0..samples).map(at).collect()
+        };
+        let mut of = |samples: u32| {
+            track.set_road(&vec![0.0; samples as usize]);
+            (track.has_road, track.has_spring) = (false, false);
+            track.measured = swing(samples);
+            track.valid = vec![true; samples as usize];
+            divided(&track, samples as usize).unwrap()
+        };
+        let [ordinary, shorter] = of(6000).map(|w| w.length() as f64);
+        assert!((shorter - policy::SHORTER * ordinary).abs() <= 1.0);
+        // Six windows of 80 samples fill this record, and shorter ones would be of 100.
+        let [ordinary, between] = of(480);
+        assert_eq!(ordinary.length(), between.length());
+        assert_eq!(
+            between.spans[0].start,
+            ordinary.spans[0].start + ordinary.length() / 2
+        );
     }
 }

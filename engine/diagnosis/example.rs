@@ -1,0 +1,144 @@
+//! A short ride and models of it that were never fitted, for tests of what is decided about models.
+#![allow(clippy::unwrap_used)]
+
+use nalgebra::DMatrix;
+
+use super::dataset::{Budget, Dataset};
+use super::effects::Kind;
+use super::fit::{Fitted, Fitter, Model, Point, Term, Unit};
+use super::law::{MAX_PARAMETERS, Values};
+use super::search::Search;
+use crate::Silent;
+use crate::bicycle::{Axle, Bike, PerAxle};
+use crate::numerics::autoregressive::NoiseModel;
+use crate::output_error::AxleFit;
+use crate::report::diagnosis::Place;
+use crate::simulate::sensitivity::Plain;
+use crate::simulate::simulated_ride::{SimulatedRide, Spring};
+
+/// Stiffness (N/m) and damping (N s/m) of both axles, and what each carries (kg).
+pub const K: f64 = 60e3;
+pub const B: f64 = 500.0;
+pub const FRONT: f64 = 25.0;
+pub const REAR: f64 = 50.0;
+/// Deviation (m) of the noise that every model is given.
+pub const NOISE: f64 = 1e-4;
+
+/// Six seconds of the plain model on a road without any noise.
+pub fn dataset() -> Dataset {
+    loaded(FRONT, REAR)
+}
+
+/// The same with other masses (kg).
+pub fn loaded(front: f64, rear: f64) -> Dataset {
+    let spring = |mass_kg| Spring {
+        mass_kg,
+        k_n_m: K,
+        b_n_s_m: B,
+    };
+    let simulated_ride = SimulatedRide {
+        duration_s: 6.0,
+        front: Some(spring(front)),
+        rear: Some(spring(rear)),
+        ..SimulatedRide::default()
+    };
+    let ride = simulated_ride.ride();
+    let bike = Bike {
+        mass_front_kg: Some(front),
+        mass_rear_kg: Some(rear),
+        ..Bike::default()
+    };
+    let mut fits = PerAxle::default();
+    for (axle, record) in ride.axles.iter() {
+        let mass = bike.mass(axle).unwrap();
+        let plain = Plain {
+            kappa: K / mass,
+            beta: B / mass,
+            per_mass: 1.0 / mass,
+            constant: 0.0,
+            initial: [record.displacement[0], 0.0],
+        };
+        fits.set(axle, AxleFit::exact(plain, ride.samples));
+    }
+    Dataset::new(&ride, &bike, &fits, train_end(ride.samples))
+}
+
+/// Samples that are fitted of so many.
+fn train_end(samples: usize) -> usize {
+    3 * samples / 4
+}
+
+pub fn fitter(dataset: &Dataset) -> Fitter<'_> {
+    Fitter {
+        dataset,
+        samples: train_end(dataset.samples),
+    }
+}
+
+pub fn term(kind: Kind, axle: Axle) -> Term {
+    let place = match axle {
+        Axle::Front => Place::Front,
+        Axle::Rear => Place::Rear,
+    };
+    Term { kind, place }
+}
+
+/// The plain springs and dampers of a unit's axles, with effects of these values in its order.
+pub fn point(dataset: &Dataset, unit: &Unit, values: Vec<Values>) -> Point {
+    let base = unit.tracks.iter().map(|t| {
+        let track = &dataset.tracks[*t];
+        let mass = track.scale.mass;
+        [K / mass, B / mass, 1.0 / mass, 0.0, track.measured[0], 0.0]
+    });
+    Point {
+        base: base.collect(),
+        initial: vec![[0.0; 2]; values.len()],
+        values,
+    }
+}
+
+/// The model with some effects of such first values.
+pub fn model(dataset: &Dataset, effects: &[(Term, f64)]) -> Model {
+    let terms: Vec<Term> = effects.iter().map(|(term, _)| *term).collect();
+    let value = |term: &Term| {
+        let mut values = [0.0; MAX_PARAMETERS];
+        let known = effects.iter().find(|(known, _)| known == term);
+        values[0] = known.map_or(0.0, |(_, value)| *value);
+        values
+    };
+    let fit = |unit: Unit| {
+        let slots = unit.slots(dataset).len();
+        Fitted {
+            point: point(dataset, &unit, unit.terms.iter().map(value).collect()),
+            residuals: vec![vec![0.0; train_end(dataset.samples)]; unit.tracks.len()],
+            noise_models: vec![NoiseModel::white(NOISE * NOISE); unit.tracks.len()],
+            likelihood: 0.0,
+            covariance: DMatrix::identity(slots, slots),
+            unit,
+        }
+    };
+    let fits = Unit::all(dataset, &terms).into_iter().map(fit);
+    Model::new(terms, fits.collect())
+}
+
+/// The same with another likelihood (nats).
+pub fn likely(mut model: Model, likelihood: f64) -> Model {
+    model.likelihood = likelihood;
+    model
+}
+
+/// A search from the plain model on, with nothing to search.
+pub fn search(dataset: &Dataset) -> Search<'_> {
+    let budget = Budget::new(1e3, dataset.samples);
+    Search {
+        fitter: fitter(dataset),
+        plain: model(dataset, &[]),
+        held: train_end(dataset.samples)..dataset.samples,
+        candidates: Vec::new(),
+        alpha: 0.05,
+        seed: 1,
+        until: budget.first,
+        budget,
+        progress: &Silent,
+    }
+}
