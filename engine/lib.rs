@@ -27,6 +27,7 @@ pub mod observer;
 #[allow(missing_docs)]
 pub mod output_error;
 mod pipeline;
+pub mod plant;
 mod progress;
 #[allow(missing_docs)]
 pub mod replay;

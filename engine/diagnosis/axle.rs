@@ -123,7 +123,7 @@ impl AxleReporter<'_> {
             return (None, vec![warning]);
         }
         let track = &self.prepared.dataset.tracks[t];
-        let reported = match (track.input.prescribed, track.has_spring) {
+        let reported = match (track.input.prescribed, track.plant.has_spring()) {
             (true, _) => estimate.reportable_beside(track.scale.as_good_as_none()),
             (false, true) => estimate.reportable(),
             (false, false) => Estimate {

@@ -13,10 +13,10 @@ use crate::diagnosis::law::{MAX_PARAMETERS, Values};
 use crate::diagnosis::search::extend::candidates;
 use crate::numerics::lanes::LANES;
 use crate::output_error::AxleFit;
+use crate::plant::Coefficients;
 use crate::report::diagnosis::Place;
 use crate::ride::Ride;
 use crate::settings::within;
-use crate::simulate::sensitivity::Plain;
 use crate::simulate::simulated_ride::SimulatedRide;
 
 /// An effect, with its parameters as reports give them.
@@ -102,12 +102,13 @@ fn dataset(simulated_ride: &SimulatedRide, bike: &Bike, fine: &Ride) -> Dataset 
         let (Some(spring), Some(record)) = (spring, fine.axles.get(axle)) else {
             continue;
         };
-        let plain = Plain {
+        let plain = Coefficients {
             kappa: spring.k_n_m / spring.mass_kg,
             beta: spring.b_n_s_m / spring.mass_kg,
             per_mass: 1.0 / spring.mass_kg,
             constant: 0.0,
-            initial: [record.displacement[0], 0.0],
+            height: record.displacement[0],
+            velocity: 0.0,
         };
         fits.set(axle, AxleFit::exact(plain, fine.samples));
     }
@@ -119,11 +120,12 @@ fn dataset(simulated_ride: &SimulatedRide, bike: &Bike, fine: &Ride) -> Dataset 
 }
 
 /// The plain model's numbers on one track, from the start at rest.
-fn plain(dataset: &Dataset, track: usize) -> [f64; 6] {
+fn plain(dataset: &Dataset, track: usize) -> Coefficients {
     let track = &dataset.tracks[track];
-    let s = &track.scale;
-    let start = track.measured[0];
-    [s.k / s.mass, s.b / s.mass, 1.0 / s.mass, 0.0, start, 0.0]
+    Coefficients {
+        height: track.measured[0],
+        ..track.plain()
+    }
 }
 
 impl Imposed {

@@ -157,17 +157,8 @@ fn plain_model(fitter: &Fitter, fits: &PerAxle<AxleFit>) -> Result<Model, Engine
             ),
         };
         let fit = fits.get(track.axle).ok_or_else(diverged)?;
-        let p = &fit.plain;
-        let base = [
-            p.kappa,
-            p.beta,
-            p.per_mass,
-            p.constant,
-            p.initial[0],
-            p.initial[1],
-        ];
         let point = Point {
-            base: vec![base],
+            base: vec![fit.plain],
             values: Vec::new(),
             initial: Vec::new(),
         };
@@ -178,7 +169,7 @@ fn plain_model(fitter: &Fitter, fits: &PerAxle<AxleFit>) -> Result<Model, Engine
         let effort = Effort {
             iterations: 20,
             gain: 1e-3,
-            substeps: plain_substeps(dataset, unit.tracks[0], p.beta),
+            substeps: plain_substeps(dataset, unit.tracks[0], fit.plain.beta),
         };
         let fitted = fitter.fit(&unit, point, &noise_models, effort);
         found.push(fitted.ok_or_else(diverged)?);

@@ -27,6 +27,7 @@ use crate::numerics::lanes::LANES;
 use crate::numerics::spline::{cubic, slopes};
 use crate::output_error::start::starts_from;
 use crate::output_error::{self, Split};
+use crate::plant::Coefficients;
 use crate::report::Report;
 use crate::report::diagnosis::{Base, Detectable, Diagnosis, Place, Stronger, Verdict};
 use crate::ride::{AxleRecord, Ride};
@@ -148,7 +149,14 @@ fn val_the_plain_model_moves_as_the_exact_one() {
         tracks: vec![0],
         terms: Vec::new(),
     };
-    let start = [K / MASS, B / MASS, 1.0 / MASS, 0.0, 1e-3, 0.02];
+    let start = Coefficients {
+        kappa: K / MASS,
+        beta: B / MASS,
+        per_mass: 1.0 / MASS,
+        constant: 0.0,
+        height: 1e-3,
+        velocity: 0.02,
+    };
     let point = Point {
         base: vec![start],
         values: Vec::new(),
@@ -160,9 +168,9 @@ fn val_the_plain_model_moves_as_the_exact_one() {
     let moved = run(&dataset, &[(track, &lanes)], None, 0..3000, 4, false);
     let (exact, _) = simulate(
         &track.input,
-        start[0],
-        start[1],
-        start[2],
+        start.kappa,
+        start.beta,
+        start.per_mass,
         0.0,
         [1e-3, 0.02],
     );
@@ -199,12 +207,17 @@ fn val_the_weak_form_finds_a_spring_from_afar() {
         }],
     };
     let wrong = Point {
-        base: vec![[0.2 * K / MASS, 5.0 * B / MASS, 1.0 / MASS, 0.0, 0.0, 0.0]],
+        base: vec![Coefficients {
+            kappa: 0.2 * K / MASS,
+            beta: 5.0 * B / MASS,
+            per_mass: 1.0 / MASS,
+            ..Coefficients::default()
+        }],
         values: vec![[0.0; 4]],
         initial: vec![[0.0; 2]],
     };
     let starts = weak_form::starts(&fitter, &unit, 0, &wrong);
-    let off = |p: &Point| [p.base[0][0] * MASS / K - 1.0, p.values[0][0] / K3 - 1.0];
+    let off = |p: &Point| [p.base[0].kappa * MASS / K - 1.0, p.values[0][0] / K3 - 1.0];
     let near = |p: &&Point| off(p)[0].abs() < 0.1 && off(p)[1].abs() < 0.2;
     let all: Vec<[f64; 2]> = starts.iter().map(off).collect();
     assert!(starts.iter().any(|p| near(&p)), "{all:?}");
@@ -229,7 +242,12 @@ fn friction_with_little_give_moves_an_axle_by_finite_amounts() {
     };
     let give = 0.01 * dataset.tracks[0].scale.d_rms;
     let point = Point {
-        base: vec![[K / MASS, B / MASS, 1.0 / MASS, 0.0, 0.0, 0.0]],
+        base: vec![Coefficients {
+            kappa: K / MASS,
+            beta: B / MASS,
+            per_mass: 1.0 / MASS,
+            ..Coefficients::default()
+        }],
         values: vec![[100.0 / give, give, 0.0, 0.0]],
         initial: vec![[0.0; 2]],
     };

@@ -2,6 +2,7 @@
 use super::*;
 use crate::output_error::start::starts_from;
 use crate::pipeline::observe;
+use crate::plant::PlantRef;
 use crate::ride::{ReadOptions, read};
 use crate::simulate::linear::simulate;
 use crate::simulate::simulated_ride::{Normal, SimulatedRide};
@@ -55,6 +56,7 @@ fn ride(noise: f64) -> (Ride, Bike) {
                 acceleration: None,
                 valid: vec![true; n],
                 prescribed: false,
+                plant: PlantRef::default(),
             },
         );
     }
@@ -224,6 +226,7 @@ fn drive() -> Ride {
         acceleration: None,
         valid: vec![true; n],
         prescribed: false,
+        plant: PlantRef::default(),
     };
     Ride {
         sensors: Vec::new(),
@@ -315,6 +318,7 @@ fn bench(driven: bool) -> (Ride, Bike) {
         acceleration: None,
         valid: vec![true; n],
         prescribed: false,
+        plant: PlantRef::default(),
     });
     ride.axles.rear = None;
     (ride.samples, ride.step_s) = (n, step);

@@ -3,6 +3,7 @@
 
 use rayon::prelude::*;
 
+use super::parameters::parameters;
 use crate::EngineError;
 use crate::bicycle::{Bike, PerAxle};
 use crate::diagnosis;
@@ -11,6 +12,7 @@ use crate::mistakes::mistakes;
 use crate::output_error;
 use crate::output_error::start::{start_from, starts_from};
 use crate::progress::Progress;
+use crate::report::Method;
 use crate::report::diagnosis::Diagnosis;
 use crate::report::stages::{Conclusion, Observed};
 use crate::report::{Comparison, Estimate, LatentRoad, Mistake, Report, SwarmReport, Trial};
@@ -22,6 +24,7 @@ use crate::uncertainty::laser::{are_unplaced, misleading, notes, unconfirmed, wi
 use crate::uncertainty::laser_clock::laser_error;
 use crate::uncertainty::mass::mass_error;
 use crate::uncertainty::road_noise::{borne, decides, road_noise_error, worth_reporting};
+use std::collections::BTreeMap;
 
 /// Runs all stages; trials run in parallel on the current rayon pool.
 pub fn identify(
@@ -149,10 +152,10 @@ fn compared(
     let comparison = Comparison::of(
         ride,
         &[
-            ("least_squares", &observed.least_squares),
-            ("instrumental", &observed.instrumental),
-            ("swarm", &swarm),
-            ("output_error", output_error),
+            (Method::LeastSquares.name(), &observed.least_squares),
+            (Method::Instrumental.name(), &observed.instrumental),
+            (Method::Swarm.name(), &swarm),
+            (Method::OutputError.name(), output_error),
         ],
     );
     Comparison {
@@ -265,8 +268,16 @@ pub fn assemble(
         road_noise_error: conclusion.road_noise_error,
         roll: observed.roll,
         diagnosis,
+        parameters: BTreeMap::new(),
     };
-    checked("report", report)
+    let parameters = parameters(ride, &report);
+    checked(
+        "report",
+        Report {
+            parameters,
+            ..report
+        },
+    )
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bicycle::{Axle, PerAxle};
 use crate::observer::differentiate;
+use crate::report::Method;
 use crate::report::{Estimate, Report};
 use crate::ride::{AxleRecord, Ride};
 use crate::simulate::linear::{Input, simulate};
@@ -89,8 +90,8 @@ impl Series {
                     Axle::Rear => report.swarm.rear.as_ref(),
                 };
                 let models = [
-                    ("least_squares", report.least_squares.get(axle)),
-                    ("swarm", swarm),
+                    (Method::LeastSquares.name(), report.least_squares.get(axle)),
+                    (Method::Swarm.name(), swarm),
                     ("plain", report.output_error.get(axle)),
                 ];
                 let mut curves = curves(record, ride.step_s, &models, quantity);

@@ -3,11 +3,15 @@
 pub mod diagnosis;
 mod estimate;
 mod latent_road;
+mod method;
 mod mistake;
+mod parameter;
 pub mod stages;
 pub mod study;
 mod summary;
 pub mod windows;
+
+use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
@@ -17,7 +21,9 @@ use crate::settings::Settings;
 
 pub use estimate::Estimate;
 pub use latent_road::{Correction, LatentRoad, RoadSpectrum, SensorFound};
+pub use method::Method;
 pub use mistake::{Mistake, MistakeKind};
+pub use parameter::ReportedParameter;
 pub use summary::summary;
 
 /// Everything that one identification found out.
@@ -32,6 +38,9 @@ pub struct Report {
     /// What seems to have been done wrong to record or bicycle before; to be mended first.
     #[serde(default)]
     pub mistakes: Vec<Mistake>,
+    /// What the base models name, each by the method that says most of the ride: `<axle>.<quantity>`, such as `front.stiffness`.
+    #[serde(default)]
+    pub parameters: BTreeMap<String, ReportedParameter>,
     pub observer: PerAxle<ObserverReport>,
     /// Least squares on the observer's states, paper eqs. (19) to (21).
     pub least_squares: PerAxle<Estimate>,

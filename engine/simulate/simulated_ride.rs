@@ -11,6 +11,7 @@ use super::linear::{Input, simulate};
 use super::road::{Bump, Profile, Roughness};
 use crate::EngineError;
 use crate::bicycle::{Axle, PerAxle};
+use crate::plant::PlantRef;
 use crate::ride::{AxleRecord, RATES_HZ, Ride, RideSummary};
 use crate::settings::within;
 
@@ -350,6 +351,7 @@ impl SimulatedRide {
                     displacement: m.displacement,
                     acceleration: None,
                     prescribed: false,
+                    plant: PlantRef::default(),
                 },
             );
         }
@@ -374,6 +376,7 @@ impl SimulatedRide {
             acceleration: None,
             valid: vec![true; self.samples()],
             prescribed: false,
+            plant: PlantRef::default(),
         });
         self.logged(axles, 1)
     }

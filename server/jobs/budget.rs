@@ -57,6 +57,7 @@ mod tests {
             acceleration: None,
             valid: Vec::new(),
             prescribed: false,
+            plant: veloid_engine::plant::PlantRef::default(),
         };
         let ride = Ride {
             samples: 1_000_000,

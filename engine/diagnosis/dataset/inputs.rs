@@ -13,7 +13,8 @@ use crate::numerics::random::normal;
 use crate::numerics::spectrum::{measured_noise, white_floor};
 use crate::numerics::spline::{cubic, slopes};
 use crate::numerics::statistics::variance;
-use crate::output_error::AxleFit;
+use crate::output_error::{self, AxleFit};
+use crate::plant::{Coefficient, Coefficients, Known, Plant, Sizes};
 use crate::report::diagnosis::Predicted;
 use crate::ride::{AxleRecord, Ride};
 use crate::simulate::linear::{Input, road_answer};
@@ -45,8 +46,8 @@ pub struct Track {
     /// Whether the mass is estimated, and whether the rest point is.
     pub free_mass: bool,
     pub rest_point: bool,
-    /// Whether the plain model has a spring.
-    pub has_spring: bool,
+    /// What the axle is where nothing is left out.
+    pub plant: &'static dyn Plant,
 }
 
 impl Track {
@@ -56,6 +57,42 @@ impl Track {
             true => vec![0.0; predicted.len()],
             false => predicted,
         }
+    }
+
+    /// Whether a fit may move a number of the base model.
+    pub fn is_free(&self, number: Coefficient) -> bool {
+        let known = Known {
+            mass: !self.free_mass,
+            rest: !self.rest_point,
+        };
+        self.plant.is_free(number, known)
+    }
+
+    /// The base model by the plain fit, at rest at the height 0.
+    pub fn plain(&self) -> Coefficients {
+        let s = &self.scale;
+        Coefficients {
+            kappa: s.k / s.mass,
+            beta: s.b / s.mass,
+            per_mass: 1.0 / s.mass,
+            ..Coefficients::default()
+        }
+    }
+
+    /// A typical size of a number of the base model, and its limits.
+    pub fn range(&self, number: Coefficient) -> (f64, [f64; 2]) {
+        let s = &self.scale;
+        let sizes = Sizes {
+            stiffness: s.k_size(),
+            damping: s.b_size(),
+            mass: s.mass,
+            acceleration: s.a_rms,
+            height: s.z_rms,
+            velocity: s.v_rms,
+            slack: 25.0 / (s.train_s * s.train_s),
+            most: output_error::most(self.input.step),
+        };
+        self.plant.range(number, &sizes)
     }
 
     /// What models predict on this track.
@@ -97,11 +134,12 @@ impl Track {
     }
 
     /// Variance (m^2) that noise of the displacement sensor and of the road channel has at the
-    /// displacement of an axle with k/m = `kappa` and B/m = `beta`.
-    pub fn noise_variance(&self, kappa: f64, beta: f64) -> f64 {
+    /// displacement of an axle with these numbers.
+    pub fn noise_variance(&self, numbers: &Coefficients) -> f64 {
         const BANDS: usize = 256;
         let width = 0.5 / self.input.step / BANDS as f64;
-        let answer = |band: usize| road_answer(kappa, beta, width * (band as f64 + 0.5));
+        let answer =
+            |band: usize| road_answer(numbers.kappa, numbers.beta, width * (band as f64 + 0.5));
         let road = (0..BANDS).map(answer).sum::<f64>() * width;
         0.5 * self.sensor_floor / self.input.step + self.road_floor * road
     }
@@ -343,7 +381,7 @@ impl Dataset {
             at_rest,
             free_mass: bike.mass(axle).is_none() && !record.prescribed,
             rest_point: record.force.is_some() || !record.has_road(),
-            has_spring: true,
+            plant: record.base_model(),
         }
     }
 
@@ -363,7 +401,7 @@ impl Dataset {
     /// Takes the spring out of the plain model of every axle.
     pub fn remove_springs(&mut self) {
         for track in &mut self.tracks {
-            track.has_spring = false;
+            track.plant = track.plant.without_spring().unwrap_or(track.plant);
         }
     }
 
@@ -406,7 +444,7 @@ impl Dataset {
             ),
             Need::PrescribedMotion => (track.input.prescribed, "no rig prescribes the motion"),
             Need::Mass => (
-                !track.input.prescribed,
+                track.plant.moves(),
                 "the motion is prescribed, so that no mass moves",
             ),
             Need::Hold => (

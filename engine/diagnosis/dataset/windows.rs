@@ -30,8 +30,8 @@ impl Windows {
         let step = track.input.step;
         let driven = track.has_road || track.input.force.is_some();
         let period = dominant_period(track)?;
-        let swings = track.has_spring && track.scale.k > track.scale.as_good_as_none()[0];
-        let natural = match swings && !track.input.prescribed {
+        let swings = track.plant.has_spring() && track.scale.k > track.scale.as_good_as_none()[0];
+        let natural = match swings && track.plant.moves() {
             true => track.scale.period(),
             false => 0.0,
         };

@@ -227,7 +227,7 @@ pub fn twin(fit: &Fitted) -> Option<(&Term, [f64; 2], Values)> {
     ) else {
         return None;
     };
-    let (other, values) = (term.kind.spec().twin?)([base[0], base[1]], values);
+    let (other, values) = (term.kind.spec().twin?)([base.kappa, base.beta], values);
     Some((term, other, values))
 }
 
@@ -290,7 +290,7 @@ pub fn consequences(
         / after.len().max(1) as f64;
     let percent = |a: f64, b: f64| finite(100.0 * (a / b - 1.0));
     // What a rig presses carries no bicycle.
-    let moves = !dataset.tracks[track].input.prescribed;
+    let moves = dataset.tracks[track].plant.moves();
     let resonance =
         |e: &Estimate| finite((e.k_n_m.max(0.0) / e.mass_kg).sqrt() / std::f64::consts::TAU);
     Consequences {

@@ -4,17 +4,18 @@ use super::model::Model;
 use super::unit::Slot;
 use crate::diagnosis::dataset::Dataset;
 use crate::numerics::finite::std_error;
+use crate::plant::{Coefficient, Coefficients};
 use crate::report::Estimate;
 
 /// k, B and m of one track under a model.
 pub fn estimate(dataset: &Dataset, model: &Model, track: usize) -> Estimate {
     let (fit, a) = model.of_track(track);
     let slots = fit.unit.slots(dataset);
-    let [kappa, beta, per_mass, ..] = fit.point.base[a];
-    let m = 1.0 / per_mass;
-    let moves = !dataset.tracks[track].input.prescribed;
-    let index = |q: usize| slots.iter().position(|s| *s == Slot::Base(a, q));
-    let error = |by: [(usize, f64); 2]| {
+    let base = fit.point.base[a];
+    let (Coefficients { kappa, beta, .. }, m) = (base, base.mass());
+    let moves = dataset.tracks[track].plant.moves();
+    let index = |q: Coefficient| slots.iter().position(|s| *s == Slot::Base(a, q));
+    let error = |by: [(Coefficient, f64); 2]| {
         let mut variance = 0.0;
         for (p, x) in by {
             for (q, y) in by {
@@ -28,10 +29,17 @@ pub fn estimate(dataset: &Dataset, model: &Model, track: usize) -> Estimate {
     Estimate {
         k_n_m: kappa * m,
         b_n_s_m: beta * m,
-        k_std_n_m: error([(0, m), (2, -kappa * m * m)]),
-        b_std_n_s_m: error([(1, m), (2, -beta * m * m)]),
+        k_std_n_m: error([
+            (Coefficient::Kappa, m),
+            (Coefficient::PerMass, -kappa * m * m),
+        ]),
+        b_std_n_s_m: error([
+            (Coefficient::Beta, m),
+            (Coefficient::PerMass, -beta * m * m),
+        ]),
         mass_kg: if moves { m } else { 0.0 },
-        mass_std_kg: index(2).and_then(|_| error([(2, m * m), (3, 0.0)])),
+        mass_std_kg: index(Coefficient::PerMass)
+            .and_then(|_| error([(Coefficient::PerMass, m * m), (Coefficient::Constant, 0.0)])),
         ..Estimate::default()
     }
 }

@@ -9,6 +9,7 @@ use super::unit::{Point, Slot, Unit};
 use crate::diagnosis::dataset::Dataset;
 use crate::numerics::autoregressive::NoiseModel;
 use crate::numerics::lanes::{LANES, Lanes, widest};
+use crate::plant::Coefficient;
 
 /// Steps from where a fit ended to where a parameter is expected.
 const TOWARDS: usize = 12;
@@ -100,8 +101,11 @@ impl Fitter<'_> {
         effort: Effort,
     ) -> Option<Fitted> {
         let slots = unit.slots(self.dataset);
-        let starts = |slot: &Slot| matches!(slot, Slot::Base(_, 4 | 5) | Slot::Initial(..));
-        let own: Vec<Slot> = slots.iter().filter(|slot| starts(slot)).copied().collect();
+        let own: Vec<Slot> = slots
+            .iter()
+            .filter(|slot| slot.is_start())
+            .copied()
+            .collect();
         let point = match own.is_empty() {
             true => point.clone(),
             false => (self.fit_over(&own, unit, point.clone(), noise_models, effort))?.point,
@@ -251,14 +255,14 @@ impl Fitter<'_> {
             (slot, (point.get(slot) - value) / deviation, 1.0 / deviation)
         });
         let moving = unit.tracks.iter().enumerate();
-        let moving = moving.filter(|(_, t)| !self.dataset.tracks[**t].input.prescribed);
+        let moving = moving.filter(|(_, t)| self.dataset.tracks[**t].plant.moves());
         let starts = moving.flat_map(move |(a, t)| {
             let track = &self.dataset.tracks[*t];
             let expected = [track.measured[0], 0.0];
             let wide = [0.3 / track.scale.z_rms, 0.3 / track.scale.v_rms];
             let per = track.at_rest.map_or(wide, |[z, v]| [1.0 / z, 1.0 / v]);
             [0, 1].map(|q| {
-                let slot = Slot::Base(a, 4 + q);
+                let slot = Slot::Base(a, Coefficient::START[q]);
                 (slot, (point.get(slot) - expected[q]) * per[q], per[q])
             })
         });

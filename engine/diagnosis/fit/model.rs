@@ -100,7 +100,8 @@ impl Model {
             let mut base = fit.point.base[a];
             for (term, values) in fit.unit.terms.iter().zip(&fit.point.values) {
                 if !unit.terms.contains(term) {
-                    [base[0], base[1]] = (term.kind.spec().alone)([base[0], base[1]], values);
+                    [base.kappa, base.beta] =
+                        (term.kind.spec().alone)([base.kappa, base.beta], values);
                 }
             }
             point.base.push(base);

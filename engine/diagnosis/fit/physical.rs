@@ -36,7 +36,9 @@ pub fn has_physical_effects(dataset: &Dataset, unit: &Unit, point: &Point) -> bo
         let own = unit.tracks.iter().zip(&point.base);
         let mut own = own.filter(|(t, _)| term.acts_on(dataset.tracks[**t].axle));
         reported.iter().all(|r| r.physical)
-            && own.all(|(_, base)| !relaxes || base[0] >= policy::STATIC * values[0] * base[2])
+            && own.all(|(_, base)| {
+                !relaxes || base.kappa >= policy::STATIC * values[0] * base.per_mass
+            })
     };
     unit.terms.iter().enumerate().all(is_physical)
 }

@@ -10,6 +10,7 @@ use crate::diagnosis::fit::{FINE, Fitter, Model};
 use crate::diagnosis::policy;
 use crate::numerics::projection::{dot, orthonormal, without};
 use crate::numerics::statistics::chi_square_tail;
+use crate::plant::Coefficients;
 use crate::simulate::linear::{Input, simulate};
 
 /// What the omnibus test and the free form found on one track.
@@ -55,7 +56,7 @@ pub fn remainder(
 ) -> Remainder {
     let dataset = fitter.dataset;
     let (fit, a) = model.of_track(track);
-    let [kappa, beta, ..] = fit.point.base[a];
+    let Coefficients { kappa, beta, .. } = fit.point.base[a];
     let noise_model = &fit.noise_models[a];
     let per = noise_model.variance.sqrt().recip();
     let t = &dataset.tracks[track];

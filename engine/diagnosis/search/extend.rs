@@ -76,8 +76,7 @@ pub fn is_far(dataset: &Dataset, model: &Model, unit: &Unit) -> bool {
     unit.tracks.iter().any(|t| {
         let track = &dataset.tracks[*t];
         let (fit, a) = model.of_track(*t);
-        let [kappa, beta, ..] = fit.point.base[a];
-        let noise = track.noise_variance(kappa, beta);
+        let noise = track.noise_variance(&fit.point.base[a]);
         let excess = fit.noise_models[a].total_variance() - 1.5 * noise;
         excess > (FAR * track.scale.d_rms).powi(2)
     })
@@ -201,7 +200,7 @@ fn far_starts(
             }
             for stiffer in stiffer {
                 let mut point = with_values(base, at, values);
-                point.base.iter_mut().for_each(|b| b[0] *= stiffer);
+                point.base.iter_mut().for_each(|b| b.kappa *= stiffer);
                 ranked.extend(fitted(point));
             }
         }
@@ -232,7 +231,7 @@ pub fn unstopped(fitter: &Fitter, model: &Model, play: Term, effort: Effort) -> 
     unit.terms[i] = play;
     let mut point = fit.point.clone();
     point.values[i] = [2.0 * gap, 0.0, 0.0, 0.0];
-    point.base[track][0] = stiffness * point.base[track][2];
+    point.base[track].kappa = stiffness * point.base[track].per_mass;
     let fitted = fitter.fit(&unit, point, &fit.noise_models, effort)?;
     Some(model.with(fitted))
 }

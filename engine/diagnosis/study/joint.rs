@@ -9,6 +9,7 @@ use crate::diagnosis::fit::fitter::expected;
 use crate::diagnosis::fit::{Effort, Fitted, Fitter, Point, Slot, Unit};
 use crate::numerics::autoregressive::NoiseModel;
 use crate::numerics::lanes::LANES;
+use crate::plant::Coefficient;
 
 /// What the rides have in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -140,7 +141,10 @@ impl Together<'_> {
     fn is_common(&self, slot: Slot) -> bool {
         match slot {
             Slot::Value(..) => true,
-            Slot::Base(_, q) => self.common == Common::EffectsAndAxles && q < 3,
+            Slot::Base(_, Coefficient::Kappa | Coefficient::Beta | Coefficient::PerMass) => {
+                self.common == Common::EffectsAndAxles
+            }
+            Slot::Base(..) => false,
             Slot::Initial(..) => false,
         }
     }
@@ -148,7 +152,7 @@ impl Together<'_> {
     /// k/m and B/m of a ride for those of the first where k and B are the same.
     fn per_first(&self, ride: &Fitter, slot: Slot) -> f64 {
         match slot {
-            Slot::Base(a, 0 | 1) => {
+            Slot::Base(a, Coefficient::Kappa | Coefficient::Beta) => {
                 let track = self.unit.tracks[a];
                 let [first, own] = [self.rides[0], ride].map(|r| &r.dataset.tracks[track]);
                 match first.free_mass || own.free_mass {

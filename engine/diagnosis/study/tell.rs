@@ -17,6 +17,7 @@ use crate::diagnosis::search::criteria::cost;
 use crate::diagnosis::search::null::FINEST;
 use crate::numerics::finite::finite;
 use crate::numerics::statistics::chi_square_tail;
+use crate::plant::Coefficient;
 use crate::report::diagnosis::{EffectName, EffectReport, ParameterReport, Verdict};
 use crate::report::study::{LeftAside, StudyAxle, StudyEffect, StudyReport, StudyRide};
 use crate::settings::Settings;
@@ -115,7 +116,15 @@ fn as_one(study: &Rides, own: &Joint) -> (Joint, Vec<Option<f64>>) {
         else {
             continue;
         };
-        let base = |s: &Slot| matches!(s, Slot::Base(_, 0..=2));
+        let base = |s: &Slot| {
+            matches!(
+                s,
+                Slot::Base(
+                    _,
+                    Coefficient::Kappa | Coefficient::Beta | Coefficient::PerMass
+                )
+            )
+        };
         let slots = fit.unit.slots(study.searches[0].fitter.dataset);
         let freedom = slots.iter().filter(|s| base(s)).count() * (study.searches.len() - 1);
         let p = chi_square_tail(2.0 * (sum(&apart) - sum(&one)).max(0.0), freedom as f64);

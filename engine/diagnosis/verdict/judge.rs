@@ -13,6 +13,7 @@ use crate::numerics::finite::finite;
 use crate::numerics::spectrum::deviation;
 use crate::numerics::statistics::normal_tail;
 use crate::output_error::{self, Split, rms_valid};
+use crate::plant::Coefficients;
 use crate::report::diagnosis::HeldOut;
 use crate::settings::Settings;
 
@@ -65,7 +66,12 @@ pub fn judge(
     // What springs named effects add is part of how the axle resonates: on the whole as the plain
     // model's, whose stiffness is the mean one.
     let mean = fits.get(track.axle).map(|f| (f.plain.kappa, f.plain.beta));
-    let [kappa, beta, per_mass, ..] = fit.point.base[a];
+    let Coefficients {
+        kappa,
+        beta,
+        per_mass,
+        ..
+    } = fit.point.base[a];
     let inputs = Inputs {
         road: track.road_most,
         force: track.force_most * per_mass * per_mass,

@@ -359,7 +359,7 @@ impl Look<'_> {
     }
 }
 
-/// Numbers that are reported of effects: what only shapes a corner does not count.
+/// Coefficients that are reported of effects: what only shapes a corner does not count.
 pub fn parameters(terms: &[Term]) -> usize {
     let reported = |t: &Term| (t.kind.spec().report)(&[0.0; MAX_PARAMETERS], &Scale::TYPICAL).len();
     terms.iter().map(reported).sum()
@@ -403,7 +403,7 @@ mod tests {
     /// What single effects leave of a plain model that leaves 1.
     fn sight(single: &[(Kind, f64)]) -> Sight {
         let point = Point {
-            base: vec![[0.0; 6]],
+            base: vec![crate::plant::Coefficients::default()],
             values: Vec::new(),
             initial: Vec::new(),
         };

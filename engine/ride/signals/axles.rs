@@ -1,6 +1,7 @@
 //! What each axle did, on the common clock: measured, or made from what was measured.
 
 use crate::bicycle::{Axle, Bike, PerAxle};
+use crate::plant::PlantRef;
 use crate::ride::AxleRecord;
 use crate::ride::channels::channel::Channel;
 use crate::ride::channels::values::is_constant;
@@ -267,6 +268,7 @@ impl Parts {
             acceleration: self.acceleration,
             valid,
             prescribed,
+            plant: PlantRef::default(),
         })
     }
 
