@@ -24,6 +24,7 @@ use super::search::weak_form;
 use crate::Silent;
 use crate::bicycle::{Axle, Bike, PerAxle};
 use crate::numerics::lanes::LANES;
+use crate::numerics::random::Normal;
 use crate::numerics::spline::{cubic, slopes};
 use crate::output_error::start::starts_from;
 use crate::output_error::{self, Split};
@@ -33,7 +34,7 @@ use crate::report::diagnosis::{Base, Detectable, Diagnosis, Place, Stronger, Ver
 use crate::ride::{AxleRecord, Ride};
 use crate::settings::Settings;
 use crate::simulate::linear::simulate;
-use crate::simulate::simulated_ride::{Excitation, Normal, SimulatedRide};
+use crate::simulate::simulated_ride::{Excitation, SimulatedRide};
 
 const K: f64 = 60e3;
 const B: f64 = 500.0;

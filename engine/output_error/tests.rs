@@ -1,11 +1,12 @@
 #![allow(clippy::unwrap_used)]
 use super::*;
+use crate::numerics::random::Normal;
 use crate::output_error::start::starts_from;
 use crate::pipeline::observe;
 use crate::plant::PlantRef;
 use crate::ride::{ReadOptions, read};
 use crate::simulate::linear::simulate;
-use crate::simulate::simulated_ride::{Normal, SimulatedRide};
+use crate::simulate::simulated_ride::SimulatedRide;
 use rayon::prelude::*;
 
 /// A minute on a rough road by the plain model itself, with white noise on z.

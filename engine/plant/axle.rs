@@ -1,22 +1,7 @@
 //! A spring and a damper between road and mass: paper eq. (1).
 
-use super::{Damper, Of, Plant, Quantity};
-
-pub(super) const STIFFNESS: Quantity = Quantity {
-    name: "stiffness",
-    unit: "N/m",
-    of: Of::Stiffness,
-};
-pub(super) const DAMPING: Quantity = Quantity {
-    name: "damping",
-    unit: "N s/m",
-    of: Of::Damping,
-};
-pub(super) const MASS: Quantity = Quantity {
-    name: "mass",
-    unit: "kg",
-    of: Of::Mass,
-};
+use super::quantity::{DAMPING, MASS, STIFFNESS};
+use super::{Damper, Plant, Quantity};
 
 /// An axle of a bicycle, or a bench with a spring.
 #[derive(Debug)]

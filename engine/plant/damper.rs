@@ -1,6 +1,6 @@
 //! A damper alone: a drive, a sled, a shock absorber on a bench.
 
-use super::axle::{DAMPING, MASS};
+use super::quantity::{DAMPING, MASS};
 use super::{Plant, Quantity};
 
 /// A mass on a damper, or a damper that a rig moves.

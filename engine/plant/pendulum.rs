@@ -1,4 +1,4 @@
-//! A torsional pendulum, which no other file knows: that a base model needs a file of its own and a line in [`super::ALL`].
+//! A torsional pendulum, which no other file knows: that a base model needs a file of its own and a line in `registry.rs`.
 
 use super::{Of, Plant, Quantity};
 
@@ -28,11 +28,11 @@ impl Plant for Pendulum {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use crate::numerics::random::Normal;
     use crate::plant::PlantRef;
     use crate::report::diagnosis::Verdict;
     use crate::report::{Method, Report};
     use crate::ride::{ReadOptions, read};
-    use crate::simulate::simulated_ride::Normal;
     use crate::{Bike, Settings, Silent, identify};
 
     /// Moment of inertia (kg m^2), stiffness (N m/rad) and damping (N m s/rad).

@@ -19,3 +19,19 @@ pub enum Of {
     /// m.
     Mass,
 }
+
+pub(super) const STIFFNESS: Quantity = Quantity {
+    name: "stiffness",
+    unit: "N/m",
+    of: Of::Stiffness,
+};
+pub(super) const DAMPING: Quantity = Quantity {
+    name: "damping",
+    unit: "N s/m",
+    of: Of::Damping,
+};
+pub(super) const MASS: Quantity = Quantity {
+    name: "mass",
+    unit: "kg",
+    of: Of::Mass,
+};

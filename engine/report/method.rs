@@ -2,9 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Estimate, LatentRoad, Report};
-use crate::bicycle::PerAxle;
-
 /// A method of estimating stiffness and damping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
@@ -73,29 +70,6 @@ impl Method {
     /// The method of this name in documents.
     pub fn by_name(name: &str) -> Option<Method> {
         Self::ALL.into_iter().find(|method| method.name() == name)
-    }
-}
-
-impl Report {
-    /// What a method estimates.
-    pub fn estimates(&self, method: Method) -> PerAxle<Estimate> {
-        match method {
-            Method::Extended => {
-                let extended = self.diagnosis.as_ref().map(|d| d.extended.clone());
-                extended.unwrap_or_default()
-            }
-            Method::OutputError => self.output_error.clone(),
-            Method::LatentRoad => {
-                let latent = self.latent_road.as_ref().map(LatentRoad::axles);
-                latent.unwrap_or_default()
-            }
-            Method::Swarm => PerAxle {
-                front: self.swarm.front.clone(),
-                rear: self.swarm.rear.clone(),
-            },
-            Method::Instrumental => self.instrumental.clone(),
-            Method::LeastSquares => self.least_squares.clone(),
-        }
     }
 }
 

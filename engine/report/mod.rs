@@ -72,6 +72,27 @@ pub struct Report {
 }
 
 impl Report {
+    /// What a method estimates.
+    pub fn estimates(&self, method: Method) -> PerAxle<Estimate> {
+        match method {
+            Method::Extended => {
+                let extended = self.diagnosis.as_ref().map(|d| d.extended.clone());
+                extended.unwrap_or_default()
+            }
+            Method::OutputError => self.output_error.clone(),
+            Method::LatentRoad => {
+                let latent = self.latent_road.as_ref().map(LatentRoad::axles);
+                latent.unwrap_or_default()
+            }
+            Method::Swarm => PerAxle {
+                front: self.swarm.front.clone(),
+                rear: self.swarm.rear.clone(),
+            },
+            Method::Instrumental => self.instrumental.clone(),
+            Method::LeastSquares => self.least_squares.clone(),
+        }
+    }
+
     /// Mistakes that the verdict's sentence does not show.
     pub fn other_mistakes(&self) -> impl Iterator<Item = &Mistake> {
         let reported = self.diagnosis.is_some();

@@ -2,9 +2,10 @@
 
 use serde::Serialize;
 
-use super::simulated_ride::{Normal, SimulatedRide};
+use super::simulated_ride::SimulatedRide;
 use crate::EngineError;
 use crate::bicycle::Axle;
+use crate::numerics::random::Normal;
 use crate::numerics::spline::{cubic, slopes};
 use crate::ride::{RATES_HZ, SensorKind, channel_name};
 use crate::settings::within;

@@ -4,11 +4,11 @@
 
 use crate::bicycle::{Axle, Bike, PerAxle};
 use crate::document::format_number::significant;
+use crate::numerics::random::Normal;
 use crate::numerics::spectrum::measured_noise;
 use crate::report::{Estimate, Parameters};
 use crate::ride::{AxleRecord, Ride, RoadDoubt};
 use crate::settings::Settings;
-use crate::simulate::simulated_ride::Normal;
 use crate::uncertainty::laser::widened;
 use crate::uncertainty::road_variant::moved;
 
