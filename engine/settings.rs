@@ -30,11 +30,12 @@ pub struct Settings {
     pub particles: usize,
     /// Iterations of a swarm (1 to 10 000).
     pub iterations: usize,
+    /// Errors that the swarm minimises.
     #[allow(missing_docs, reason = "the type says it")]
     pub objective: Objective,
-    /// Cognitive weight c1 of paper eq. (28); the social one is c2 (0 to 4).
+    /// Cognitive weight c1 of paper eq. (28) (0 to 4).
     pub cognitive: f64,
-    /// c2 (0 to 4).
+    /// Social weight c2 of paper eq. (28) (0 to 4).
     pub social: f64,
     /// Lower bound of the inertia w, paper eq. (29) (0 to 1.2).
     pub inertia_min: f64,

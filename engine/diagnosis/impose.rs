@@ -22,8 +22,11 @@ use crate::simulate::simulated_ride::SimulatedRide;
 /// An effect, with its parameters as reports give them.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Imposed {
+    /// Id in the library, such as `coulomb_friction`.
     pub id: String,
+    /// The axle or axles that it acts on.
     pub axle: Place,
+    /// All of its parameters by name, each in the unit that docs/effects.md gives.
     pub parameters: BTreeMap<String, f64>,
 }
 

@@ -8,7 +8,7 @@
 
 mod global;
 mod split;
-pub mod start;
+pub(crate) mod start;
 
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
@@ -22,7 +22,7 @@ use crate::ride::{AxleRecord, Ride};
 use crate::settings::Settings;
 use crate::simulate::linear::Input;
 use crate::simulate::sensitivity::{PARAMETERS, Plain, walk};
-pub use split::Split;
+pub(crate) use split::Split;
 pub use start::Start;
 
 const STAGE: &str = "output error";
@@ -34,14 +34,16 @@ type LocalMatrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
 /// The plain model at its best on one axle.
 #[derive(Clone, Debug)]
 pub struct AxleFit {
+    /// Its parameters and initial state.
     pub plain: Plain,
     /// z - simulated z (m) at every sample of the ride, held-out part included; of the force (N) where the motion is
     /// prescribed.
     pub residual: Vec<f64>,
     /// Covariance of `Plain`'s parameters, from the residual's colour; zero where one is known.
     pub covariance: LocalMatrix,
-    /// RMS of the valid residuals on the fitted and on the held-out part (m).
+    /// RMS of the valid residuals on the fitted part (m).
     pub train_rms: f64,
+    /// RMS of the valid residuals on the held-out part (m).
     pub held_rms: f64,
     /// Whether the force answers to a prescribed motion, so that no mass is in it.
     pub prescribed: bool,
@@ -49,7 +51,7 @@ pub struct AxleFit {
 
 impl AxleFit {
     /// A ride that is the plain model's own, without noise.
-    pub fn exact(plain: Plain, samples: usize) -> Self {
+    pub(crate) fn exact(plain: Plain, samples: usize) -> Self {
         Self {
             plain,
             residual: vec![0.0; samples],
@@ -204,7 +206,7 @@ impl<'a> Problem<'a> {
 }
 
 /// RMS of `residual` over the valid samples of `range`; NaN-free: 0 where there is none.
-pub fn rms_valid(residual: &[f64], valid: &[bool], range: std::ops::Range<usize>) -> f64 {
+pub(crate) fn rms_valid(residual: &[f64], valid: &[bool], range: std::ops::Range<usize>) -> f64 {
     let (mut sum, mut count) = (0.0, 0_usize);
     for i in range {
         if valid[i] {
@@ -220,7 +222,7 @@ pub fn rms_valid(residual: &[f64], valid: &[bool], range: std::ops::Range<usize>
 }
 
 /// Standard deviation of the valid samples of a range.
-pub fn spread_valid(x: &[f64], valid: &[bool], range: std::ops::Range<usize>) -> f64 {
+pub(crate) fn spread_valid(x: &[f64], valid: &[bool], range: std::ops::Range<usize>) -> f64 {
     let known = || range.clone().filter(|i| valid[*i]).map(|i| x[i]);
     let count = known().count().max(1) as f64;
     let mean = known().sum::<f64>() / count;
@@ -263,7 +265,7 @@ pub fn fit(
 ///
 /// # Errors
 /// A null mass without a force channel; a cost that is not finite from any start.
-pub fn fit_without_spring(
+pub(crate) fn fit_without_spring(
     ride: &Ride,
     bike: &Bike,
     settings: &Settings,
@@ -494,7 +496,7 @@ fn least_kappa(step: f64, split: &Split) -> f64 {
 
 /// Largest k/m (1/s^2) and B/m (1/s, either sign) that samples so far apart (s) could show from an axle that is
 /// rigid: a swing in each interval, and a decay in a sixth of one.
-pub fn most(step: f64) -> [f64; 2] {
+pub(crate) fn most(step: f64) -> [f64; 2] {
     let fastest = std::f64::consts::TAU / step;
     [fastest * fastest, fastest]
 }
@@ -511,7 +513,7 @@ fn moved(p: &Plain, step: &DVector<f64>) -> Plain {
 
 impl AxleFit {
     /// k, B and m with standard errors by the delta method.
-    pub fn estimate(&self, weighed: bool) -> Estimate {
+    pub(crate) fn estimate(&self, weighed: bool) -> Estimate {
         let p = &self.plain;
         let m = 1.0 / p.per_mass;
         let error = |by: [f64; 3]| {
