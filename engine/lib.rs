@@ -39,7 +39,7 @@ pub mod uncertainty;
 pub use bicycle::Bike;
 pub use diagnosis::impose::{Imposed, ride as simulate};
 pub use document::is_unseen;
-pub use error::EngineError;
+pub use error::{Divergence, EngineError, ImposedProblem, RideProblem, SettingProblem};
 pub use pipeline::{Ridden, assemble, conclude, diagnose, identify, observe, read, study};
 pub use progress::{Progress, Silent};
 pub use report::Report;

@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use crate::EngineError;
+use crate::{EngineError, SettingProblem};
 
 /// What the swarm minimises: paper, eqs. (25), (26), with three readings of its velocity and
 /// acceleration errors.
@@ -118,20 +118,23 @@ impl Settings {
             within("weights", weight, 0.0, 1e12)?;
         }
         if self.weights.iter().all(|w| *w == 0.0) {
-            return Err(out_of_range(
-                "weights",
-                "at least one must be positive".into(),
-            ));
+            return Err(EngineError::Setting {
+                name: "weights",
+                problem: SettingProblem::NoWeight,
+            });
         }
         if let Some(bound) = self.jerk_bound_m_s3 {
             within("jerk_bound_m_s3", bound, 1e-6, 1e9)?;
         }
         let simulations = self.trials * self.particles * self.iterations;
         if simulations > MAX_SIMULATIONS {
-            return Err(out_of_range(
-                "trials x particles x iterations",
-                format!("{simulations} simulations asked for, at most {MAX_SIMULATIONS} allowed"),
-            ));
+            return Err(EngineError::Setting {
+                name: "trials x particles x iterations",
+                problem: SettingProblem::TooManySimulations {
+                    simulations,
+                    most: MAX_SIMULATIONS,
+                },
+            });
         }
         Ok(())
     }
@@ -146,12 +149,8 @@ pub(crate) fn within(
     if value >= low && value <= high {
         return Ok(());
     }
-    Err(out_of_range(
+    Err(EngineError::Setting {
         name,
-        format!("{value} is outside {low} to {high}"),
-    ))
-}
-
-pub(crate) fn out_of_range(name: &'static str, problem: String) -> EngineError {
-    EngineError::Setting { name, problem }
+        problem: SettingProblem::OutOfRange { value, low, high },
+    })
 }

@@ -12,7 +12,6 @@ pub(crate) mod start;
 
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
-use crate::EngineError;
 use crate::bicycle::{Axle, Bike, PerAxle};
 use crate::numerics::autoregressive::NoiseModel;
 use crate::numerics::finite::std_error;
@@ -22,6 +21,7 @@ use crate::ride::{AxleRecord, Ride};
 use crate::settings::Settings;
 use crate::simulate::linear::Input;
 use crate::simulate::sensitivity::{PARAMETERS, Plain, walk};
+use crate::{Divergence, EngineError};
 pub(crate) use split::Split;
 pub use start::Start;
 
@@ -359,9 +359,7 @@ fn best_of(
     }
     let (_, plains, bread) = best.ok_or_else(|| EngineError::Diverged {
         stage: STAGE,
-        problem: format!(
-            "the plain model comes to no finite error from any of {tried} starts: is a channel's sign or unit wrong?"
-        ),
+        problem: Divergence::NoStart { starts: tried },
     })?;
     Ok(problems
         .iter()

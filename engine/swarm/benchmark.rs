@@ -9,10 +9,10 @@ use serde::Serialize;
 use super::kernel::{Kernel, Width};
 use super::search::{Axis, Rules, minimise};
 use super::target::Target;
-use crate::EngineError;
 use crate::bicycle::Axle;
 use crate::ride::Ride;
 use crate::settings::{Objective, Settings};
+use crate::{EngineError, RideProblem};
 
 /// Bounds of k_F/m_F (1/s^2), B_F/m_F (1/s), k_R/m_R and B_R/m_R.
 const BOX: [(f64, f64); 4] = [
@@ -69,7 +69,7 @@ pub fn benchmark(ride: &Ride) -> Result<Line, EngineError> {
         .map(|axle| {
             let record = ride.axles.get(axle).ok_or_else(|| EngineError::Ride {
                 axle,
-                problem: "the benchmark needs both axles".to_owned(),
+                problem: RideProblem::NotBothAxles,
             })?;
             let target = Target::new(axle, record, ride, &settings, [1.0, 1.0, 1.0])?;
             Ok(Kernel::new(&target, width))

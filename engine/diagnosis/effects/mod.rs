@@ -2,7 +2,7 @@
 //!
 //! An effect hooks into the motion of one axle at the place where it acts: the tyre's force, the
 //! force on the mass, its inertia, states of its own, the road under the wheel, or the sensor. To
-//! add one, write its file and add its line to the list below.
+//! add one, write its file and add its name, with what it does, to the list below.
 
 use std::borrow::Cow;
 
