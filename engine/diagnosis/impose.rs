@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::EngineError;
 use crate::bicycle::{Axle, Bike, PerAxle};
 use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::effects::{GENERAL_LAWS, Kind};
@@ -18,12 +17,16 @@ use crate::report::diagnosis::Place;
 use crate::ride::Ride;
 use crate::settings::within;
 use crate::simulate::simulated_ride::SimulatedRide;
+use crate::{EngineError, ImposedProblem, SettingProblem};
 
 /// An effect, with its parameters as reports give them.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Imposed {
+    /// Id in the library, such as `coulomb_friction`.
     pub id: String,
+    /// The axle or axles that it acts on.
     pub axle: Place,
+    /// All of its parameters by name, each in the unit that docs/effects.md gives.
     pub parameters: BTreeMap<String, f64>,
 }
 
@@ -57,7 +60,7 @@ pub fn ride(
     for effect in effects {
         let term = effect.term(&dataset)?;
         if chosen.iter().any(|(other, _)| *other == term) {
-            return Err(effect.wrong("is given twice"));
+            return Err(effect.wrong(ImposedProblem::Twice));
         }
         chosen.push((term, effect.values(&dataset, term)?));
     }
@@ -79,7 +82,7 @@ pub fn ride(
             let axle = dataset.tracks[*t].axle;
             let z: Vec<f64> = z.iter().map(|lanes| lanes.0[0]).collect();
             if !z.iter().all(|z| z.is_finite()) {
-                return Err(wrong("the motion grows beyond all bounds".to_owned()));
+                return Err(wrong(SettingProblem::RunsAway));
             }
             if let Some(record) = fine.axles.get(axle) {
                 let mut record = record.clone();
@@ -132,7 +135,7 @@ impl Imposed {
     fn term(&self, dataset: &Dataset) -> Result<Term, EngineError> {
         let kind = Kind::by_id(&self.id)
             .filter(|kind| !GENERAL_LAWS.contains(kind))
-            .ok_or_else(|| self.wrong(&format!("there is only {}", ids())))?;
+            .ok_or_else(|| self.wrong(ImposedProblem::Unknown { known: ids() }))?;
         let (terms, switched_off) = candidates(dataset);
         let places: Vec<Place> = terms
             .iter()
@@ -147,10 +150,12 @@ impl Imposed {
         }
         let lacking = switched_off.iter().find(|off| off.id == self.id);
         Err(match (places.is_empty(), lacking) {
-            (true, Some(off)) => self.wrong(&off.why),
+            (true, Some(off)) => self.wrong(ImposedProblem::Lacking {
+                why: off.why.clone(),
+            }),
             _ => {
-                let places: Vec<&str> = places.into_iter().map(Place::name).collect();
-                self.wrong(&format!("the axle can be {} here", places.join(" or ")))
+                let possible = places.into_iter().map(Place::name).collect();
+                self.wrong(ImposedProblem::Axle { possible })
             }
         })
     }
@@ -158,50 +163,52 @@ impl Imposed {
     fn values(&self, dataset: &Dataset, term: Term) -> Result<Values, EngineError> {
         let acted = dataset.tracks.iter().find(|t| term.acts_on(t.axle));
         let Some(track) = acted else {
-            return Err(self.wrong("nothing is simulated on this axle"));
+            return Err(self.wrong(ImposedProblem::NotSimulated));
         };
         let report = |values: &Values| (term.kind.spec().report)(values, &track.scale);
         let known = report(&[1.0; MAX_PARAMETERS]);
-        let expected = known
-            .iter()
-            .map(|p| &*p.name)
-            .collect::<Vec<_>>()
-            .join(", ");
+        let names = || known.iter().map(|p| p.name.to_string()).collect();
         if let Some(name) =
             (self.parameters.keys()).find(|name| known.iter().all(|p| p.name != **name))
         {
-            return Err(self.wrong(&format!("has no parameter '{name}', only {expected}")));
+            return Err(self.wrong(ImposedProblem::UnknownParameter {
+                name: name.clone(),
+                known: names(),
+            }));
         }
         let mut given = Vec::new();
         for parameter in &known {
             let value = self.parameters.get(&*parameter.name).ok_or_else(|| {
-                self.wrong(&format!(
-                    "{} is missing; it takes {expected}",
-                    parameter.name
-                ))
+                self.wrong(ImposedProblem::MissingParameter {
+                    name: parameter.name.to_string(),
+                    known: names(),
+                })
             })?;
             given.push(*value);
         }
         let values = term.kind.from_reported(&given, &track.scale);
         for (back, given) in report(&values).iter().zip(&given) {
             if !back.physical || !((back.value - given).abs() <= 1e-9 * given.abs()) {
-                let problem = format!("{} = {given} is outside its range on this ride", back.name);
-                return Err(self.wrong(&problem));
+                return Err(self.wrong(ImposedProblem::OutOfRange {
+                    name: back.name.to_string(),
+                    value: *given,
+                }));
             }
         }
         Ok(values)
     }
 
-    fn wrong(&self, problem: &str) -> EngineError {
-        wrong(format!("{}: {problem}", self.id))
+    fn wrong(&self, problem: ImposedProblem) -> EngineError {
+        let id = self.id.clone();
+        wrong(SettingProblem::Effect { id, problem })
     }
 }
 
-fn ids() -> String {
-    Kind::named().map(Kind::id).collect::<Vec<_>>().join(", ")
+fn ids() -> Vec<&'static str> {
+    Kind::named().map(Kind::id).collect()
 }
 
-fn wrong(problem: String) -> EngineError {
+fn wrong(problem: SettingProblem) -> EngineError {
     EngineError::Setting {
         name: "effect",
         problem,

@@ -9,7 +9,7 @@ mod decide;
 pub mod effects;
 mod explain;
 mod fit;
-pub mod impose;
+pub(crate) mod impose;
 pub(crate) mod law;
 mod policy;
 pub(crate) mod prepare;
@@ -22,4 +22,4 @@ mod tell;
 mod tests;
 mod verdict;
 
-pub use run::diagnose;
+pub(crate) use run::diagnose;

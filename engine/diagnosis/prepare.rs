@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use crate::EngineError;
 use crate::bicycle::{Bike, PerAxle};
 use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::dataset::dither::{dither, lay_over};
@@ -17,6 +16,7 @@ use crate::report::diagnosis::Base;
 use crate::report::stages::Conclusion;
 use crate::ride::{AxleRecord, Ride, decimated};
 use crate::settings::Settings;
+use crate::{Divergence, EngineError};
 
 /// A ride made ready for the search.
 pub struct Prepared {
@@ -151,10 +151,7 @@ fn plain_model(fitter: &Fitter, fits: &PerAxle<AxleFit>) -> Result<Model, Engine
         let track = &dataset.tracks[unit.tracks[0]];
         let diverged = || EngineError::Diverged {
             stage: "diagnosis",
-            problem: format!(
-                "the plain model of the {} axle has no finite fit",
-                track.axle
-            ),
+            problem: Divergence::NoPlainModel { axle: track.axle },
         };
         let fit = fits.get(track.axle).ok_or_else(diverged)?;
         let point = Point {

@@ -8,11 +8,10 @@
 
 mod global;
 mod split;
-pub mod start;
+pub(crate) mod start;
 
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
-use crate::EngineError;
 use crate::bicycle::{Axle, Bike, PerAxle};
 use crate::numerics::autoregressive::NoiseModel;
 use crate::numerics::finite::std_error;
@@ -24,7 +23,8 @@ use crate::ride::{AxleRecord, Ride};
 use crate::settings::Settings;
 use crate::simulate::linear::Input;
 use crate::simulate::sensitivity::{PARAMETERS, walk};
-pub use split::Split;
+use crate::{Divergence, EngineError};
+pub(crate) use split::Split;
 pub use start::Start;
 
 const STAGE: &str = "output error";
@@ -41,14 +41,16 @@ type LocalMatrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
 /// The plain model at its best on one axle.
 #[derive(Clone, Debug)]
 pub struct AxleFit {
+    /// Its parameters and initial state.
     pub plain: Coefficients,
     /// z - simulated z (m) at every sample of the ride, held-out part included; of the force (N) where the motion is
     /// prescribed.
     pub residual: Vec<f64>,
     /// Covariance of `Coefficients`'s parameters, from the residual's colour; zero where one is known.
     pub covariance: LocalMatrix,
-    /// RMS of the valid residuals on the fitted and on the held-out part (m).
+    /// RMS of the valid residuals on the fitted part (m).
     pub train_rms: f64,
+    /// RMS of the valid residuals on the held-out part (m).
     pub held_rms: f64,
     /// Whether the force answers to a prescribed motion, so that no mass is in it.
     pub prescribed: bool,
@@ -56,7 +58,7 @@ pub struct AxleFit {
 
 impl AxleFit {
     /// A ride that is the plain model's own, without noise.
-    pub fn exact(plain: Coefficients, samples: usize) -> Self {
+    pub(crate) fn exact(plain: Coefficients, samples: usize) -> Self {
         Self {
             plain,
             residual: vec![0.0; samples],
@@ -208,7 +210,7 @@ impl<'a> Problem<'a> {
 }
 
 /// RMS of `residual` over the valid samples of `range`; NaN-free: 0 where there is none.
-pub fn rms_valid(residual: &[f64], valid: &[bool], range: std::ops::Range<usize>) -> f64 {
+pub(crate) fn rms_valid(residual: &[f64], valid: &[bool], range: std::ops::Range<usize>) -> f64 {
     let (mut sum, mut count) = (0.0, 0_usize);
     for i in range {
         if valid[i] {
@@ -224,7 +226,7 @@ pub fn rms_valid(residual: &[f64], valid: &[bool], range: std::ops::Range<usize>
 }
 
 /// Standard deviation of the valid samples of a range.
-pub fn spread_valid(x: &[f64], valid: &[bool], range: std::ops::Range<usize>) -> f64 {
+pub(crate) fn spread_valid(x: &[f64], valid: &[bool], range: std::ops::Range<usize>) -> f64 {
     let known = || range.clone().filter(|i| valid[*i]).map(|i| x[i]);
     let count = known().count().max(1) as f64;
     let mean = known().sum::<f64>() / count;
@@ -267,7 +269,7 @@ pub fn fit(
 ///
 /// # Errors
 /// A null mass without a force channel; a cost that is not finite from any start.
-pub fn fit_without_spring(
+pub(crate) fn fit_without_spring(
     ride: &Ride,
     bike: &Bike,
     settings: &Settings,
@@ -361,9 +363,7 @@ fn best_of(
     }
     let (_, plains, bread) = best.ok_or_else(|| EngineError::Diverged {
         stage: STAGE,
-        problem: format!(
-            "the plain model comes to no finite error from any of {tried} starts: is a channel's sign or unit wrong?"
-        ),
+        problem: Divergence::NoStart { starts: tried },
     })?;
     Ok(problems
         .iter()
@@ -529,7 +529,7 @@ fn least_kappa(step: f64, split: &Split) -> f64 {
 
 /// Largest k/m (1/s^2) and B/m (1/s, either sign) that samples so far apart (s) could show from an axle that is
 /// rigid: a swing in each interval, and a decay in a sixth of one.
-pub fn most(step: f64) -> [f64; 2] {
+pub(crate) fn most(step: f64) -> [f64; 2] {
     let fastest = std::f64::consts::TAU / step;
     [fastest * fastest, fastest]
 }
@@ -547,7 +547,7 @@ fn moved_by(p: &Coefficients, step: &DVector<f64>) -> Coefficients {
 
 impl AxleFit {
     /// k, B and m with standard errors by the delta method.
-    pub fn estimate(&self, weighed: bool) -> Estimate {
+    pub(crate) fn estimate(&self, weighed: bool) -> Estimate {
         let p = &self.plain;
         let m = 1.0 / p.per_mass;
         let error = |by: [f64; 3]| {

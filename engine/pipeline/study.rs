@@ -2,7 +2,6 @@
 
 use rayon::prelude::*;
 
-use crate::EngineError;
 use crate::bicycle::Bike;
 use crate::diagnosis::prepare::Prepared;
 use crate::diagnosis::study::{Ready, study as together};
@@ -13,6 +12,7 @@ use crate::report::diagnosis::{Base, Verdict};
 use crate::report::study::{LeftAside, StudyReport};
 use crate::ride::Ride;
 use crate::settings::Settings;
+use crate::{EngineError, SettingProblem};
 
 /// A ride with a name, and the bicycle as it was ridden.
 pub struct Ridden<'a> {
@@ -36,7 +36,10 @@ pub fn study(
     if let Some([first, second]) = given_twice(rides) {
         return Err(EngineError::Setting {
             name: "rides of a study",
-            problem: format!("{first} and {second} are the same record; a ride counts once"),
+            problem: SettingProblem::SameRecord {
+                first: first.to_owned(),
+                second: second.to_owned(),
+            },
         });
     }
     progress.stage("each ride");
@@ -57,18 +60,13 @@ pub fn study(
         }
     }
     if ready.len() < 2 {
-        let why: Vec<String> = aside
-            .iter()
-            .map(|a| format!("{}: {}", a.name, a.why))
-            .collect();
         return Err(EngineError::Setting {
             name: "rides of a study",
-            problem: format!(
-                "{} of {} can take part, 2 are needed. {}",
-                ready.len(),
-                rides.len(),
-                why.join("; ")
-            ),
+            problem: SettingProblem::TooFewRides {
+                ready: ready.len(),
+                given: rides.len(),
+                left_aside: aside.into_iter().map(|a| (a.name, a.why)).collect(),
+            },
         });
     }
     progress.stage("together");

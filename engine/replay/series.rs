@@ -30,6 +30,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
+    /// SI unit of the values.
     pub fn unit(self) -> &'static str {
         match self {
             Quantity::Displacement => "m",
@@ -63,16 +64,22 @@ pub struct Curve {
     /// `measured`, `least_squares`, `swarm`, `plain` (output error), `residual` (measured - plain) or
     /// `observer` (the observer's own state).
     pub name: &'static str,
+    /// One value per sample of the ride, in the series' unit.
     pub values: Vec<f64>,
 }
 
 /// The curves of both axles on the ride's clock.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
+    /// What the curves show.
     pub quantity: Quantity,
+    /// Time of the first sample (s).
     pub start_s: f64,
+    /// Sample interval (s).
     pub step_s: f64,
+    /// Number of samples, the same in every curve.
     pub samples: usize,
+    /// Curves of each axle.
     pub axles: PerAxle<Vec<Curve>>,
 }
 
@@ -166,7 +173,9 @@ fn extremes(values: &[f64]) -> [f64; 2] {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Window {
+    /// What the curves show.
     pub quantity: Quantity,
+    /// SI unit of the curves.
     pub unit: String,
     /// Whether values stand for stretches of samples: each stretch's smallest and largest.
     pub thinned: bool,

@@ -8,6 +8,7 @@ use super::Method;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct ReportedParameter {
+    /// As estimated, or as the bike file gives it.
     pub value: f64,
     /// Standard error, in the same unit; null where `why` says so.
     pub std_error: Option<f64>,

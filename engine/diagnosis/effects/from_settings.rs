@@ -1,9 +1,9 @@
 //! The user's own law as settings hold it.
 
 use super::Kind;
-use crate::EngineError;
 use crate::diagnosis::law::OwnLaw;
-use crate::settings::{Settings, out_of_range};
+use crate::settings::Settings;
+use crate::{EngineError, SettingProblem};
 
 /// The user's own law, if there is one.
 ///
@@ -13,12 +13,16 @@ pub fn users_law(settings: &Settings) -> Result<Option<OwnLaw>, EngineError> {
     let Some(text) = &settings.law else {
         return Ok(None);
     };
-    let law = OwnLaw::read(text).map_err(|e| out_of_range("law", e.to_string()))?;
+    let law = OwnLaw::read(text).map_err(|e| wrong(SettingProblem::Law(e.to_string())))?;
     match Kind::by_id(&law.id) {
-        Some(_) => {
-            let problem = format!("id: '{}' is an effect of the library already", law.id);
-            Err(out_of_range("law", problem))
-        }
+        Some(_) => Err(wrong(SettingProblem::LawTaken { id: law.id })),
         None => Ok(Some(law)),
+    }
+}
+
+fn wrong(problem: SettingProblem) -> EngineError {
+    EngineError::Setting {
+        name: "law",
+        problem,
     }
 }

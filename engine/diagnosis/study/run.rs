@@ -3,7 +3,6 @@
 use super::ready::Ready;
 use super::rounds::Rides;
 use super::tell::tell;
-use crate::EngineError;
 use crate::diagnosis::dataset::Budget;
 use crate::diagnosis::fit::Fitter;
 use crate::diagnosis::search::Search;
@@ -11,6 +10,7 @@ use crate::diagnosis::search::extend::candidates;
 use crate::progress::Progress;
 use crate::report::study::{LeftAside, StudyReport};
 use crate::settings::{Settings, within};
+use crate::{EngineError, SettingProblem};
 
 /// Rides that one study takes.
 const MOST: usize = 64;
@@ -37,10 +37,10 @@ pub fn study(
     if let Some(other) = rides.iter().find(|r| axles(r) != axles(&rides[0])) {
         return Err(EngineError::Setting {
             name: "rides of a study",
-            problem: format!(
-                "{} and {} were recorded on different axles",
-                rides[0].name, other.name
-            ),
+            problem: SettingProblem::DifferentAxles {
+                first: rides[0].name.clone(),
+                second: other.name.clone(),
+            },
         });
     }
     let searches = rides.iter().map(|ride| search(ride, settings, progress));
