@@ -61,7 +61,7 @@ pub struct Settings {
     /// called immaterial in the report (0 to 1).
     pub materiality: f64,
     /// Steps of the integrator, each for eight parameter sets, that the search for missing physics may take for every
-    /// sample of an axle (100 to 1 000 000). When they are spent it shows what it has.
+    /// sample of an axle (100 to 1 000 000). When they are spent it reports what it has.
     pub search_budget: f64,
     /// A law of one's own that is looked for beside those of the library: TOML, see docs/own-law.md.
     pub law: Option<String>,

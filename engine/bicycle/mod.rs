@@ -277,7 +277,7 @@ impl Bike {
         }
     }
 
-    /// The mass on an axle; unknown only where a measured force shows it.
+    /// The mass on an axle; unknown only where a measured force determines it.
     pub fn mass_or_force(&self, axle: Axle, has_force: bool) -> Result<Option<f64>, BikeError> {
         let mass = self.mass(axle);
         if mass.is_none() && !has_force {

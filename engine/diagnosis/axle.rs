@@ -34,7 +34,7 @@ pub struct OnAxle {
     pub warnings: Vec<String>,
 }
 
-/// What all that is reported of an axle is distinguished from.
+/// What everything that is reported of an axle is made from.
 pub struct AxleReporter<'a> {
     pub prepared: &'a Prepared,
     pub decision: &'a Decision,
@@ -230,7 +230,7 @@ fn missing(judged: &Judged, motion: &Motion) -> Vec<f64> {
     }
 }
 
-/// What is left on an axle, where `found` describes that.
+/// What is left on an axle, at the places in `found`.
 fn rest(found: &Location, held_out: &HeldOut) -> Rest {
     let share = (held_out.extended_rms_m.zip(held_out.plain_rms_m))
         .and_then(|(extended, plain)| finite((extended / plain).powi(2)));

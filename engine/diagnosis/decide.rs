@@ -195,7 +195,7 @@ fn second_look(
     })
 }
 
-/// Where models tie, what they agree on, if that explains nearly all: of what they differ in only the rest is then to be reported.
+/// Where models tie, what they agree on, if that explains nearly all: of what they differ in, only the rest is then reported.
 fn agreed(first: Decision, prepared: &Prepared, search: &Search, settings: &Settings) -> Decision {
     let in_all = |term: &&Term| first.tied.iter().all(|m| m.terms.contains(term));
     let core: Vec<Term> = first.model.terms.iter().filter(in_all).copied().collect();

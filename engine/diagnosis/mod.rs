@@ -3,6 +3,7 @@
 //! The folders lead one way down, each using only those before it: `policy` (every threshold that decides), `law`, `effects`, `dataset`, `fit`, `residual`, `search`,
 //! `verdict`, `explain`, and last `study`, which asks the same of several rides. `run` goes through them all: `prepare`, `decide`, `show`.
 
+mod assemble;
 mod axle;
 mod dataset;
 mod decide;
@@ -17,7 +18,6 @@ mod residual;
 mod run;
 mod search;
 pub(crate) mod study;
-mod tell;
 #[cfg(test)]
 mod tests;
 mod verdict;

@@ -519,7 +519,7 @@ fn carried_by_a_wheel(wheel: f64) -> Ride {
     ride
 }
 
-/// A small wheel under a suspension: its share of the mass and the tyre's stiffness hardly show from each other.
+/// A small wheel under a suspension: its share of the mass and the tyre's stiffness are hardly distinguished.
 #[test]
 fn val_a_small_wheels_mass_leaves_the_tyre_its_stiffness() {
     let d = diagnosed(&carried_by_a_wheel(0.15));

@@ -53,7 +53,7 @@ pub fn read(files: &[RideFile<'_>], bike: &Bike, options: &ReadOptions) -> Resul
 impl Ride {
     /// Reads a ride from arrays of equal length, under names as a file's header has them: `t` (s), `u_f`, `u_r`, `z_f`, `z_r` (m)
     /// and whatever else `docs/ride-format.md` lists, in another unit where the name says so (`z_f [mm]`). NaN is a missing
-    /// value. What a file with the same numbers would be reported, this is reported too.
+    /// value. What a file with the same numbers would be warned of, this is warned of too.
     ///
     /// # Errors
     /// Name the column, and the sample counted from 1.
@@ -98,7 +98,7 @@ fn is_shared(a: &SensorClock, b: &SensorClock) -> bool {
     a.file.is_some() && a.file == b.file
 }
 
-/// What two lasers in one file show of its clock is put together, each counting as it is sure.
+/// What two lasers in one file say of its clock is put together, each counting as it is sure.
 fn one_for_each_file(lasers: &mut [Compared]) {
     let [front, rear] = lasers else { return };
     let (front, rear) = (&mut front.clock, &mut rear.clock);

@@ -297,7 +297,7 @@ impl ParameterReport {
     /// As people read it, under its name in the effect.
     pub fn quantity(&self, name: &str) -> Quantity {
         match name {
-            // A choice, reported by its unit; the number only shows programs apart.
+            // A choice, reported by its unit; the number only distinguishes programs.
             "side" => Quantity::choice(&self.unit),
             _ => Quantity::new(self.value, self.std_error, &self.unit),
         }

@@ -107,7 +107,7 @@ impl Report {
         mistakes.filter(move |mistake| !(reported && mistake.takes_the_verdict))
     }
 
-    /// Whether nothing but the sensors shows k and B, as no road, displacement or force was recorded.
+    /// Whether nothing but the sensors determines k and B, as no road, displacement or force was recorded.
     pub fn has_no_road(&self) -> bool {
         self.output_error.iter().next().is_none()
     }

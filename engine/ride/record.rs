@@ -132,7 +132,7 @@ impl AxleRecord {
 }
 
 impl Ride {
-    /// Whether `bike` shows the masses that this ride does not.
+    /// Whether `bike` gives the masses that this ride does not.
     pub fn fits(&self, bike: &Bike) -> Result<(), EngineError> {
         for (axle, record) in self.axles.iter() {
             bike.mass_or_force(axle, record.force.is_some())?;

@@ -326,7 +326,7 @@ impl Recording {
         }
     }
 
-    /// Doubts the time's unit where nothing that a ride is reported by has a usual rate.
+    /// Doubts the time's unit where no channel that a ride rests on has a usual rate.
     fn note_unusual_rate(&mut self, stamps: &Stamps) {
         let essential = self.tracks.values().filter(|t| {
             t.spec.channel.is_essential() && t.values.len() > 1 && !is_constant(&t.values)

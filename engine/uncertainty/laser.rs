@@ -52,7 +52,7 @@ pub(crate) fn are_unplaced(clocks: &[SensorClock]) -> bool {
     clocks.iter().any(unknown)
 }
 
-/// Why a ride's laser lets nobody show what is missing.
+/// Why a ride's laser lets nobody say what is missing.
 pub fn misleading(
     clocks: &[SensorClock],
     found: &PerAxle<Estimate>,
@@ -89,7 +89,7 @@ pub fn misleading(
 }
 
 /// Why a clock that was set right may be physics that is missing: what delays a force (a viscoelastic tyre, mass below the sensor)
-/// passes for a clock. Where both axles show k and B without the road, they show which: these and output error then agree, at the
+/// passes for a clock. Where both axles determine k and B without the road, they show which: these and output error then agree, at the
 /// family-wise false-alarm rate `alpha` or to within what is believed.
 pub(crate) fn unconfirmed(
     clocks: &[SensorClock],

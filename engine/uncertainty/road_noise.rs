@@ -48,7 +48,7 @@ pub fn borne(found: &PerAxle<Estimate>, by: &PerAxle<Parameters>) -> PerAxle<Est
     })
 }
 
-/// Why a ride's road channel lets nobody show what is missing.
+/// Why a ride's road channel lets nobody say what is missing.
 pub fn decides(found: &PerAxle<Estimate>, by: &PerAxle<Parameters>) -> Option<String> {
     let too_much = |(axle, e): (Axle, &Estimate)| {
         let by = by.get(axle).filter(|by| is_too_much(e, by))?;

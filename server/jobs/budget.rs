@@ -1,4 +1,4 @@
-//! What memory a job needs, reported before it is begun.
+//! What memory a job needs, estimated before it starts.
 
 use serde::{Deserialize, Serialize};
 use veloid_engine::Settings;

@@ -6,7 +6,7 @@ use crate::diagnosis::law::own::{OwnLaw, OwnMotion, OwnParameter, Where};
 use crate::diagnosis::law::*;
 use crate::numerics::lanes::LANES;
 
-/// What shows one law's plan from another's.
+/// What distinguishes one law's plan from another's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Shape {
     /// 1 to [`MAX_PARAMETERS`].

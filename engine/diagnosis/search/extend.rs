@@ -71,7 +71,7 @@ fn places(acts: Acts, allowed: &[Axle]) -> Vec<Place> {
 }
 
 /// Whether the model is so far from the ride on the axles of `unit` that its own stiffness and
-/// damping may be wrong by factors, and linear predicts mean little.
+/// damping may be wrong by factors, and linear predictions mean little.
 pub fn is_far(dataset: &Dataset, model: &Model, unit: &Unit) -> bool {
     unit.tracks.iter().any(|t| {
         let track = &dataset.tracks[*t];
@@ -122,7 +122,7 @@ pub fn extend(
     let mut order: Vec<&Prediction> = signatures.starts.iter().collect();
     order.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     let spec = unit.terms[at].kind.spec();
-    // A linear predict shows little of an effect with states of its own.
+    // A linear prediction says little of an effect with states of its own.
     let near = if spec.amplitudes.is_empty() || spec.states > 1 {
         3
     } else {

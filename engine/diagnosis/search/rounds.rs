@@ -39,7 +39,7 @@ impl Search<'_> {
         let mut near: Vec<Term> = Vec::new();
         // The last model whose every effect proved itself on the held-out part.
         let mut proven = self.plain.clone();
-        // The model with the noise under which predicts are looked for, where that is not its own.
+        // The model with the noise under which predictions are made, where that is not its own.
         let mut prewhitened: Option<Model> = None;
         while model.terms.len() < policy::MOST_TERMS && !self.is_spent() {
             self.check()?;

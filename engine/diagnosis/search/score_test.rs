@@ -180,7 +180,7 @@ impl Along<'_> {
     }
 }
 
-/// What starts with one direction each predict together; `columns` by ride.
+/// What starts with one direction each are predicted to gain together; `columns` by ride.
 fn predicted_gain(
     rides: &[Along],
     (unit, at): (&Unit, usize),

@@ -2,11 +2,11 @@
 
 use super::ready::Ready;
 use super::rounds::Rides;
-use super::tell::tell;
 use crate::diagnosis::dataset::Budget;
 use crate::diagnosis::fit::Fitter;
 use crate::diagnosis::search::Search;
 use crate::diagnosis::search::extend::candidates;
+use crate::diagnosis::study::assemble::assemble;
 use crate::progress::Progress;
 use crate::report::study::{LeftAside, StudyReport};
 use crate::settings::{Settings, within};
@@ -50,7 +50,7 @@ pub fn study(
         seed: settings.seed,
     };
     let found = study.run()?;
-    tell(&study, rides, found, left_aside, settings)
+    assemble(&study, rides, found, left_aside, settings)
 }
 
 fn search<'a>(ride: &'a Ready, settings: &Settings, progress: &'a dyn Progress) -> Search<'a> {

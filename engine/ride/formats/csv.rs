@@ -89,7 +89,7 @@ struct Rows<'a> {
     names: &'a [String],
     /// The output column of the time; a row may then be left out when all its cells are blank.
     time: Option<usize>,
-    /// The first time stamp, where they are times of day: what all of them are reported since.
+    /// The first time stamp, where they are times of day: what all of them are counted from.
     first: Option<Moment>,
     /// Whether a cell that begins with a number is one.
     plain: bool,

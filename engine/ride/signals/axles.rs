@@ -314,7 +314,7 @@ impl Parts {
     }
 }
 
-/// Says whether the force answers to a prescribed motion, where that is open or reported by the channels, and which way it counts.
+/// Says whether the force answers to a prescribed motion, where that is open or shown by the channels, and which way it counts.
 fn settle(record: &mut AxleRecord, axle: Axle, common: &mut Common<'_>, bike: &Bike) {
     let Some(force) = record.force.as_mut().filter(|f| !is_constant(f)) else {
         return;

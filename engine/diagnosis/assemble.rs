@@ -1,17 +1,17 @@
 //! The decision as a report.
 
-use super::axle::{AxleReporter, OnAxle};
-use super::dataset::Dataset;
-use super::decide::Decision;
-use super::explain::detectable::detectable;
-use super::explain::{next_ride, show, windows, words};
-use super::fit::{Fitted, Model, Term, motions};
-use super::prepare::Prepared;
-use super::search::Search;
-use super::search::null::FINEST;
-use super::verdict::carries::why_not;
-use super::verdict::judge::held_rms;
 use crate::bicycle::{Axle, Bike, PerAxle};
+use crate::diagnosis::axle::{AxleReporter, OnAxle};
+use crate::diagnosis::dataset::Dataset;
+use crate::diagnosis::decide::Decision;
+use crate::diagnosis::explain::detectable::detectable;
+use crate::diagnosis::explain::{next_ride, show, windows, words};
+use crate::diagnosis::fit::{Fitted, Model, Term, motions};
+use crate::diagnosis::prepare::Prepared;
+use crate::diagnosis::search::Search;
+use crate::diagnosis::search::null::FINEST;
+use crate::diagnosis::verdict::carries::why_not;
+use crate::diagnosis::verdict::judge::held_rms;
 use crate::document::format_number::significant;
 use crate::numerics::finite::finite;
 use crate::output_error::spread_valid;
@@ -24,7 +24,7 @@ use crate::uncertainty::identifiable::NO_VERDICT;
 const LOST: f64 = 0.1;
 
 /// The diagnosis as it is reported.
-pub fn tell(
+pub fn assemble(
     prepared: &Prepared,
     search: &Search,
     decision: &Decision,

@@ -4,9 +4,6 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::joint::Common;
-use super::ready::Ready;
-use super::rounds::{Found, Joint, Rides, settled, sum};
 use crate::EngineError;
 use crate::bicycle::PerAxle;
 use crate::diagnosis::explain::show;
@@ -15,6 +12,9 @@ use crate::diagnosis::fit::{Effort, FINE, Fitted, Model, Slot, Term};
 use crate::diagnosis::search::Search;
 use crate::diagnosis::search::criteria::cost;
 use crate::diagnosis::search::null::FINEST;
+use crate::diagnosis::study::joint::Common;
+use crate::diagnosis::study::ready::Ready;
+use crate::diagnosis::study::rounds::{Found, Joint, Rides, settled, sum};
 use crate::numerics::finite::finite;
 use crate::numerics::statistics::chi_square_tail;
 use crate::plant::Coefficient;
@@ -23,7 +23,7 @@ use crate::report::study::{LeftAside, StudyAxle, StudyEffect, StudyReport, Study
 use crate::settings::Settings;
 
 /// The report of a study.
-pub fn tell(
+pub fn assemble(
     study: &Rides,
     rides: &[Ready],
     found: Found,
