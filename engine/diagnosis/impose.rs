@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::bicycle::{Axle, Bike, PerAxle};
 use crate::diagnosis::dataset::Dataset;
-use crate::diagnosis::effects::{GENERAL_LAWS, Kind};
+use crate::diagnosis::effects::Kind;
 use crate::diagnosis::fit::{Point, Term, Unit};
 use crate::diagnosis::law::{MAX_PARAMETERS, Values};
 use crate::diagnosis::search::extend::candidates;
@@ -134,7 +134,7 @@ fn plain(dataset: &Dataset, track: usize) -> Coefficients {
 impl Imposed {
     fn term(&self, dataset: &Dataset) -> Result<Term, EngineError> {
         let kind = Kind::by_id(&self.id)
-            .filter(|kind| !GENERAL_LAWS.contains(kind))
+            .filter(|kind| !kind.spec().is_general)
             .ok_or_else(|| self.wrong(ImposedProblem::Unknown { known: ids() }))?;
         let (terms, switched_off) = candidates(dataset);
         let places: Vec<Place> = terms

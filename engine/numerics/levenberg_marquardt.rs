@@ -120,7 +120,7 @@ mod tests {
     #[test]
     fn no_step_leads_up() {
         let mut last = Valley.cost(&[-1.2, 1.0]);
-        for steps in 1..30 {
+        for steps in 1..60 {
             let cost = Valley.cost(&minimise(&Valley, [-1.2, 1.0], DAMPING, steps).unwrap());
             assert!(cost <= last, "{steps}: {cost} after {last}");
             last = cost;

@@ -22,6 +22,7 @@ impl Effect for AsymmetricDamping {
         words: "compression and rebound damp differently",
         confused_with: &["progressive_stiffness"],
         source: "Dixon, The Shock Absorber Handbook, 2nd ed. 2007",
+        family: Some(Family::Damper),
         ..Spec::ORDINARY
     };
 

@@ -56,6 +56,9 @@ impl Effect for BumpStop {
         words: "the travel ends at a stop (bottoming, rim strike)",
         confused_with: &["cubic_stiffness", "free_play", "progressive_stiffness"],
         source: "Sadauckas et al. 2024, Veh. Syst. Dyn. (rim strike)",
+        family: Some(Family::Spring),
+        is_odd: true,
+        replaces_spring: true,
         ..Spec::ORDINARY
     };
 

@@ -1,6 +1,6 @@
 //! The library as people look things up in it.
 
-use super::{ALL, GENERAL_LAWS, Kind};
+use super::{ALL, Kind};
 use crate::diagnosis::law::{Acts, MAX_PARAMETERS, Need, Scale};
 
 /// One effect, as docs/effects.md and the pages show it.
@@ -84,7 +84,7 @@ fn entry(kind: Kind) -> Entry {
             .collect(),
         confused_with: spec.confused_with,
         source: spec.source,
-        is_named: !GENERAL_LAWS.contains(&kind),
+        is_named: !kind.spec().is_general,
     }
 }
 

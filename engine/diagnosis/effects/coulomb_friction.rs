@@ -48,6 +48,8 @@ impl Effect for CoulombFriction {
         confused_with: &["quadratic_damping", "hysteresis", "guide_friction"],
         limit_of: &["hysteresis"],
         source: "Olsson et al. 1998, Eur. J. Control 4:176-195",
+        family: Some(Family::Damper),
+        is_odd: true,
         ..Spec::ORDINARY
     };
 

@@ -23,6 +23,8 @@ impl Effect for CubicStiffness {
         words: "the spring stiffens (or softens) with the cube of its deflection",
         confused_with: &["bump_stop", "free_play", "wheel_lift"],
         source: "Kerschen et al. 2006, Mech. Syst. Signal Process. 20:505-592",
+        family: Some(Family::Spring),
+        is_odd: true,
         ..Spec::ORDINARY
     };
 

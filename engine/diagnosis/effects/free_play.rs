@@ -24,6 +24,8 @@ impl Effect for FreePlay {
         words: "there is backlash: no spring force within a gap",
         confused_with: &["bump_stop", "cubic_stiffness", "hysteresis"],
         source: "Kerschen et al. 2006, Mech. Syst. Signal Process. 20:505-592",
+        family: Some(Family::Spring),
+        is_odd: true,
         ..Spec::ORDINARY
     };
 

@@ -50,6 +50,8 @@ impl Effect for FrictionCurve {
         words: "dry friction changes with the sliding rate",
         confused_with: &["coulomb_friction", "hysteresis"],
         source: "Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica 30:1083-1138",
+        family: Some(Family::Damper),
+        is_general: true,
         ..Spec::ORDINARY
     };
 

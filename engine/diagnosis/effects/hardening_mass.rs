@@ -26,6 +26,7 @@ impl Effect for HardeningMass {
         words: "the frequency of a second mass depends on how far it moves",
         confused_with: &["sprung_mass"],
         source: "Kerschen et al. 2006, Mech. Syst. Signal Process. 20:505-592",
+        is_general: true,
         ..Spec::ORDINARY
     };
 

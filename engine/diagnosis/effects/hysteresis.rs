@@ -47,6 +47,9 @@ impl Effect for Hysteresis {
         words: "the tyre or frame loses energy by rate-independent hysteresis",
         confused_with: &["coulomb_friction", "cubic_stiffness", "free_play"],
         source: "Dahl 1968, A solid friction model, Aerospace Corp. TOR-0158(3107-18)-1",
+        family: Some(Family::Damper),
+        is_odd: true,
+        case_of: Some("rate_hysteresis"),
         ..Spec::ORDINARY
     };
 

@@ -7,8 +7,8 @@
 use std::borrow::Cow;
 
 use crate::diagnosis::law::{
-    Effect, LaneValues, Lanes, MAX_PARAMETERS, Motion, Need, Pickup, Scale, Spec, Spot, States,
-    Tap, Values, as_reported,
+    Effect, Family, LaneValues, Lanes, MAX_PARAMETERS, Motion, Need, Pickup, Scale, Spec, Spot,
+    States, Tap, Values, as_reported,
 };
 
 pub mod catalogue;
@@ -194,19 +194,30 @@ library! {
     friction_curve::FrictionCurve,
 }
 
-/// General shapes that are never named, against which names are held.
-pub(crate) const GENERAL_LAWS: [Kind; 5] = [
-    Kind::PowerDamping,
-    Kind::PositionDamping,
-    Kind::FrictionCurve,
-    Kind::RateHysteresis,
-    Kind::HardeningMass,
-];
-
 impl Kind {
     /// Id in reports, such as `coulomb_friction`.
     pub fn id(self) -> &'static str {
         self.spec().id
+    }
+
+    /// Whether it is a law of this variable that can be named.
+    pub(crate) fn is_named(self, family: Family) -> bool {
+        let spec = self.spec();
+        spec.family == Some(family) && !spec.is_general
+    }
+
+    /// The general laws of a variable.
+    pub(crate) fn general(family: Family) -> impl Iterator<Item = Kind> {
+        let is_one = move |kind: &Kind| {
+            let spec = kind.spec();
+            spec.family == Some(family) && spec.is_general
+        };
+        ALL.iter().copied().filter(is_one)
+    }
+
+    /// The general law of which it is a case.
+    pub(crate) fn case_of(self) -> Option<Kind> {
+        self.spec().case_of.and_then(Kind::by_id)
     }
 
     /// The effect of the library with this id.
@@ -216,9 +227,7 @@ impl Kind {
 
     /// Every effect that may be named.
     pub fn named() -> impl Iterator<Item = Self> {
-        ALL.iter()
-            .copied()
-            .filter(|kind| !GENERAL_LAWS.contains(kind))
+        ALL.iter().copied().filter(|kind| !kind.spec().is_general)
     }
 
     /// What a ride must have for the effect to be spoken about.

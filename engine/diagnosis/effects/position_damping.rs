@@ -26,6 +26,8 @@ impl Effect for PositionDamping {
         words: "the damper depends on its position",
         confused_with: &["quadratic_damping"],
         source: "van der Pol 1926, Phil. Mag. 2:978-992",
+        family: Some(Family::Damper),
+        is_general: true,
         ..Spec::ORDINARY
     };
 

@@ -37,6 +37,8 @@ impl Effect for PowerDamping {
         words: "the damper follows some power of the rate",
         confused_with: &["coulomb_friction", "quadratic_damping"],
         source: "Worden & Tomlinson 2001, Nonlinearity in Structural Dynamics",
+        family: Some(Family::Damper),
+        is_general: true,
         ..Spec::ORDINARY
     };
 

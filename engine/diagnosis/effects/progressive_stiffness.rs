@@ -24,6 +24,7 @@ impl Effect for ProgressiveStiffness {
         words: "the spring stiffens in compression and softens in rebound",
         confused_with: &["asymmetric_damping", "wheel_lift", "bump_stop"],
         source: "Renart & Roura-Grabulosa, Am. J. Phys. 87:102 (F ~ d^1.5 of a light tyre)",
+        family: Some(Family::Spring),
         ..Spec::ORDINARY
     };
 

@@ -22,6 +22,8 @@ impl Effect for QuadraticDamping {
         words: "damping grows with the speed of deflection",
         confused_with: &["coulomb_friction", "hysteresis"],
         source: "Dixon, The Shock Absorber Handbook, 2nd ed. 2007 (flow through an orifice)",
+        family: Some(Family::Damper),
+        is_odd: true,
         ..Spec::ORDINARY
     };
 

@@ -27,6 +27,7 @@ impl Effect for RateHysteresis {
         words: "the loss depends on the rate",
         confused_with: &["hysteresis"],
         source: "Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica 30:1083-1138",
+        is_general: true,
         ..Spec::ORDINARY
     };
 

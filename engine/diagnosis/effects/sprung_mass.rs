@@ -78,6 +78,7 @@ impl Effect for SprungMass {
         words: "a part of the mass rides on its own spring (rider on the saddle, luggage)",
         confused_with: &["viscoelastic_tyre", "sensor_delay", "pitch_coupling"],
         source: "Fairley & Griffin 1989, J. Biomech. 22:81-94 (seated body)",
+        case_of: Some("hardening_mass"),
         ..Spec::ORDINARY
     };
 

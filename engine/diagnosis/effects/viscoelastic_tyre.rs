@@ -40,6 +40,8 @@ impl Effect for ViscoelasticTyre {
         words: "the tyre relaxes: part of its stiffness acts only while the deflection changes",
         confused_with: &["sprung_mass", "sensor_delay"],
         source: "Dressel & Sadauckas 2020, Appl. Sci. 10:3156 (dynamic over static stiffness)",
+        replaces_spring: true,
+        relaxes: true,
         ..Spec::ORDINARY
     };
 

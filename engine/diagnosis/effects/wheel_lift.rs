@@ -26,6 +26,8 @@ impl Effect for WheelLift {
         words: "the wheel leaves the ground: the tyre cannot pull",
         confused_with: &["progressive_stiffness", "cubic_stiffness", "bump_stop"],
         source: "paper, eq. (2): the load F_nF has no lower bound there",
+        family: Some(Family::Spring),
+        is_odd: true,
         ..Spec::ORDINARY
     };
 

@@ -4,7 +4,6 @@ use super::estimate::estimate;
 use super::model::Model;
 use super::unit::{Point, Term, Unit};
 use crate::diagnosis::dataset::Dataset;
-use crate::diagnosis::effects::Kind;
 use crate::diagnosis::policy;
 
 /// Whether the effects are physical and what is left of the plain spring and damper on their axles is one: between stops lies a
@@ -17,8 +16,8 @@ pub fn is_physical(dataset: &Dataset, plain: &Model, model: &Model) -> bool {
             return true;
         }
         let (before, after) = (estimate(dataset, plain, t), estimate(dataset, model, t));
-        let replaces = |kind| matches!(kind, Kind::BumpStop | Kind::ViscoelasticTyre);
-        let replaced = (model.terms.iter()).any(|t| replaces(t.kind) && t.acts_on(track.axle));
+        let replaced =
+            (model.terms.iter()).any(|t| t.kind.spec().replaces_spring && t.acts_on(track.axle));
         (!replaced || after.k_n_m > policy::SPRING_STAYS * before.k_n_m.abs())
             && after.b_n_s_m
                 > -policy::PUSHES * after.b_std_n_s_m.unwrap_or(0.0)
@@ -32,7 +31,7 @@ pub fn has_physical_effects(dataset: &Dataset, unit: &Unit, point: &Point) -> bo
     let is_physical = |(i, term): (usize, &Term)| {
         let values = &point.values[i];
         let reported = (term.kind.spec().report)(values, unit.scale(dataset, i));
-        let relaxes = term.kind == Kind::ViscoelasticTyre;
+        let relaxes = term.kind.spec().relaxes;
         let own = unit.tracks.iter().zip(&point.base);
         let mut own = own.filter(|(t, _)| term.acts_on(dataset.tracks[**t].axle));
         reported.iter().all(|r| r.physical)

@@ -4,7 +4,7 @@ use super::score_test::{Prediction, Signatures};
 use super::weak_form;
 use crate::bicycle::Axle;
 use crate::diagnosis::dataset::Dataset;
-use crate::diagnosis::effects::{ALL, GENERAL_LAWS, Kind, Shape};
+use crate::diagnosis::effects::{ALL, Kind, Shape};
 use crate::diagnosis::fit::Model;
 use crate::diagnosis::fit::{Effort, Fitter, Point, Term, Unit};
 use crate::diagnosis::law::{Acts, Values};
@@ -15,10 +15,7 @@ use crate::report::diagnosis::{Place, SwitchedOff};
 pub fn candidates(dataset: &Dataset) -> (Vec<Term>, Vec<SwitchedOff>) {
     let mut terms = Vec::new();
     let mut off: Vec<SwitchedOff> = Vec::new();
-    let library = ALL
-        .iter()
-        .copied()
-        .filter(|kind| !GENERAL_LAWS.contains(kind));
+    let library = ALL.iter().copied().filter(|kind| !kind.spec().is_general);
     for kind in library.chain(own_law(dataset)) {
         let mut why = None;
         let mut allowed = Vec::new();
