@@ -42,6 +42,32 @@ const ANGLE: f64 = 0.02;
 /// # Errors
 /// What cannot be simulated: an unknown effect, a wrong axle or parameter, a ride that lacks what the
 /// effect needs.
+///
+/// ```
+/// use std::collections::BTreeMap;
+/// use veloid_engine::report::diagnosis::Place;
+/// use veloid_engine::simulate::simulated_ride::SimulatedRide;
+/// use veloid_engine::{Bike, EngineError, Imposed, Ride, simulate};
+///
+/// let simulated = SimulatedRide { duration_s: 5.0, ..SimulatedRide::default() };
+/// let friction = Imposed {
+///     id: "coulomb_friction".to_owned(),
+///     axle: Place::Front,
+///     parameters: BTreeMap::from([("friction".to_owned(), 40.0)]),
+/// };
+/// let plain = simulate(&simulated, &Bike::default(), &[])?;
+/// let rubbing = simulate(&simulated, &Bike::default(), &[friction])?;
+/// assert_eq!((plain.samples, rubbing.samples), (500, 500));
+/// // 40 N of dry friction hold the front wheel nearer to the road.
+/// let spread = |ride: &Ride| {
+///     let front = ride.axles.front.as_ref().unwrap();
+///     let pairs = front.road.iter().zip(&front.displacement);
+///     pairs.map(|(u, z)| (u - z) * (u - z)).sum::<f64>()
+/// };
+/// assert!(spread(&rubbing) < 0.9 * spread(&plain));
+/// assert_eq!(plain.axles.rear, rubbing.axles.rear);
+/// # Ok::<(), EngineError>(())
+/// ```
 pub fn ride(
     simulated_ride: &SimulatedRide,
     bike: &Bike,

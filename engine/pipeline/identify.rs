@@ -26,7 +26,42 @@ use crate::uncertainty::mass::mass_error;
 use crate::uncertainty::road_noise::{borne, decides, road_noise_error, worth_reporting};
 use std::collections::BTreeMap;
 
-/// Runs all stages; trials run in parallel on the current rayon pool.
+/// Stiffness k and damping B of every axle by every method, and what physics the model leaves out. Trials of the swarm run
+/// in parallel on the current rayon pool.
+///
+/// # Errors
+/// A bike file that lacks a mass which the ride does not show either, settings out of range, a ride that does not determine k and B,
+/// a fit that diverges, cancellation.
+///
+/// ```
+/// use veloid_engine::simulate::simulated_ride::SimulatedRide;
+/// use veloid_engine::{Bike, EngineError, Settings, Silent, identify};
+///
+/// let simulated = SimulatedRide {
+///     duration_s: 10.0,
+///     noise_displacement_m: 5e-5,
+///     ..SimulatedRide::default()
+/// };
+/// let bike = Bike {
+///     mass_front_kg: simulated.front.map(|spring| spring.mass_kg),
+///     mass_rear_kg: simulated.rear.map(|spring| spring.mass_kg),
+///     ..Bike::default()
+/// };
+/// let settings = Settings {
+///     trials: 1,
+///     diagnosis: false,
+///     ..Settings::default()
+/// };
+/// let report = identify(&simulated.ride(), &bike, &settings, &Silent)?;
+/// let (found, made) = (report.output_error.front.unwrap(), simulated.front.unwrap());
+/// let std_error = found.k_std_n_m.unwrap();
+/// assert!(std_error < 0.01 * made.k_n_m && (found.k_n_m - made.k_n_m).abs() < 4.0 * std_error);
+///
+/// let unsure = Settings { trials: 0, ..settings };
+/// let error = identify(&simulated.ride(), &bike, &unsure, &Silent).unwrap_err();
+/// assert_eq!(error.to_string(), "setting trials: 0 is outside 1 to 100");
+/// # Ok::<(), EngineError>(())
+/// ```
 pub fn identify(
     ride: &Ride,
     bike: &Bike,

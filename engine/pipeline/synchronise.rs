@@ -10,6 +10,33 @@ use crate::simulate::sensor_noise::noise;
 
 /// Reads the files of a ride ([`ride::read_on_clocks`]) and brings every laser, with all else that its file holds, to the clock of
 /// the accelerometer on its axle, as far as the ride shows how they go beside each other.
+///
+/// # Errors
+/// Name the file, the line and the column, and what was expected there.
+///
+/// ```
+/// use veloid_engine::ride::RideFile;
+/// use veloid_engine::{Bike, read};
+///
+/// let mut log = "t,u_f [mm],z_f [mm]\n".to_owned();
+/// for i in 0..500 {
+///     let t = f64::from(i) / 100.0;
+///     let road = 3.0 * (9.0 * t).sin() + (31.0 * t).cos();
+///     let axle = 3.1 * (9.0 * t - 0.02).sin() + 1.2 * (31.0 * t - 0.1).cos();
+///     log += &format!("{t},{road},{axle}\n");
+/// }
+/// let file = RideFile::new("ride.csv", log.as_bytes());
+/// let ride = read(&[file], &Bike::default(), &Default::default())?;
+/// assert_eq!((ride.samples, ride.summary.rate_hz.round()), (500, 100.0));
+/// // Millimetres in the file, metres in the ride.
+/// let [front, rear] = [ride.axles.front, ride.axles.rear];
+/// assert!(front.is_some_and(|front| (front.road[0] - 1e-3).abs() < 1e-9) && rear.is_none());
+///
+/// let broken = RideFile::new("ride.csv", b"t,u_f,z_f\n0,0.001,here\n");
+/// let error = read(&[broken], &Bike::default(), &Default::default()).unwrap_err();
+/// assert_eq!((error.file(), error.kind()), ("ride.csv", "not-a-number"));
+/// # Ok::<(), veloid_engine::ride::ReadError>(())
+/// ```
 pub fn read(files: &[RideFile<'_>], bike: &Bike, options: &ReadOptions) -> Result<Ride, ReadError> {
     let by = |clocks: &[SensorClock]| ride::read_on_clocks(files, bike, options, clocks);
     let ride = by(&[])?;

@@ -15,7 +15,7 @@ pub struct Windows {
     pub count: usize,
     /// RMS error (m) of the plain model, in N where `held_out.predicted` is a force; null where it runs away.
     pub plain_rms_m: Option<f64>,
-    /// The same of the model with `effects`.
+    /// RMS error (m) of the model with `effects`, in N where `held_out.predicted` is a force; null where it runs away.
     pub extended_rms_m: Option<f64>,
     /// The model that these windows lead to, whether the verdict follows or not.
     pub effects: Vec<WindowEffect>,

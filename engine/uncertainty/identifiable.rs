@@ -41,7 +41,7 @@ pub(crate) fn identified(
 pub(crate) const UNPLACED: &str =
     "the files that it rests on have clocks of which nobody knows how they go beside each other";
 pub(crate) const MISTAKEN: &str = "the record or the bicycle has to be mended first";
-/// The same where the diagnosis came to no verdict.
+/// Why an estimate has no interval where the diagnosis came to no verdict.
 pub const NO_VERDICT: &str = "the record carries no verdict on what is missing beside it";
 
 impl Estimate {
