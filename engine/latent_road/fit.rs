@@ -22,6 +22,7 @@ const LONGEST_NOISE: f64 = 2.5;
 const DAMPING: Damping = Damping {
     first: 1e-3,
     least: 1e-9,
+    after_failure: 1e-3,
     most: 1e8,
 };
 

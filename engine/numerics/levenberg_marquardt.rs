@@ -28,13 +28,15 @@ pub trait Descent {
     }
 }
 
-/// Damping at the start, at least, and from where on a descent ends.
+/// Damping at the start, at least, and from where on a failure ends a descent.
 #[derive(Clone, Copy, Debug)]
 pub struct Damping {
     /// Relative to the diagonal of the matrix, as all of them.
     pub first: f64,
     /// Least.
     pub least: f64,
+    /// A tenth of the least after a step that led up.
+    pub after_failure: f64,
     /// Most.
     pub most: f64,
 }
@@ -69,7 +71,7 @@ pub fn minimise<D: Descent>(
                 }
             }
             None if by > damping.most || descent.gives_up(predicted) => break,
-            None => by = 10.0 * by.max(damping.first),
+            None => by = 10.0 * by.max(damping.after_failure),
         }
     }
     Some(at)
@@ -108,6 +110,7 @@ mod tests {
     const DAMPING: Damping = Damping {
         first: 1e-3,
         least: 1e-12,
+        after_failure: 1e-3,
         most: 1e12,
     };
 

@@ -32,7 +32,8 @@ const MAX_ITERATIONS: usize = 200;
 const DAMPING: Damping = Damping {
     first: 1e-3,
     least: 1e-12,
-    most: 1e12,
+    after_failure: 0.0,
+    most: 1e11,
 };
 
 type Local = SVector<f64, PARAMETERS>;
