@@ -35,3 +35,28 @@ impl Effect for FreePlay {
         force - m.kappa * m.d.max(-half).min(half)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::effects::testing::*;
+
+    #[test]
+    fn the_spring_pushes_only_beyond_half_the_gap_while_the_damper_always_does() {
+        for (d, spring) in [(0.0, 0.0), (4e-4, 0.0), (-5e-4, 0.0), (1.5e-3, 60.0), (-1.5e-3, -60.0), (-3e-3, -150.0)] {
+            for w in [-0.2, 0.0, 0.1] {
+                let at = At { d, w, ..AT };
+                near(tyre::<FreePlay>([1e-3, 0.0, 0.0, 0.0], &at), spring + 500.0 * w);
+            }
+        }
+    }
+
+    #[test]
+    fn starts_limits_and_what_is_physical() {
+        starts_lie_within_limits::<FreePlay>();
+        changes_nothing::<FreePlay>([0.0; 4]);
+        limits_are::<FreePlay>(&[[0.0, 6e-3]]);
+        physical_within::<FreePlay>([0.0; 4], [0, 0], [1e-9, 6e-3]);
+        comes_back::<FreePlay>([7e-4, 0.0, 0.0, 0.0]);
+    }
+}

@@ -26,3 +26,41 @@ fn wrong(problem: SettingProblem) -> EngineError {
         problem,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn with_law(id: &str, force: &str) -> Result<Option<OwnLaw>, EngineError> {
+        let parameters = "parameters.a = { start = 1, range = [0, 50] }";
+        users_law(&Settings {
+            law: Some(format!("id = '{id}'\nforce = '{force}'\n{parameters}")),
+            ..Settings::default()
+        })
+    }
+
+    #[test]
+    fn a_law_is_read_where_there_is_one() {
+        assert!(users_law(&Settings::default()).unwrap().is_none());
+        let law = with_law("my_spring", "a * d").unwrap().unwrap();
+        assert_eq!(law.id, "my_spring");
+        assert_eq!(law.parameters[0].range, [0.0, 50.0]);
+    }
+
+    #[test]
+    fn a_law_under_the_id_of_an_effect_is_refused() {
+        let refused = with_law("cubic_stiffness", "a * d").unwrap_err();
+        let text = refused.to_string();
+        assert!(
+            text.contains("'cubic_stiffness' is an effect of the library already"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn a_law_that_cannot_be_read_is_refused_with_its_place() {
+        let text = with_law("my_spring", "a * d +").unwrap_err().to_string();
+        assert!(text.contains("law") && text.contains("column 7"), "{text}");
+    }
+}

@@ -14,6 +14,8 @@ use crate::diagnosis::law::{
 pub mod catalogue;
 mod from_settings;
 mod own_law;
+#[cfg(test)]
+mod testing;
 
 pub(crate) use from_settings::users_law;
 pub(crate) use own_law::Shape;

@@ -36,3 +36,26 @@ impl Effect for WheelLift {
         force.max(-(p[0] * m.per_mass))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::effects::testing::*;
+
+    #[test]
+    fn the_tyre_pulls_no_more_than_its_load() {
+        for (d, w, force) in [(2e-3, 0.1, 170.0), (-1e-3, 0.0, -60.0), (-2e-3, 0.1, -70.0), (-2e-3, -0.1, -100.0), (-1.0, 0.0, -100.0)] {
+            near(tyre::<WheelLift>([100.0, 0.0, 0.0, 0.0], &At { d, w, ..AT }), force);
+        }
+    }
+
+    /// At 300 N, of which the tyre is never relieved when it pulls less.
+    #[test]
+    fn starts_limits_and_what_is_physical() {
+        starts_lie_within_limits::<WheelLift>();
+        limits_are::<WheelLift>(&[[6.0, 6000.0]]);
+        physical_within::<WheelLift>([0.0; 4], [0, 0], [150.0, 600.0]);
+        comes_back::<WheelLift>([250.0, 0.0, 0.0, 0.0]);
+        changes_nothing::<WheelLift>([6000.0, 0.0, 0.0, 0.0]);
+    }
+}
