@@ -16,7 +16,7 @@ use crate::diagnosis::verdict::by_windows;
 use crate::diagnosis::verdict::carries::has_size;
 use crate::diagnosis::verdict::choose::{Chosen, choose};
 use crate::diagnosis::verdict::general_laws::{dominates, is_curve, is_outgrown};
-use crate::diagnosis::verdict::judge::{Judged, judge};
+use crate::diagnosis::verdict::judge::{Candidate, Judged, judge};
 use crate::diagnosis::verdict::partly::{self, Partly, Rest, partly};
 use crate::diagnosis::verdict::windows::Sights;
 use crate::numerics::spectrum::most_white;
@@ -422,12 +422,15 @@ fn judged(
 ) -> Vec<Judged> {
     let fitter = prepared.fitter();
     let of_track = |t| {
-        let shown = (prepared.is_dithered()).then_some((prepared.record(), shown));
+        let candidate = Candidate {
+            model,
+            motions,
+            shown: (prepared.is_dithered()).then_some((prepared.record(), shown)),
+        };
         judge(
             &fitter,
             &prepared.recorded,
-            (model, motions),
-            shown,
+            &candidate,
             t,
             &prepared.split,
             settings,

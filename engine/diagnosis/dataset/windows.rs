@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use super::inputs::Track;
+use super::track::Track;
 use crate::diagnosis::policy;
 use crate::numerics::spectrum::median_frequency;
 use crate::numerics::statistics::variance;

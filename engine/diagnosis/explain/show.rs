@@ -41,16 +41,45 @@ fn reported(
 ) -> Option<EffectReport> {
     let fit = model.fits.iter().find(|f| f.unit.terms.contains(term))?;
     let at = fit.unit.terms.iter().position(|t| t == term)?;
-    let spec = term.kind.spec();
     let scale = fit.unit.scale(dataset, at);
-    let values = fit.point.values[at];
-    let reported = (spec.report)(&values, scale);
     let unreported: Vec<&str> = unlearned(dataset, fit)
         .filter(|(of, ..)| *of == term)
         .map(|(_, name, ..)| name)
         .collect();
+    let parameters = parameters(dataset, fit, at, &unreported, least);
+    let words = term.kind.words_on(scale);
+    let sentence = sentence(term.place, words, &parameters, &unreported);
+    Some(EffectReport {
+        id: term.kind.id_on(scale).to_owned(),
+        axle: term.place,
+        parameters: parameters
+            .into_iter()
+            .map(|(name, p)| (name.into_owned(), p))
+            .collect(),
+        p_value,
+        separation: separation.and_then(finite).map(|s| s.max(0.0)),
+        affirmed: false,
+        support: None,
+        adequate: true,
+        material: true,
+        sentence,
+    })
+}
+
+/// The parameters of the effect `at` of a fit, each with its standard error or the reason why it has none. `unreported`:
+/// those that the ride says too little of.
+fn parameters(
+    dataset: &Dataset,
+    fit: &Fitted,
+    at: usize,
+    unreported: &[&str],
+    least: &[f64],
+) -> Vec<(Cow<'static, str>, ParameterReport)> {
+    let spec = fit.unit.terms[at].kind.spec();
+    let scale = fit.unit.scale(dataset, at);
+    let values = fit.point.values[at];
     let twin = twin(fit).map(|(_, _, values)| (spec.report)(&values, scale));
-    let known = |(i, (r, error)): (usize, (&Reported, Option<f64>))| {
+    let known = |i: usize, r: &Reported, error: Option<f64>| {
         let error = error.map(|error| least.get(i).map_or(error, |least| error.max(*least)));
         if unreported.contains(&&*r.name) {
             return Err(BEYOND_PRIOR.to_owned());
@@ -65,12 +94,12 @@ fn reported(
         identified(r.value, error, as_good_as_zero(&r.unit), &r.unit)
     };
     let errors = standard_errors(dataset, fit, at, &values, scale);
-    let errors: Vec<Result<f64, String>> =
-        reported.iter().zip(errors).enumerate().map(known).collect();
-    let parameters: Vec<(Cow<str>, ParameterReport)> = reported
+    (spec.report)(&values, scale)
         .into_iter()
         .zip(errors)
-        .map(|(r, error)| {
+        .enumerate()
+        .map(|(i, (r, error))| {
+            let error = known(i, &r, error);
             (
                 r.name,
                 ParameterReport {
@@ -81,7 +110,16 @@ fn reported(
                 },
             )
         })
-        .collect();
+        .collect()
+}
+
+/// An effect in a sentence.
+fn sentence(
+    place: Place,
+    words: &str,
+    parameters: &[(Cow<str>, ParameterReport)],
+    unreported: &[&str],
+) -> String {
     let reported = parameters
         .iter()
         .map(|(name, p)| {
@@ -93,26 +131,12 @@ fn reported(
         })
         .collect::<Vec<_>>()
         .join(", ");
-    let place = match term.place {
+    let place = match place {
         Place::Front => "on the front axle",
         Place::Rear => "on the rear axle",
         Place::Both => "on both axles",
     };
-    Some(EffectReport {
-        id: term.kind.id_on(scale).to_owned(),
-        axle: term.place,
-        parameters: parameters
-            .into_iter()
-            .map(|(name, p)| (name.into_owned(), p))
-            .collect(),
-        p_value,
-        separation: separation.and_then(finite).map(|s| s.max(0.0)),
-        affirmed: false,
-        support: None,
-        adequate: true,
-        material: true,
-        sentence: format!("{place}, {}: {reported}", term.kind.words_on(scale)),
-    })
+    format!("{place}, {words}: {reported}")
 }
 
 /// An effect that acts although something else is left: its intervals are those of the jackknife, where these are wider.

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::damped::{Normal, stepped};
-use super::fitter::products;
+use super::normal_equations::products;
 use super::unit::{Point, Slot, Unit};
 use crate::diagnosis::dataset::{Dataset, Track};
 use crate::numerics::lanes::{LANES, Lanes};

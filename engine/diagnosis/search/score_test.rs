@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::fit::COARSE;
-use crate::diagnosis::fit::fitter::whitened;
+use crate::diagnosis::fit::normal_equations::whitened;
 use crate::diagnosis::fit::tangent::{Tangent, spread, tangent_for};
 use crate::diagnosis::fit::{Fitter, Model, Point, Term, Unit};
 use crate::diagnosis::law::{MAX_PARAMETERS, Values};

@@ -3,7 +3,8 @@
 use crate::ride::channels::table::{LARGEST, Spec, Table};
 use crate::ride::channels::unit::Unit;
 use crate::ride::error::{Problem, ReadError};
-use crate::ride::formats::dialect::{Decimal, Dialect, Separator, is_comment, sniff};
+use crate::ride::formats::cells::Separator;
+use crate::ride::formats::dialect::{Decimal, Dialect, is_comment, sniff};
 use crate::ride::formats::header::Offered;
 use crate::ride::formats::moment::Moment;
 use crate::ride::formats::source::{Source, binary};
