@@ -11,6 +11,7 @@ use crate::diagnosis::prepare::Prepared;
 use crate::diagnosis::search::Search;
 use crate::diagnosis::search::null::FINEST;
 use crate::diagnosis::verdict::carries::why_not;
+use crate::diagnosis::verdict::effect_report;
 use crate::diagnosis::verdict::judge::held_rms;
 use crate::document::format_number::significant;
 use crate::numerics::finite::finite;
@@ -173,7 +174,7 @@ fn tested(
         let p = round.and_then(|r| finite(r.p_value.max(FINEST)));
         let separation = less.map(|less| model.likelihood - less.likelihood);
         let record = prepared.record();
-        let mut effect = show::effect(record, &decision.corrected, term, separation, p)?;
+        let mut effect = effect_report::effect(record, &decision.corrected, term, separation, p)?;
         let less = less.unwrap_or(&search.plain);
         effect.material = is_material(prepared, term, model, less, settings.materiality);
         Some((*term, effect))
@@ -208,7 +209,7 @@ fn warnings(
     let mut warnings = prepared.warnings.clone();
     let record = prepared.record();
     for fit in &decision.shown.fits {
-        for (term, name, value, deviation) in show::unlearned(record, fit) {
+        for (term, name, value, deviation) in effect_report::unlearned(record, fit) {
             warnings.push(format!(
                 "{} ({}): {name} is not identifiable beyond what is expected of any bicycle, {value} ± {:.1} (95 %); k, B and \
                  the effect's other parameters rest on that and have no intervals",
@@ -258,7 +259,7 @@ fn warnings(
 
 /// That other numbers explain an axle in exactly the same way.
 fn twin(record: &Dataset, fit: &Fitted) -> Option<String> {
-    let (term, [kappa, beta], values) = show::twin(fit)?;
+    let (term, [kappa, beta], values) = effect_report::twin(fit)?;
     let track = fit.unit.tracks.first().map(|t| &record.tracks[*t])?;
     let mass = track.scale.mass;
     let reported = (term.kind.spec().report)(&values, &track.scale);

@@ -3,7 +3,6 @@
 use crate::EngineError;
 use crate::bicycle::PerAxle;
 use crate::diagnosis::dataset::{Dataset, Track};
-use crate::diagnosis::explain::{input_noise, show};
 use crate::diagnosis::fit::physical::is_physical;
 use crate::diagnosis::fit::polish::polish;
 use crate::diagnosis::fit::refine::refined;
@@ -15,7 +14,9 @@ use crate::diagnosis::verdict::affirm::Claim;
 use crate::diagnosis::verdict::by_windows;
 use crate::diagnosis::verdict::carries::has_size;
 use crate::diagnosis::verdict::choose::{Chosen, choose};
+use crate::diagnosis::verdict::effect_report;
 use crate::diagnosis::verdict::general_laws::{dominates, is_curve, is_outgrown};
+use crate::diagnosis::verdict::input_noise;
 use crate::diagnosis::verdict::judge::{Candidate, Judged, judge};
 use crate::diagnosis::verdict::partly::{self, Partly, Rest, partly};
 use crate::diagnosis::verdict::windows::Sights;
@@ -457,7 +458,7 @@ fn is_swallowed(search: &Search, decision: &Decision, record: &Dataset) -> bool 
         .map(|removed| -0.5 * search.fitter.samples as f64 * (1.0 - removed).ln())
         .sum();
     let sized = |t: &Term| {
-        let effect = show::effect(record, &decision.corrected, t, None, None);
+        let effect = effect_report::effect(record, &decision.corrected, t, None, None);
         effect.is_some_and(|e| has_size(&e))
     };
     !model.terms.is_empty()

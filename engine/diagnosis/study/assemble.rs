@@ -15,6 +15,7 @@ use crate::diagnosis::search::null::FINEST;
 use crate::diagnosis::study::joint::Common;
 use crate::diagnosis::study::ready::Ready;
 use crate::diagnosis::study::rounds::{Found, Joint, Rides, settled, sum};
+use crate::diagnosis::verdict::effect_report;
 use crate::numerics::finite::finite;
 use crate::numerics::statistics::chi_square_tail;
 use crate::plant::Coefficient;
@@ -192,10 +193,11 @@ fn effect(
     let rest = total - gains[at];
     let alone = differs < study.alpha && rest < cost(&[term], study.samples());
     let dataset = study.searches[0].fitter.dataset;
-    let mut reported = show::effect(dataset, &whole.models[0], &term, Some(total), p_value)?;
+    let mut reported =
+        effect_report::effect(dataset, &whole.models[0], &term, Some(total), p_value)?;
     reported.affirmed = !is_tied && !alone;
     let parameters = |(search, model): (&Search, &Model)| -> BTreeMap<String, ParameterReport> {
-        show::effect(search.fitter.dataset, model, &term, None, None)
+        effect_report::effect(search.fitter.dataset, model, &term, None, None)
             .map_or_else(BTreeMap::new, |e| e.parameters)
     };
     Some(StudyEffect {
