@@ -108,7 +108,7 @@ fn preamble(lines: &[Line<'_>], options: &ReadOptions) -> usize {
 }
 
 /// Whether a cell is the name of a channel, its own or the mapping's.
-fn is_known(cell: &String, options: &ReadOptions) -> bool {
+fn is_known(cell: &str, options: &ReadOptions) -> bool {
     let mapped = options
         .map
         .values()
