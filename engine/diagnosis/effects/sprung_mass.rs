@@ -177,7 +177,7 @@ mod tests {
         let typical = f64::sqrt(2000.0) / TAU;
         near(highest(&Scale::TYPICAL), 3.0 * typical);
         let drive = highest(&Scale { k: 1.0, ..Scale::TYPICAL });
-        assert!(80.0 / 1.5 <= drive && drive < 80.0, "{drive}");
+        assert!((80.0 / 1.5..80.0).contains(&drive), "{drive}");
     }
 
     /// Two masses on the tyre's spring and the other's, over the whole mass.
