@@ -53,4 +53,11 @@ mod tests {
         physical_within::<GroundDamping>([0.0; 4], [0, 0], [0.0, 5e4]);
         comes_back::<GroundDamping>([300.0, 0.0, 0.0, 0.0]);
     }
+
+    #[test]
+    #[ignore = "damps is left at zero: from 16 000 N s/m on, a third of the limit, one step in 5 ms blows up"]
+    fn the_integrator_is_told_how_strongly_the_mass_is_damped() {
+        let told = (GroundDamping::SPEC.damps)(&[2e4, 0.0, 0.0, 0.0], &Scale::TYPICAL);
+        near(told, 2e4);
+    }
 }

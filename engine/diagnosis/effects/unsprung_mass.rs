@@ -201,4 +201,17 @@ mod tests {
         physical_within::<UnsprungMass>(VALUES, [2, 2], [0.0, 1.5]);
         comes_back::<UnsprungMass>(VALUES);
     }
+
+    #[test]
+    #[ignore = "stiffens counts the tyre on the wheel but not the suspension, which is stiffer for every start"]
+    fn no_mode_is_faster_than_the_integrator_is_told() {
+        for start in (UnsprungMass::SPEC.starts)(&Scale::TYPICAL) {
+            let told = (60e3 + (UnsprungMass::SPEC.stiffens)(&start, &Scale::TYPICAL)) / 30.0;
+            let [share, spring] = [start[0], (1.0 - start[0]) * (start[1] * TAU).powi(2)];
+            let [wheel, above] = [(2000.0 + spring) / share, spring / (1.0 - share)];
+            let mean = 0.5 * (wheel + above);
+            let fastest = mean + f64::sqrt(mean * mean - 2000.0 * spring / share / (1.0 - share));
+            assert!(fastest < 1.001 * told, "{start:?}: {fastest}, told {told}");
+        }
+    }
 }

@@ -44,12 +44,13 @@ mod tests {
 
     #[test]
     fn the_tyre_pulls_no_more_than_its_load() {
-        for (d, w, force) in [(2e-3, 0.1, 170.0), (-1e-3, 0.0, -60.0), (-2e-3, 0.1, -70.0), (-2e-3, -0.1, -100.0), (-1.0, 0.0, -100.0)] {
+        for (d, w, force) in [(2e-3, 0.1, 170.0), (-1e-3, 0.0, -60.0), (-2e-3, 0.1, -70.0), (-2e-3, -0.1, -100.0), (-1.0, 0.0, -100.0)]
+        {
             near(tyre::<WheelLift>([100.0, 0.0, 0.0, 0.0], &At { d, w, ..AT }), force);
         }
     }
 
-    /// At 300 N, of which the tyre is never relieved when it pulls less.
+    /// The wheel rests with 300 N; a load that no pull comes up to changes nothing.
     #[test]
     fn starts_limits_and_what_is_physical() {
         starts_lie_within_limits::<WheelLift>();
