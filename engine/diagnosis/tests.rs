@@ -51,13 +51,13 @@ fn bike() -> Bike {
 
 /// A minute on a road with 50 um of noise on z; `missing` (t, d, w) is a force on the front axle (N).
 fn ride(missing: impl Fn(f64, f64, f64) -> f64) -> Ride {
-    ridden(SimulatedRide::default().ride(), missing)
+    ridden(SimulatedRide::default().ride(), 9, missing)
 }
 
-/// The same on the road of `ride`.
-fn ridden(mut ride: Ride, missing: impl Fn(f64, f64, f64) -> f64) -> Ride {
+/// The same on the road of `ride`, with noise of a seed.
+fn ridden(mut ride: Ride, seed: u64, missing: impl Fn(f64, f64, f64) -> f64) -> Ride {
     const FINE: usize = 20;
-    let mut noise = Normal::new(9);
+    let mut noise = Normal::new(seed);
     let step = ride.step_s;
     ride.axles = ride.axles.map(|axle, record| {
         let slope = slopes(&record.road, step);
@@ -314,7 +314,7 @@ fn val_the_edge_of_a_mass_step_is_found_to_a_sample() {
             0.0
         }
     };
-    let d = diagnosed(&ride(less));
+    let d = diagnosed(&ridden(SimulatedRide::default().ride(), 19, less));
     assert_eq!(d.verdict, Verdict::Named, "{}", d.sentence);
     assert_eq!(d.effects[0].id, "mass_step");
     let found = &d.effects[0].parameters;
@@ -546,7 +546,7 @@ fn val_a_wheel_out_of_round_is_named_through_a_noisy_speed() {
     for (i, u) in front.road.iter_mut().enumerate() {
         *u += amplitude * (6.5 * 0.01 * i as f64 / radius + 1.4).sin();
     }
-    let mut ride = ridden(ride, |_, _, _| 0.0);
+    let mut ride = ridden(ride, 9, |_, _, _| 0.0);
     ride.axles.front.as_mut().unwrap().road = flat.front.unwrap().road;
     let mut noise = Normal::new(3);
     ride.speed = (ride.speed).map(|v| v.iter().map(|v| v + 0.012 * noise.draw()).collect());
@@ -602,7 +602,7 @@ fn val_roughness_is_not_taken_for_noise_of_the_road() {
             ..record.clone()
         }
     });
-    let d = diagnosed(&ridden(rough, |_, _, _| 0.0));
+    let d = diagnosed(&ridden(rough, 9, |_, _, _| 0.0));
     for axle in [Axle::Front, Axle::Rear] {
         let e = d.extended.get(axle).unwrap();
         assert!(

@@ -61,6 +61,6 @@ mod tests {
     #[test]
     fn a_law_that_cannot_be_read_is_refused_with_its_place() {
         let text = with_law("my_spring", "a * d +").unwrap_err().to_string();
-        assert!(text.contains("law") && text.contains("column 7"), "{text}");
+        assert!(text.contains("law") && text.contains("column 8"), "{text}");
     }
 }
