@@ -212,7 +212,7 @@ impl Imposed {
             })?;
             given.push(*value);
         }
-        let values = term.kind.from_reported(&given, &track.scale);
+        let values = term.kind.values_of(&given, &track.scale);
         for (back, given) in report(&values).iter().zip(&given) {
             if !back.physical || !((back.value - given).abs() <= 1e-9 * given.abs()) {
                 return Err(self.wrong(ImposedProblem::OutOfRange {

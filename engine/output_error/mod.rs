@@ -362,7 +362,7 @@ fn best_of(
             best = Some(found);
         }
     }
-    let (_, plains, bread) = best.ok_or_else(|| EngineError::Diverged {
+    let (_, plains, bread) = best.ok_or(EngineError::Diverged {
         stage: STAGE,
         problem: Divergence::NoStart { starts: tried },
     })?;

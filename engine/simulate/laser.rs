@@ -64,7 +64,7 @@ impl Laser {
             *RATES_HZ.end(),
         )?;
         let fine = simulated_ride.fine();
-        let record = fine.axles.get(self.axle).ok_or_else(|| EngineError::Ride {
+        let record = fine.axles.get(self.axle).ok_or(EngineError::Ride {
             axle: self.axle,
             problem: RideProblem::OnlyLaser,
         })?;

@@ -67,7 +67,7 @@ pub fn benchmark(ride: &Ride) -> Result<Line, EngineError> {
     let kernels = Axle::BOTH
         .into_iter()
         .map(|axle| {
-            let record = ride.axles.get(axle).ok_or_else(|| EngineError::Ride {
+            let record = ride.axles.get(axle).ok_or(EngineError::Ride {
                 axle,
                 problem: RideProblem::NotBothAxles,
             })?;

@@ -113,7 +113,7 @@ macro_rules! library {
                 }
             }
 
-            pub(crate) fn from_reported(self, reported: &[f64], scale: &Scale) -> Values {
+            pub(crate) fn values_of(self, reported: &[f64], scale: &Scale) -> Values {
                 match self {
                     Kind::Own(_) => as_reported(reported),
                     $(Kind::$name => $file::$name::from_reported(reported, scale)),*

@@ -328,7 +328,7 @@ mod tests {
     fn what_is_reported_leads_back_to_the_values() {
         let law = OwnLaw::read(TYRE).unwrap();
         let kind = Kind::Own(Shape::of(&law));
-        let back = kind.from_reported(&VALUES[..3], &Scale::TYPICAL);
+        let back = kind.values_of(&VALUES[..3], &Scale::TYPICAL);
         assert_eq!(back, VALUES);
     }
 
