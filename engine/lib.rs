@@ -13,42 +13,34 @@
 #![warn(missing_docs)]
 
 pub mod bicycle;
-#[allow(missing_docs)]
 pub mod diagnosis;
 pub mod document;
 mod error;
 mod latent_road;
-#[allow(missing_docs)]
 pub mod least_squares;
 mod mistakes;
 mod numerics;
-#[allow(missing_docs)]
 pub mod observer;
-#[allow(missing_docs)]
 pub mod output_error;
 mod pipeline;
+pub mod plant;
 mod progress;
-#[allow(missing_docs)]
 pub mod replay;
-#[allow(missing_docs)]
 pub mod report;
 pub mod ride;
-#[allow(missing_docs)]
-pub mod roll;
+mod roll;
 mod settings;
 pub mod simulate;
 #[cfg(test)]
 #[path = "../tests/skips.rs"]
 mod skips;
-#[allow(missing_docs)]
 pub mod swarm;
-#[allow(missing_docs)]
 pub mod uncertainty;
 
 pub use bicycle::Bike;
 pub use diagnosis::impose::{Imposed, ride as simulate};
 pub use document::is_unseen;
-pub use error::EngineError;
+pub use error::{Divergence, EngineError, ImposedProblem, RideProblem, SettingProblem};
 pub use pipeline::{Ridden, assemble, conclude, diagnose, identify, observe, read, study};
 pub use progress::{Progress, Silent};
 pub use report::Report;

@@ -106,12 +106,18 @@ pub fn roll(ride: &Ride, bike: &Bike, front_load: Option<&[f64]>) -> Option<Roll
         notes.push("no roll channel: eq. (4) takes the steady roll angle of eq. (3)".to_owned());
     }
     let angle = ride.roll.as_ref().unwrap_or(&steady);
-    let acceleration = acceleration(ride, bike, speed, yaw_rate, angle, front_load, &mut notes);
-    let measured = ride
+    let measured = Measured {
+        speed,
+        yaw_rate,
+        angle,
+        front_load,
+    };
+    let acceleration = acceleration(ride, bike, &measured, &mut notes);
+    let observed = ride
         .roll
         .as_ref()
         .map(|r| states(r, ride.step_s).acceleration);
-    let errors = acceleration.as_ref().zip(measured).map(|(a, b)| {
+    let errors = acceleration.as_ref().zip(observed).map(|(a, b)| {
         let after = (1.0 / ride.step_s) as usize;
         let e = a.iter().zip(b).skip(after).map(|(a, b)| a - b);
         let (largest, sum, count) = e.fold((0.0_f64, 0.0, 0_usize), |(l, s, c), e| {
@@ -135,16 +141,23 @@ pub fn roll(ride: &Ride, bike: &Bike, front_load: Option<&[f64]>) -> Option<Roll
     })
 }
 
+/// At every sample: what eq. (4) takes as it is, without a derivative.
+struct Measured<'a> {
+    speed: &'a [f64],
+    yaw_rate: &'a [f64],
+    /// The roll angle, measured or steady.
+    angle: &'a [f64],
+    front_load: Option<&'a [f64]>,
+}
+
 /// Eq. (4) along the ride, where bike and ride have what it needs; derivatives by the observer.
 fn acceleration(
     ride: &Ride,
     bike: &Bike,
-    speed: &[f64],
-    yaw_rate: &[f64],
-    angle: &[f64],
-    front_load: Option<&[f64]>,
+    measured: &Measured,
     notes: &mut Vec<String>,
 ) -> Option<Vec<f64>> {
+    let front_load = measured.front_load;
     let mut lacking = Vec::new();
     if bike.roll.is_none() {
         lacking.push("the bike file has no roll parameters");
@@ -169,7 +182,7 @@ fn acceleration(
     let radius = [bike.wheel_radius_front_m?, bike.wheel_radius_rear_m?];
     let c = Coefficients::new(bike.roll.as_ref()?, radius);
     let steer = states(ride.steer.as_ref()?, ride.step_s);
-    let yaw = states(yaw_rate, ride.step_s);
+    let yaw = states(measured.yaw_rate, ride.step_s);
     let lateral = ride.lateral_speed.as_ref().map(|v| states(v, ride.step_s));
     if lateral.is_none() {
         notes.push("no v_lat channel: lateral acceleration taken as 0 in eq. (4)".to_owned());
@@ -178,13 +191,13 @@ fn acceleration(
         notes.push("no front axle: its static load taken as F_nF in eq. (6)".to_owned());
     }
     let at = |i: usize| Moment {
-        roll: angle[i],
+        roll: measured.angle[i],
         steer: steer.position[i],
         steer_rate: steer.velocity[i],
         steer_acceleration: steer.acceleration[i],
-        speed: speed[i],
+        speed: measured.speed[i],
         lateral_acceleration: lateral.as_ref().map_or(0.0, |l| l.velocity[i]),
-        yaw_rate: yaw_rate[i],
+        yaw_rate: measured.yaw_rate[i],
         yaw_acceleration: yaw.velocity[i],
         front_load: front_load.map_or(weight.unwrap_or(0.0), |f| f[i]),
     };

@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use crate::EngineError;
+use crate::{EngineError, SettingProblem};
 
 /// What the swarm minimises: paper, eqs. (25), (26), with three readings of its velocity and
 /// acceleration errors.
@@ -30,11 +30,12 @@ pub struct Settings {
     pub particles: usize,
     /// Iterations of a swarm (1 to 10 000).
     pub iterations: usize,
+    /// Errors that the swarm minimises.
     #[allow(missing_docs, reason = "the type says it")]
     pub objective: Objective,
-    /// Cognitive weight c1 of paper eq. (28); the social one is c2 (0 to 4).
+    /// Cognitive weight c1 of paper eq. (28) (0 to 4).
     pub cognitive: f64,
-    /// c2 (0 to 4).
+    /// Social weight c2 of paper eq. (28) (0 to 4).
     pub social: f64,
     /// Lower bound of the inertia w, paper eq. (29) (0 to 1.2).
     pub inertia_min: f64,
@@ -60,7 +61,7 @@ pub struct Settings {
     /// called immaterial in the report (0 to 1).
     pub materiality: f64,
     /// Steps of the integrator, each for eight parameter sets, that the search for missing physics may take for every
-    /// sample of an axle (100 to 1 000 000). When they are spent it shows what it has.
+    /// sample of an axle (100 to 1 000 000). When they are spent it reports what it has.
     pub search_budget: f64,
     /// A law of one's own that is looked for beside those of the library: TOML, see docs/own-law.md.
     pub law: Option<String>,
@@ -117,20 +118,23 @@ impl Settings {
             within("weights", weight, 0.0, 1e12)?;
         }
         if self.weights.iter().all(|w| *w == 0.0) {
-            return Err(out_of_range(
-                "weights",
-                "at least one must be positive".into(),
-            ));
+            return Err(EngineError::Setting {
+                name: "weights",
+                problem: SettingProblem::NoWeight,
+            });
         }
         if let Some(bound) = self.jerk_bound_m_s3 {
             within("jerk_bound_m_s3", bound, 1e-6, 1e9)?;
         }
         let simulations = self.trials * self.particles * self.iterations;
         if simulations > MAX_SIMULATIONS {
-            return Err(out_of_range(
-                "trials x particles x iterations",
-                format!("{simulations} simulations asked for, at most {MAX_SIMULATIONS} allowed"),
-            ));
+            return Err(EngineError::Setting {
+                name: "trials x particles x iterations",
+                problem: SettingProblem::TooManySimulations {
+                    simulations,
+                    most: MAX_SIMULATIONS,
+                },
+            });
         }
         Ok(())
     }
@@ -145,12 +149,8 @@ pub(crate) fn within(
     if value >= low && value <= high {
         return Ok(());
     }
-    Err(out_of_range(
+    Err(EngineError::Setting {
         name,
-        format!("{value} is outside {low} to {high}"),
-    ))
-}
-
-pub(crate) fn out_of_range(name: &'static str, problem: String) -> EngineError {
-    EngineError::Setting { name, problem }
+        problem: SettingProblem::OutOfRange { value, low, high },
+    })
 }

@@ -1,4 +1,4 @@
-//! Packs the plotting library, and shows the program what it is built with.
+//! Packs the plotting library, and records what the program is built with.
 
 use std::env;
 use std::error::Error;

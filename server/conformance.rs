@@ -1,4 +1,4 @@
-//! What store and queue predict, held against SQLite always and against PostgreSQL where
+//! What store and queue promise, held against SQLite always and against PostgreSQL where
 //! `VELOID_TEST_POSTGRES` names a server such as `postgres://postgres@127.0.0.1:5432`.
 #![allow(clippy::unwrap_used)]
 

@@ -88,7 +88,7 @@ fn routes() -> OpenApiRouter<Arc<Server>> {
         .routes(routes!(health::metrics))
 }
 
-/// The document with what no derived schema shows.
+/// The document with what no derived schema knows.
 fn complete(mut document: Document) -> Document {
     secured(&mut document);
     facts::bounded(&mut document);

@@ -29,6 +29,43 @@ fn no_circle_of_folders() {
     assert!(circles.is_empty(), "\n{}", circles.join("\n"));
 }
 
+/// Of what once was, and with a place to fill in.
+const NAMES_NO_FILE: [&str; 2] = ["docs/decisions/kept-or-gone.md", "CONTRIBUTING.md"];
+
+#[test]
+fn documents_name_files_that_exist() {
+    let repository = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let mut texts = Vec::new();
+    for folder in ["", "docs", "docs/decisions"] {
+        for entry in std::fs::read_dir(repository.join(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.strip_prefix(&repository).unwrap().to_owned();
+            let is_skipped = NAMES_NO_FILE.iter().any(|n| name == Path::new(n));
+            if path.extension().is_some_and(|e| e == "md") && !is_skipped {
+                texts.push((name, std::fs::read_to_string(&path).unwrap()));
+            }
+        }
+    }
+    assert!(texts.len() > 30, "{} documents", texts.len());
+    let mut named = 0;
+    let mut gone = Vec::new();
+    for (name, text) in &texts {
+        for path in text.split('`').skip(1).step_by(2) {
+            let roots = ["engine/", "server/", "tests/", "migrations/", "docker/"];
+            let plain = |c: char| c.is_ascii_alphanumeric() || "/._-".contains(c);
+            if !roots.iter().any(|root| path.starts_with(root)) || !path.chars().all(plain) {
+                continue;
+            }
+            named += 1;
+            if !repository.join(path).exists() {
+                gone.push(format!("{}: {path}", name.display()));
+            }
+        }
+    }
+    assert!(named > 40, "{named} paths");
+    assert!(gone.is_empty(), "\n{}", gone.join("\n"));
+}
+
 #[test]
 fn circles_of_folders_are_found_at_every_level() {
     let files = [

@@ -208,6 +208,24 @@ impl RollParameters {
 impl Bike {
     /// Reads the bike file; the message names the key that is wrong, or those that are not known.
     /// Deserialising by itself is for what was stored, perhaps by another version: it passes over such keys.
+    ///
+    /// # Errors
+    /// No JSON, an unknown key, a value out of its range.
+    ///
+    /// ```
+    /// use veloid_engine::Bike;
+    /// use veloid_engine::bicycle::{Axle, BikeError};
+    ///
+    /// let bike = Bike::from_json(r#"{"bike": "city", "mass_front_kg": 23, "l_front_m": 0.8, "l_rear_m": 0.3}"#)?;
+    /// assert_eq!((bike.mass(Axle::Front), bike.mass(Axle::Rear)), (Some(23.0), None));
+    /// assert_eq!(bike.wheelbase(), Some(1.1));
+    ///
+    /// let light = Bike::from_json(r#"{"mass_front_kg": -23}"#);
+    /// assert!(matches!(light, Err(BikeError::OutOfRange { value: -23.0, .. })));
+    /// let misspelt = Bike::from_json(r#"{"front_mass_kg": 23}"#);
+    /// assert!(matches!(misspelt, Err(BikeError::UnknownKeys { .. })));
+    /// # Ok::<(), BikeError>(())
+    /// ```
     pub fn from_json(text: &str) -> Result<Self, BikeError> {
         if text.len() > LARGEST_FILE {
             return Err(BikeError::TooLarge { bytes: text.len() });
@@ -277,7 +295,7 @@ impl Bike {
         }
     }
 
-    /// The mass on an axle; unknown only where a measured force shows it.
+    /// The mass on an axle; unknown only where a measured force determines it.
     pub fn mass_or_force(&self, axle: Axle, has_force: bool) -> Result<Option<f64>, BikeError> {
         let mass = self.mass(axle);
         if mass.is_none() && !has_force {

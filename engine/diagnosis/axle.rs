@@ -34,7 +34,7 @@ pub struct OnAxle {
     pub warnings: Vec<String>,
 }
 
-/// What all that is reported of an axle is distinguished from.
+/// What everything that is reported of an axle is made from.
 pub struct AxleReporter<'a> {
     pub prepared: &'a Prepared,
     pub decision: &'a Decision,
@@ -123,7 +123,7 @@ impl AxleReporter<'_> {
             return (None, vec![warning]);
         }
         let track = &self.prepared.dataset.tracks[t];
-        let reported = match (track.input.prescribed, track.has_spring) {
+        let reported = match (track.input.prescribed, track.plant.has_spring()) {
             (true, _) => estimate.reportable_beside(track.scale.as_good_as_none()),
             (false, true) => estimate.reportable(),
             (false, false) => Estimate {
@@ -230,7 +230,7 @@ fn missing(judged: &Judged, motion: &Motion) -> Vec<f64> {
     }
 }
 
-/// What is left on an axle, where `found` describes that.
+/// What is left on an axle, at the places in `found`.
 fn rest(found: &Location, held_out: &HeldOut) -> Rest {
     let share = (held_out.extended_rms_m.zip(held_out.plain_rms_m))
         .and_then(|(extended, plain)| finite((extended / plain).powi(2)));

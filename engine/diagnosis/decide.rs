@@ -3,7 +3,6 @@
 use crate::EngineError;
 use crate::bicycle::PerAxle;
 use crate::diagnosis::dataset::{Dataset, Track};
-use crate::diagnosis::explain::{input_noise, show};
 use crate::diagnosis::fit::physical::is_physical;
 use crate::diagnosis::fit::polish::polish;
 use crate::diagnosis::fit::refine::refined;
@@ -15,8 +14,10 @@ use crate::diagnosis::verdict::affirm::Claim;
 use crate::diagnosis::verdict::by_windows;
 use crate::diagnosis::verdict::carries::has_size;
 use crate::diagnosis::verdict::choose::{Chosen, choose};
+use crate::diagnosis::verdict::effect_report;
 use crate::diagnosis::verdict::general_laws::{dominates, is_curve, is_outgrown};
-use crate::diagnosis::verdict::judge::{Judged, judge};
+use crate::diagnosis::verdict::input_noise;
+use crate::diagnosis::verdict::judge::{Candidate, Judged, judge};
 use crate::diagnosis::verdict::partly::{self, Partly, Rest, partly};
 use crate::diagnosis::verdict::windows::Sights;
 use crate::numerics::spectrum::most_white;
@@ -192,7 +193,7 @@ fn second_look(
     })
 }
 
-/// Where models tie, what they agree on, if that explains nearly all: of what they differ in only the rest is then to be reported.
+/// Where models tie, what they agree on, if that explains nearly all: of what they differ in, only the rest is then reported.
 fn agreed(first: Decision, prepared: &Prepared, search: &Search, settings: &Settings) -> Decision {
     let in_all = |term: &&Term| first.tied.iter().all(|m| m.terms.contains(term));
     let core: Vec<Term> = first.model.terms.iter().filter(in_all).copied().collect();
@@ -418,12 +419,15 @@ fn judged(
 ) -> Vec<Judged> {
     let fitter = prepared.fitter();
     let of_track = |t| {
-        let shown = (prepared.is_dithered()).then_some((prepared.record(), shown));
+        let candidate = Candidate {
+            model,
+            motions,
+            shown: (prepared.is_dithered()).then_some((prepared.record(), shown)),
+        };
         judge(
             &fitter,
             &prepared.recorded,
-            (model, motions),
-            shown,
+            &candidate,
             t,
             &prepared.split,
             settings,
@@ -478,7 +482,7 @@ fn is_swallowed(search: &Search, decision: &Decision, record: &Dataset) -> bool 
     let [left, plain] = [model, &search.plain].map(|m| search.held_squares(m));
     let white = gain_in_white(&left, &plain, search.fitter.samples);
     let sized = |t: &Term| {
-        let effect = show::effect(record, &decision.corrected, t, None, None);
+        let effect = effect_report::effect(record, &decision.corrected, t, None, None);
         effect.is_some_and(|e| has_size(&e))
     };
     !model.terms.is_empty()

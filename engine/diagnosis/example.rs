@@ -12,8 +12,8 @@ use crate::Silent;
 use crate::bicycle::{Axle, Bike, PerAxle};
 use crate::numerics::autoregressive::NoiseModel;
 use crate::output_error::AxleFit;
+use crate::plant::Coefficients;
 use crate::report::diagnosis::Place;
-use crate::simulate::sensitivity::Plain;
 use crate::simulate::simulated_ride::{SimulatedRide, Spring};
 
 /// Stiffness (N/m) and damping (N s/m) of both axles, and what each carries (kg).
@@ -51,12 +51,12 @@ pub fn loaded(front: f64, rear: f64) -> Dataset {
     let mut fits = PerAxle::default();
     for (axle, record) in ride.axles.iter() {
         let mass = bike.mass(axle).unwrap();
-        let plain = Plain {
+        let plain = Coefficients {
             kappa: K / mass,
             beta: B / mass,
             per_mass: 1.0 / mass,
-            constant: 0.0,
-            initial: [record.displacement[0], 0.0],
+            height: record.displacement[0],
+            ..Coefficients::default()
         };
         fits.set(axle, AxleFit::exact(plain, ride.samples));
     }
@@ -88,7 +88,13 @@ pub fn point(dataset: &Dataset, unit: &Unit, values: Vec<Values>) -> Point {
     let base = unit.tracks.iter().map(|t| {
         let track = &dataset.tracks[*t];
         let mass = track.scale.mass;
-        [K / mass, B / mass, 1.0 / mass, 0.0, track.measured[0], 0.0]
+        Coefficients {
+            kappa: K / mass,
+            beta: B / mass,
+            per_mass: 1.0 / mass,
+            height: track.measured[0],
+            ..Coefficients::default()
+        }
     });
     Point {
         base: base.collect(),

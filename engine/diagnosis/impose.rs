@@ -4,26 +4,29 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::EngineError;
 use crate::bicycle::{Axle, Bike, PerAxle};
 use crate::diagnosis::dataset::Dataset;
-use crate::diagnosis::effects::{GENERAL_LAWS, Kind};
+use crate::diagnosis::effects::Kind;
 use crate::diagnosis::fit::{Point, Term, Unit};
 use crate::diagnosis::law::{MAX_PARAMETERS, Values};
 use crate::diagnosis::search::extend::candidates;
 use crate::numerics::lanes::LANES;
 use crate::output_error::AxleFit;
+use crate::plant::Coefficients;
 use crate::report::diagnosis::Place;
 use crate::ride::Ride;
 use crate::settings::within;
-use crate::simulate::sensitivity::Plain;
 use crate::simulate::simulated_ride::SimulatedRide;
+use crate::{EngineError, ImposedProblem, SettingProblem};
 
 /// An effect, with its parameters as reports give them.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Imposed {
+    /// Id in the library, such as `coulomb_friction`.
     pub id: String,
+    /// The axle or axles that it acts on.
     pub axle: Place,
+    /// All of its parameters by name, each in the unit that docs/effects.md gives.
     pub parameters: BTreeMap<String, f64>,
 }
 
@@ -39,6 +42,32 @@ const ANGLE: f64 = 0.02;
 /// # Errors
 /// What cannot be simulated: an unknown effect, a wrong axle or parameter, a ride that lacks what the
 /// effect needs.
+///
+/// ```
+/// use std::collections::BTreeMap;
+/// use veloid_engine::report::diagnosis::Place;
+/// use veloid_engine::simulate::simulated_ride::SimulatedRide;
+/// use veloid_engine::{Bike, EngineError, Imposed, Ride, simulate};
+///
+/// let simulated = SimulatedRide { duration_s: 5.0, ..SimulatedRide::default() };
+/// let friction = Imposed {
+///     id: "coulomb_friction".to_owned(),
+///     axle: Place::Front,
+///     parameters: BTreeMap::from([("friction".to_owned(), 40.0)]),
+/// };
+/// let plain = simulate(&simulated, &Bike::default(), &[])?;
+/// let rubbing = simulate(&simulated, &Bike::default(), &[friction])?;
+/// assert_eq!((plain.samples, rubbing.samples), (500, 500));
+/// // 40 N of dry friction hold the front wheel nearer to the road.
+/// let spread = |ride: &Ride| {
+///     let front = ride.axles.front.as_ref().unwrap();
+///     let pairs = front.road.iter().zip(&front.displacement);
+///     pairs.map(|(u, z)| (u - z) * (u - z)).sum::<f64>()
+/// };
+/// assert!(spread(&rubbing) < 0.9 * spread(&plain));
+/// assert_eq!(plain.axles.rear, rubbing.axles.rear);
+/// # Ok::<(), EngineError>(())
+/// ```
 pub fn ride(
     simulated_ride: &SimulatedRide,
     bike: &Bike,
@@ -57,7 +86,7 @@ pub fn ride(
     for effect in effects {
         let term = effect.term(&dataset)?;
         if chosen.iter().any(|(other, _)| *other == term) {
-            return Err(effect.wrong("is given twice"));
+            return Err(effect.wrong(ImposedProblem::Twice));
         }
         chosen.push((term, effect.values(&dataset, term)?));
     }
@@ -79,7 +108,7 @@ pub fn ride(
             let axle = dataset.tracks[*t].axle;
             let z: Vec<f64> = z.iter().map(|lanes| lanes.0[0]).collect();
             if !z.iter().all(|z| z.is_finite()) {
-                return Err(wrong("the motion grows beyond all bounds".to_owned()));
+                return Err(wrong(SettingProblem::RunsAway));
             }
             if let Some(record) = fine.axles.get(axle) {
                 let mut record = record.clone();
@@ -102,12 +131,13 @@ fn dataset(simulated_ride: &SimulatedRide, bike: &Bike, fine: &Ride) -> Dataset 
         let (Some(spring), Some(record)) = (spring, fine.axles.get(axle)) else {
             continue;
         };
-        let plain = Plain {
+        let plain = Coefficients {
             kappa: spring.k_n_m / spring.mass_kg,
             beta: spring.b_n_s_m / spring.mass_kg,
             per_mass: 1.0 / spring.mass_kg,
             constant: 0.0,
-            initial: [record.displacement[0], 0.0],
+            height: record.displacement[0],
+            velocity: 0.0,
         };
         fits.set(axle, AxleFit::exact(plain, fine.samples));
     }
@@ -119,18 +149,19 @@ fn dataset(simulated_ride: &SimulatedRide, bike: &Bike, fine: &Ride) -> Dataset 
 }
 
 /// The plain model's numbers on one track, from the start at rest.
-fn plain(dataset: &Dataset, track: usize) -> [f64; 6] {
+fn plain(dataset: &Dataset, track: usize) -> Coefficients {
     let track = &dataset.tracks[track];
-    let s = &track.scale;
-    let start = track.measured[0];
-    [s.k / s.mass, s.b / s.mass, 1.0 / s.mass, 0.0, start, 0.0]
+    Coefficients {
+        height: track.measured[0],
+        ..track.plain()
+    }
 }
 
 impl Imposed {
     fn term(&self, dataset: &Dataset) -> Result<Term, EngineError> {
         let kind = Kind::by_id(&self.id)
-            .filter(|kind| !GENERAL_LAWS.contains(kind))
-            .ok_or_else(|| self.wrong(&format!("there is only {}", ids())))?;
+            .filter(|kind| !kind.spec().is_general)
+            .ok_or_else(|| self.wrong(ImposedProblem::Unknown { known: ids() }))?;
         let (terms, switched_off) = candidates(dataset);
         let places: Vec<Place> = terms
             .iter()
@@ -145,10 +176,12 @@ impl Imposed {
         }
         let lacking = switched_off.iter().find(|off| off.id == self.id);
         Err(match (places.is_empty(), lacking) {
-            (true, Some(off)) => self.wrong(&off.why),
+            (true, Some(off)) => self.wrong(ImposedProblem::Lacking {
+                why: off.why.clone(),
+            }),
             _ => {
-                let places: Vec<&str> = places.into_iter().map(Place::name).collect();
-                self.wrong(&format!("the axle can be {} here", places.join(" or ")))
+                let possible = places.into_iter().map(Place::name).collect();
+                self.wrong(ImposedProblem::Axle { possible })
             }
         })
     }
@@ -156,50 +189,52 @@ impl Imposed {
     fn values(&self, dataset: &Dataset, term: Term) -> Result<Values, EngineError> {
         let acted = dataset.tracks.iter().find(|t| term.acts_on(t.axle));
         let Some(track) = acted else {
-            return Err(self.wrong("nothing is simulated on this axle"));
+            return Err(self.wrong(ImposedProblem::NotSimulated));
         };
         let report = |values: &Values| (term.kind.spec().report)(values, &track.scale);
         let known = report(&[1.0; MAX_PARAMETERS]);
-        let expected = known
-            .iter()
-            .map(|p| &*p.name)
-            .collect::<Vec<_>>()
-            .join(", ");
+        let names = || known.iter().map(|p| p.name.to_string()).collect();
         if let Some(name) =
             (self.parameters.keys()).find(|name| known.iter().all(|p| p.name != **name))
         {
-            return Err(self.wrong(&format!("has no parameter '{name}', only {expected}")));
+            return Err(self.wrong(ImposedProblem::UnknownParameter {
+                name: name.clone(),
+                known: names(),
+            }));
         }
         let mut given = Vec::new();
         for parameter in &known {
             let value = self.parameters.get(&*parameter.name).ok_or_else(|| {
-                self.wrong(&format!(
-                    "{} is missing; it takes {expected}",
-                    parameter.name
-                ))
+                self.wrong(ImposedProblem::MissingParameter {
+                    name: parameter.name.to_string(),
+                    known: names(),
+                })
             })?;
             given.push(*value);
         }
-        let values = term.kind.from_reported(&given, &track.scale);
+        let values = term.kind.values_of(&given, &track.scale);
         for (back, given) in report(&values).iter().zip(&given) {
             if !back.physical || !((back.value - given).abs() <= 1e-9 * given.abs()) {
-                let problem = format!("{} = {given} is outside its range on this ride", back.name);
-                return Err(self.wrong(&problem));
+                return Err(self.wrong(ImposedProblem::OutOfRange {
+                    name: back.name.to_string(),
+                    value: *given,
+                }));
             }
         }
         Ok(values)
     }
 
-    fn wrong(&self, problem: &str) -> EngineError {
-        wrong(format!("{}: {problem}", self.id))
+    fn wrong(&self, problem: ImposedProblem) -> EngineError {
+        let id = self.id.clone();
+        wrong(SettingProblem::Effect { id, problem })
     }
 }
 
-fn ids() -> String {
-    Kind::named().map(Kind::id).collect::<Vec<_>>().join(", ")
+fn ids() -> Vec<&'static str> {
+    Kind::named().map(Kind::id).collect()
 }
 
-fn wrong(problem: String) -> EngineError {
+fn wrong(problem: SettingProblem) -> EngineError {
     EngineError::Setting {
         name: "effect",
         problem,

@@ -3,6 +3,7 @@
 //! The folders lead one way down, each using only those before it: `policy` (every threshold that decides), `law`, `effects`, `dataset`, `fit`, `residual`, `search`,
 //! `verdict`, `explain`, and last `study`, which asks the same of several rides. `run` goes through them all: `prepare`, `decide`, `show`.
 
+mod assemble;
 mod axle;
 mod dataset;
 mod decide;
@@ -11,7 +12,7 @@ pub mod effects;
 mod example;
 mod explain;
 mod fit;
-pub mod impose;
+pub(crate) mod impose;
 pub(crate) mod law;
 mod policy;
 pub(crate) mod prepare;
@@ -19,9 +20,8 @@ mod residual;
 mod run;
 mod search;
 pub(crate) mod study;
-mod tell;
 #[cfg(test)]
 mod tests;
 mod verdict;
 
-pub use run::diagnose;
+pub(crate) use run::diagnose;

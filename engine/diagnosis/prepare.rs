@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use crate::EngineError;
 use crate::bicycle::{Bike, PerAxle};
 use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::dataset::dither::{dither, lay_over};
@@ -17,6 +16,7 @@ use crate::report::diagnosis::Base;
 use crate::report::stages::Conclusion;
 use crate::ride::{AxleRecord, Ride, decimated};
 use crate::settings::Settings;
+use crate::{Divergence, EngineError};
 
 /// A ride made ready for the search.
 pub struct Prepared {
@@ -151,23 +151,11 @@ fn plain_model(fitter: &Fitter, fits: &PerAxle<AxleFit>) -> Result<Model, Engine
         let track = &dataset.tracks[unit.tracks[0]];
         let diverged = || EngineError::Diverged {
             stage: "diagnosis",
-            problem: format!(
-                "the plain model of the {} axle has no finite fit",
-                track.axle
-            ),
+            problem: Divergence::NoPlainModel { axle: track.axle },
         };
         let fit = fits.get(track.axle).ok_or_else(diverged)?;
-        let p = &fit.plain;
-        let base = [
-            p.kappa,
-            p.beta,
-            p.per_mass,
-            p.constant,
-            p.initial[0],
-            p.initial[1],
-        ];
         let point = Point {
-            base: vec![base],
+            base: vec![fit.plain],
             values: Vec::new(),
             initial: Vec::new(),
         };
@@ -178,7 +166,7 @@ fn plain_model(fitter: &Fitter, fits: &PerAxle<AxleFit>) -> Result<Model, Engine
         let effort = Effort {
             iterations: 20,
             gain: 1e-3,
-            substeps: plain_substeps(dataset, unit.tracks[0], p.beta),
+            substeps: plain_substeps(dataset, unit.tracks[0], fit.plain.beta),
         };
         let fitted = fitter.fit(&unit, point, &noise_models, effort);
         found.push(fitted.ok_or_else(diverged)?);

@@ -5,9 +5,9 @@ use super::decide::decide;
 use super::prepare::Prepared;
 use super::search::Search;
 use super::search::extend::candidates;
-use super::tell::tell;
 use crate::EngineError;
 use crate::bicycle::Bike;
+use crate::diagnosis::assemble::assemble;
 use crate::diagnosis::policy;
 use crate::output_error::spread_valid;
 use crate::progress::Progress;
@@ -90,7 +90,7 @@ impl Query<'_> {
             progress: self.progress,
         };
         let decision = decide(prepared, &search, settings)?;
-        Ok(tell(
+        Ok(assemble(
             prepared,
             &search,
             &decision,

@@ -24,15 +24,17 @@ use super::search::weak_form;
 use crate::Silent;
 use crate::bicycle::{Axle, Bike, PerAxle};
 use crate::numerics::lanes::LANES;
+use crate::numerics::random::Normal;
 use crate::numerics::spline::{cubic, slopes};
 use crate::output_error::start::starts_from;
 use crate::output_error::{self, Split};
+use crate::plant::Coefficients;
 use crate::report::Report;
 use crate::report::diagnosis::{Base, Detectable, Diagnosis, Place, Stronger, Verdict};
 use crate::ride::{AxleRecord, Ride};
 use crate::settings::Settings;
 use crate::simulate::linear::simulate;
-use crate::simulate::simulated_ride::{Excitation, Normal, SimulatedRide};
+use crate::simulate::simulated_ride::{Excitation, SimulatedRide};
 
 const K: f64 = 60e3;
 const B: f64 = 500.0;
@@ -49,13 +51,13 @@ fn bike() -> Bike {
 
 /// A minute on a road with 50 um of noise on z; `missing` (t, d, w) is a force on the front axle (N).
 fn ride(missing: impl Fn(f64, f64, f64) -> f64) -> Ride {
-    ridden(SimulatedRide::default().ride(), missing)
+    ridden(SimulatedRide::default().ride(), 9, missing)
 }
 
-/// The same on the road of `ride`.
-fn ridden(mut ride: Ride, missing: impl Fn(f64, f64, f64) -> f64) -> Ride {
+/// The same on the road of `ride`, with noise of a seed.
+fn ridden(mut ride: Ride, seed: u64, missing: impl Fn(f64, f64, f64) -> f64) -> Ride {
     const FINE: usize = 20;
-    let mut noise = Normal::new(9);
+    let mut noise = Normal::new(seed);
     let step = ride.step_s;
     ride.axles = ride.axles.map(|axle, record| {
         let slope = slopes(&record.road, step);
@@ -148,7 +150,14 @@ fn val_the_plain_model_moves_as_the_exact_one() {
         tracks: vec![0],
         terms: Vec::new(),
     };
-    let start = [K / MASS, B / MASS, 1.0 / MASS, 0.0, 1e-3, 0.02];
+    let start = Coefficients {
+        kappa: K / MASS,
+        beta: B / MASS,
+        per_mass: 1.0 / MASS,
+        constant: 0.0,
+        height: 1e-3,
+        velocity: 0.02,
+    };
     let point = Point {
         base: vec![start],
         values: Vec::new(),
@@ -160,9 +169,9 @@ fn val_the_plain_model_moves_as_the_exact_one() {
     let moved = run(&dataset, &[(track, &lanes)], None, 0..3000, 4, false);
     let (exact, _) = simulate(
         &track.input,
-        start[0],
-        start[1],
-        start[2],
+        start.kappa,
+        start.beta,
+        start.per_mass,
         0.0,
         [1e-3, 0.02],
     );
@@ -199,12 +208,17 @@ fn val_the_weak_form_finds_a_spring_from_afar() {
         }],
     };
     let wrong = Point {
-        base: vec![[0.2 * K / MASS, 5.0 * B / MASS, 1.0 / MASS, 0.0, 0.0, 0.0]],
+        base: vec![Coefficients {
+            kappa: 0.2 * K / MASS,
+            beta: 5.0 * B / MASS,
+            per_mass: 1.0 / MASS,
+            ..Coefficients::default()
+        }],
         values: vec![[0.0; 4]],
         initial: vec![[0.0; 2]],
     };
     let starts = weak_form::starts(&fitter, &unit, 0, &wrong);
-    let off = |p: &Point| [p.base[0][0] * MASS / K - 1.0, p.values[0][0] / K3 - 1.0];
+    let off = |p: &Point| [p.base[0].kappa * MASS / K - 1.0, p.values[0][0] / K3 - 1.0];
     let near = |p: &&Point| off(p)[0].abs() < 0.1 && off(p)[1].abs() < 0.2;
     let all: Vec<[f64; 2]> = starts.iter().map(off).collect();
     assert!(starts.iter().any(|p| near(&p)), "{all:?}");
@@ -229,7 +243,12 @@ fn friction_with_little_give_moves_an_axle_by_finite_amounts() {
     };
     let give = 0.01 * dataset.tracks[0].scale.d_rms;
     let point = Point {
-        base: vec![[K / MASS, B / MASS, 1.0 / MASS, 0.0, 0.0, 0.0]],
+        base: vec![Coefficients {
+            kappa: K / MASS,
+            beta: B / MASS,
+            per_mass: 1.0 / MASS,
+            ..Coefficients::default()
+        }],
         values: vec![[100.0 / give, give, 0.0, 0.0]],
         initial: vec![[0.0; 2]],
     };
@@ -295,7 +314,7 @@ fn val_the_edge_of_a_mass_step_is_found_to_a_sample() {
             0.0
         }
     };
-    let d = diagnosed(&ride(less));
+    let d = diagnosed(&ridden(SimulatedRide::default().ride(), 19, less));
     assert_eq!(d.verdict, Verdict::Named, "{}", d.sentence);
     assert_eq!(d.effects[0].id, "mass_step");
     let found = &d.effects[0].parameters;
@@ -500,7 +519,7 @@ fn carried_by_a_wheel(wheel: f64) -> Ride {
     ride
 }
 
-/// A small wheel under a suspension: its share of the mass and the tyre's stiffness hardly show from each other.
+/// A small wheel under a suspension: its share of the mass and the tyre's stiffness are hardly distinguished.
 #[test]
 fn val_a_small_wheels_mass_leaves_the_tyre_its_stiffness() {
     let d = diagnosed(&carried_by_a_wheel(0.15));
@@ -527,7 +546,7 @@ fn val_a_wheel_out_of_round_is_named_through_a_noisy_speed() {
     for (i, u) in front.road.iter_mut().enumerate() {
         *u += amplitude * (6.5 * 0.01 * i as f64 / radius + 1.4).sin();
     }
-    let mut ride = ridden(ride, |_, _, _| 0.0);
+    let mut ride = ridden(ride, 9, |_, _, _| 0.0);
     ride.axles.front.as_mut().unwrap().road = flat.front.unwrap().road;
     let mut noise = Normal::new(3);
     ride.speed = (ride.speed).map(|v| v.iter().map(|v| v + 0.012 * noise.draw()).collect());
@@ -583,7 +602,7 @@ fn val_roughness_is_not_taken_for_noise_of_the_road() {
             ..record.clone()
         }
     });
-    let d = diagnosed(&ridden(rough, |_, _, _| 0.0));
+    let d = diagnosed(&ridden(rough, 9, |_, _, _| 0.0));
     for axle in [Axle::Front, Axle::Rear] {
         let e = d.extended.get(axle).unwrap();
         assert!(

@@ -20,6 +20,7 @@ const MINUS: char = '\u{2212}';
 /// A value and how far it may be off, with the same decimals and the same exponent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Number {
+    /// Digits of the value, thousands apart.
     pub value: String,
     /// Absent where it is not known.
     pub margin: Option<String>,
@@ -91,6 +92,7 @@ impl fmt::Display for Number {
 /// A number with its unit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Quantity {
+    /// Value and margin, in `unit`.
     pub number: Number,
     /// With its signs, on one line; empty where there is none.
     pub unit: String,

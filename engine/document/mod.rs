@@ -1,7 +1,6 @@
 //! Documents: what every one that is written passes, JSON that people write, and numbers and names as people read them.
 
 mod finite_gate;
-#[allow(missing_docs)]
 pub mod format_number;
 pub mod json;
 mod unseen;

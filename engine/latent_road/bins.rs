@@ -9,7 +9,7 @@ use super::record::Sensor;
 use super::windows::Windows;
 use crate::numerics::spectrum::hann;
 
-/// Most sensors that one ride is reported by.
+/// Most sensors that one ride rests on.
 pub const MOST_SENSORS: usize = 4;
 
 /// One frequency of one window.

@@ -1,7 +1,7 @@
 //! How the clocks of lasers go beside those of the accelerometers on their axles, and how much noise they hold.
 //!
-//! Both see the same motion: m z'' = k d + B d' whatever the road is. So an axle's accelerometer and laser alone show the laser's
-//! clock, by the likelihood that k and B of a ride without a road come from. An accelerometer on the other axle and the speed show k
+//! Both see the same motion: m z'' = k d + B d' whatever the road is. So an axle's accelerometer and laser alone determine the laser's
+//! clock, by the likelihood that k and B of a ride without a road come from. An accelerometer on the other axle and the speed determine k
 //! and B by themselves, and the clock some four times better.
 
 use std::f64::consts::TAU;
@@ -99,7 +99,7 @@ fn compared_clocks(
     Some(together.map_or_else(alone, Ok))
 }
 
-/// The lasers that the sensors of both axles and the speed show together.
+/// The lasers that the sensors of both axles and the speed determine together.
 fn by_both_axles(ride: &Ride, bike: &Bike) -> Option<Vec<Comparison>> {
     let record = gather::gather(ride, bike).ok()?;
     let others = record.sensors.len() > 2;

@@ -1,8 +1,9 @@
 //! The most likely unknowns: Fisher's scoring with a damped step (Levenberg and Marquardt).
 
-use nalgebra::{Cholesky, DMatrix, DVector, Vector2};
+use nalgebra::{DMatrix, DVector, Vector2};
 
 use super::likelihood::{Evaluation, Likelihood, Own, PATCHES, Part, UNSTEADY};
+use crate::numerics::levenberg_marquardt::{Damping, Descent, minimise};
 
 /// Where a fit ended.
 pub struct Fit {
@@ -18,8 +19,12 @@ const SETTLED: f64 = 1e-3;
 /// Longest steps: of an unknown (a logarithm), and of what the sensors do not share, of which little is known at the start.
 const LONGEST: f64 = 1.0;
 const LONGEST_NOISE: f64 = 2.5;
-/// Damping at the start, at least and at most.
-const DAMPING: [f64; 3] = [1e-3, 1e-9, 1e8];
+const DAMPING: Damping = Damping {
+    first: 1e-3,
+    least: 1e-9,
+    after_failure: 1e-3,
+    most: 1e8,
+};
 
 /// Curvature and gradient by the unknowns, the windows' own eliminated.
 pub fn reduced(at: &Evaluation) -> (DMatrix<f64>, DVector<f64>) {
@@ -56,39 +61,48 @@ impl Part {
     }
 }
 
+/// Unknowns, and the likelihood there.
+pub struct At {
+    theta: DVector<f64>,
+    own: Vec<Own>,
+    at: Evaluation,
+}
+
+impl Descent for Likelihood<'_> {
+    type Point = At;
+
+    fn cost(&self, point: &At) -> f64 {
+        point.at.value
+    }
+
+    fn equations(&self, point: &At) -> (DMatrix<f64>, DVector<f64>) {
+        let (curvature, gradient) = reduced(&point.at);
+        (curvature, -gradient)
+    }
+
+    fn moved(&self, point: &At, mut step: DVector<f64>) -> Option<At> {
+        limit(self, &mut step);
+        let theta = &point.theta + &step;
+        let parts = point.own.iter().zip(&point.at.windows);
+        let own: Vec<Own> = parts.map(|(own, part)| part.moved(own, &step)).collect();
+        let at = self.evaluate(&theta, &own)?;
+        Some(At { theta, own, at })
+    }
+
+    fn is_settled(&self, gained: f64, predicted: f64, _cost: f64) -> bool {
+        gained < SETTLED && predicted < SETTLED
+    }
+
+    fn gives_up(&self, predicted: f64) -> bool {
+        !(predicted >= SETTLED)
+    }
+}
+
 /// Climbs from `theta` in at most `most` steps; nothing where the likelihood is none.
 pub fn fit(problem: &Likelihood, theta: DVector<f64>, own: Vec<Own>, most: usize) -> Option<Fit> {
-    let (mut theta, mut own) = (theta, own);
-    let mut at = problem.evaluate(&theta, &own)?;
-    let (mut curvature, mut gradient) = reduced(&at);
-    let mut damping = DAMPING[0];
-    for _ in 0..most {
-        let mut damped = curvature.clone();
-        for i in 0..damped.nrows() {
-            damped[(i, i)] *= 1.0 + damping;
-        }
-        let mut step = Cholesky::new(damped)?.solve(&-&gradient);
-        let predicted = -0.5 * gradient.dot(&step);
-        limit(problem, &mut step);
-        let moved = &theta + &step;
-        let parts = own.iter().zip(&at.windows);
-        let shifted: Vec<Own> = parts.map(|(own, part)| part.moved(own, &step)).collect();
-        let next = problem.evaluate(&moved, &shifted);
-        if let Some(next) = next.filter(|n| n.value <= at.value) {
-            let gained = at.value - next.value;
-            (theta, own, at) = (moved, shifted, next);
-            (curvature, gradient) = reduced(&at);
-            damping = (0.1 * damping).max(DAMPING[1]);
-            if gained < SETTLED && predicted < SETTLED {
-                break;
-            }
-        } else {
-            if damping > DAMPING[2] || !(predicted >= SETTLED) {
-                break;
-            }
-            damping = 10.0 * damping.max(DAMPING[0]);
-        }
-    }
+    let at = problem.evaluate(&theta, &own)?;
+    let At { theta, own, at } = minimise(problem, At { theta, own, at }, DAMPING, most)?;
+    let (curvature, _) = reduced(&at);
     at.value.is_finite().then_some(Fit {
         theta,
         own,

@@ -17,14 +17,14 @@ use crate::report::{Correction, Estimate, LatentRoad, RoadSpectrum, SensorFound}
 use crate::ride::{SensorKind, channel_name};
 use crate::simulate::road::Roughness;
 
-/// Part of what was known beforehand that a standard error may have, to count as reported by the ride.
+/// Part of what was known beforehand that a standard error may have, to count as determined by the ride.
 const TOLD: f64 = 0.5;
 /// Ratio of the spectra to what the model makes of them, over half an octave, from which a misfit is said, and how many
 /// standard errors it must be.
 pub const MISFIT: f64 = 0.5;
 const SURE: f64 = 5.0;
 
-/// Why only the road's spectrum shows k and B.
+/// Why only the road's spectrum determines k and B.
 const ALIKE: &str = "only the shape of the road's spectrum tells it, not the sensors beside each other: the axles are too much alike \
     (k/m, B/m), or the speed is too low";
 const ONE_AXLE: &str = "only the shape of the road's spectrum tells the gain between the sensors of one axle, and k goes with it: an \
@@ -211,7 +211,7 @@ fn misfits(lines: &[[f64; 2]], repeats: f64, spacing_hz: f64) -> Vec<String> {
     notes
 }
 
-/// Whether it is the road's smoothness that shows k or B.
+/// Whether it is the road's smoothness that determines k or B.
 fn rests_on_road(widens: &[Option<f64>]) -> bool {
     widens.iter().any(|w| w.is_none_or(|w| w > RESTS_ON_ROAD))
 }

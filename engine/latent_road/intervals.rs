@@ -1,4 +1,4 @@
-//! How well the windows show the unknowns.
+//! How well the windows determine the unknowns.
 
 use nalgebra::{DMatrix, DVector};
 

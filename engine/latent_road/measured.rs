@@ -11,12 +11,12 @@ use std::time::Instant;
 
 use super::latent_road;
 use crate::bicycle::{Axle, Bike};
+use crate::numerics::random::Normal;
 use crate::numerics::spline::{cubic, slopes};
 use crate::report::Estimate;
 use crate::ride::{Ride, SensorKind, SensorRecord};
 use crate::simulate::linear::{Input, simulate};
 use crate::simulate::road::Roughness;
-use crate::simulate::simulated_ride::Normal;
 
 /// How a ride goes and what its sensors do.
 #[derive(Clone, Copy)]

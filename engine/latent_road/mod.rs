@@ -48,7 +48,7 @@ const KNOTS_PER_OCTAVE: f64 = 1.0;
 /// Fewest windows that say anything: what they scatter by is counted from them.
 const LEAST_WINDOWS: usize = 4;
 
-/// k and B of the axles from the ride's sensors, or why these do not show them. Nothing for a ride whose road was recorded, or whose
+/// k and B of the axles from the ride's sensors, or why these do not determine them. Nothing for a ride whose road was recorded, or whose
 /// sensors show no more than each other's clock.
 pub fn latent_road(ride: &Ride, bike: &Bike) -> Option<LatentRoad> {
     if ride.sensors.is_empty() || ride.speed.is_none() && !ride.has_no_road() {

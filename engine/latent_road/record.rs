@@ -43,7 +43,7 @@ impl Lateness {
 }
 
 /// All that was recorded, on one clock. Sensors stand in the order of falling reach; the first one's gain and clock are
-/// those that the others are reported by.
+/// those that the others are distinguished by.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     pub step_s: f64,

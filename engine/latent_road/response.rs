@@ -43,23 +43,24 @@ struct Sensed<const M: usize> {
     by_speed: [C; M],
 }
 
-/// The responses at all frequencies of a window, and at the one before and the one after them; `off` is the share by which
-/// its speed reads too little beside the whole ride's.
+/// The responses at all frequencies of a window, and at the one before and the one after them; beside the window the share
+/// by which its speed reads too little beside the whole ride's.
 pub fn responses<const M: usize>(
     sensors: &[Sensor],
     layout: &Layout,
     scale: &[f64],
     spacing: f64,
-    (group, off): (&Group, f64),
+    window: (&Group, f64),
     theta: &DVector<f64>,
 ) -> Vec<Response<M>> {
+    let (group, _) = window;
     let Some(first) = group.bins.first() else {
         return Vec::new();
     };
     (0..group.bins.len() + 2)
         .map(|k| {
             let omega = first.omega + (k as f64 - 1.0) * spacing;
-            let sensed = sensed::<M>(sensors, layout, scale, group, omega, off, theta);
+            let sensed = sensed::<M>(sensors, layout, scale, window, omega, theta);
             let cycles_per_m = omega / TAU / group.speed;
             let density = CLASS_C / (cycles_per_m * cycles_per_m * group.speed);
             covariances(sensors, layout, &sensed, density)
@@ -71,9 +72,8 @@ fn sensed<const M: usize>(
     sensors: &[Sensor],
     layout: &Layout,
     scale: &[f64],
-    group: &Group,
+    (group, off): (&Group, f64),
     omega: f64,
-    off: f64,
     theta: &DVector<f64>,
 ) -> Sensed<M> {
     let i = Complex::new(0.0, 1.0);

@@ -5,10 +5,11 @@ use super::likelihood::{Likelihood, Own};
 use super::record::{Lateness, Sensor};
 use super::*;
 use crate::bicycle::Axle;
+use crate::numerics::random::Normal;
 use crate::report::Estimate;
 use crate::ride::SensorKind;
 use crate::simulate::road::Roughness;
-use crate::simulate::simulated_ride::{Excitation, Normal, SimulatedRide, SpeedChange, Spring};
+use crate::simulate::simulated_ride::{Excitation, SimulatedRide, SpeedChange, Spring};
 
 /// What is not as the ride's file says.
 #[derive(Clone, Copy)]

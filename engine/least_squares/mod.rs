@@ -12,8 +12,8 @@ mod regression;
 use nalgebra::{Matrix2, Matrix3, SVector};
 
 use crate::simulate::linear::Input;
-pub use estimates::estimates;
-pub use instrumental::instrumental;
+pub(crate) use estimates::estimates;
+pub(crate) use instrumental::instrumental;
 use regression::{Regression, Row, regress};
 
 /// One axle of a ride as the regressions need it; all vectors equally long.
@@ -23,8 +23,9 @@ pub struct Record<'a> {
     pub step_s: f64,
     /// Road and force with their splines.
     pub input: Input,
-    /// Measured z (m), and which samples to use.
+    /// Measured z (m).
     pub displacement: &'a [f64],
+    /// Which samples to use.
     pub valid: &'a [bool],
     /// Mass (kg), where known.
     pub mass: Option<f64>,
@@ -35,8 +36,9 @@ pub struct Record<'a> {
 /// The model's deflection and what else moves it.
 #[derive(Clone, Debug)]
 pub struct Deflection<'a> {
-    /// u - z (m) and u' - z' (m/s).
+    /// u - z (m).
     pub value: Vec<f64>,
+    /// u' - z' (m/s).
     pub rate: Vec<f64>,
     /// F (N).
     pub force: Option<&'a [f64]>,
@@ -48,6 +50,7 @@ pub type Theta = [f64; 3];
 /// A regression's result on one axle.
 #[derive(Clone, Debug)]
 pub struct Found {
+    /// The estimate at the end of the record.
     pub theta: Theta,
     /// Of theta; zero where 1/m is known.
     pub covariance: Matrix3<f64>,
@@ -60,7 +63,9 @@ pub struct Found {
 /// The estimate from the samples up to one.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
+    /// Index of the last sample that counts in it (from 0).
     pub sample: usize,
+    /// The estimate there.
     pub theta: Theta,
     /// What the samples say about k/m and B/m, the other unknowns eliminated.
     pub information: Matrix2<f64>,

@@ -154,7 +154,7 @@ fn spread<const P: usize>(
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::simulate::simulated_ride::Normal;
+    use crate::numerics::random::Normal;
 
     fn rows(n: usize, noise_model: f64, seed: u64) -> Vec<Row<2>> {
         let mut normal = Normal::new(seed);

@@ -117,7 +117,7 @@ mod tests {
         }
     }
 
-    /// What is found on a ride at a speed that is reported `factor` times too large, forwards or with the axles swapped.
+    /// What is found on a ride at a speed that is logged `factor` times too large, forwards or with the axles swapped.
     fn found(factor: f64, swapped: bool) -> Option<MistakeKind> {
         let mut ride = SimulatedRide::default().ride();
         let speed: Vec<f64> = vec![5.0; ride.samples];

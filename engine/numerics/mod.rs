@@ -4,6 +4,7 @@ pub mod autoregressive;
 pub mod elementary;
 pub mod finite;
 pub mod lanes;
+pub mod levenberg_marquardt;
 pub mod modulating;
 pub mod projection;
 pub mod random;

@@ -25,7 +25,7 @@
 
 mod jerk;
 
-pub use jerk::bound as jerk_bound;
+pub(crate) use jerk::bound as jerk_bound;
 
 use rayon::prelude::*;
 
@@ -33,17 +33,19 @@ use crate::numerics::spline::slopes;
 
 /// Implicit steps per sample interval. The second takes the velocity error of a noisy 100 Hz ride
 /// from 0.06 to 0.02 m/s; further ones gain nothing.
-pub const SUB_STEPS: usize = 2;
+pub(crate) const SUB_STEPS: usize = 2;
 
 /// l0, l1, l2 of eq. (15) over f^(1/3), f^(1/2) and f.
-pub const GAINS: [f64; 3] = [3.0, 1.2, 1.1];
+pub(crate) const GAINS: [f64; 3] = [3.0, 1.2, 1.1];
 
 /// What the observer gives at every sample.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct States {
-    /// x1^ (m), x2^ (m/s), x3^ (m/s^2).
+    /// x1^ (m): the displacement.
     pub position: Vec<f64>,
+    /// x2^ (m/s).
     pub velocity: Vec<f64>,
+    /// x3^ (m/s^2).
     pub acceleration: Vec<f64>,
 }
 
@@ -68,7 +70,7 @@ pub fn differentiate_all(signals: &[(&[f64], f64)], step: f64) -> Vec<States> {
 }
 
 /// As [`differentiate_all`], for a number of signals known beforehand.
-pub fn differentiate<const N: usize>(
+pub(crate) fn differentiate<const N: usize>(
     signals: [&[f64]; N],
     jerk_bounds: [f64; N],
     step: f64,

@@ -4,9 +4,10 @@
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
+use crate::plant::Coefficients;
 use crate::ride::AxleRecord;
 use crate::simulate::linear::{Input, simulate};
-use crate::simulate::sensitivity::{PARAMETERS, Plain};
+use crate::simulate::sensitivity::PARAMETERS;
 
 /// Samples that are looked at: enough to show basins apart.
 const LOOKED: usize = 20_000;
@@ -19,7 +20,7 @@ const DAMPINGS: [f64; 5] = [0.002, 0.02, 0.1, 0.5, 2.0];
 const BEST: usize = 4;
 
 /// The best of the grid, least squares first.
-pub(super) fn starts(asked: &Query, train: usize) -> Vec<Plain> {
+pub(super) fn starts(asked: &Query, train: usize) -> Vec<Coefficients> {
     let record = Record::new(asked, train.min(LOOKED));
     let turns = frequencies(record.measured, asked.input.step).map(|hz| std::f64::consts::TAU * hz);
     let grid: Vec<(f64, f64)> = match asked.free[0] {
@@ -29,7 +30,7 @@ pub(super) fn starts(asked: &Query, train: usize) -> Vec<Plain> {
         false => turns.map(|omega| (0.0, omega)).collect(),
     };
     let solved = |(kappa, beta): &(f64, f64)| record.solved(*kappa, *beta);
-    let mut found: Vec<(f64, Plain)> = grid.par_iter().filter_map(solved).collect();
+    let mut found: Vec<(f64, Coefficients)> = grid.par_iter().filter_map(solved).collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
     found.into_iter().take(BEST).map(|(_, p)| p).collect()
 }
@@ -39,7 +40,7 @@ pub(super) struct Query<'a> {
     pub input: &'a Input,
     pub record: &'a AxleRecord,
     pub mass: Option<f64>,
-    /// Which of [`Plain`]'s parameters are unknown.
+    /// Which of [`Coefficients`]'s parameters are unknown.
     pub free: [bool; PARAMETERS],
 }
 
@@ -114,7 +115,7 @@ impl<'a> Record<'a> {
     }
 
     /// Least squares of everything else at one k/m and B/m: what is left, and the model.
-    fn solved(&self, kappa: f64, beta: f64) -> Option<(f64, Plain)> {
+    fn solved(&self, kappa: f64, beta: f64) -> Option<(f64, Coefficients)> {
         let moved = |input: &Input, per_mass, constant, initial| {
             simulate(input, kappa, beta, per_mass, constant, initial).0
         };
@@ -156,12 +157,13 @@ impl<'a> Record<'a> {
             .component_mul(&size);
         let left = squares - found.dot(&target);
         let per_mass = self.per_mass.unwrap_or(found[0]);
-        let plain = Plain {
+        let plain = Coefficients {
             kappa,
             beta,
             per_mass,
             constant: found[1],
-            initial: [start + found[2], found[3]],
+            height: start + found[2],
+            velocity: found[3],
         };
         let finite = found.iter().all(|x| x.is_finite()) && left.is_finite();
         (finite && per_mass > 0.0).then_some((left, plain))

@@ -8,25 +8,33 @@
 
 mod global;
 mod split;
-pub mod start;
+pub(crate) mod start;
 
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
-use crate::EngineError;
 use crate::bicycle::{Axle, Bike, PerAxle};
 use crate::numerics::autoregressive::NoiseModel;
 use crate::numerics::finite::std_error;
+use crate::numerics::levenberg_marquardt::{Damping, Descent, minimise};
 use crate::numerics::spline::slopes;
+use crate::plant::Coefficients;
 use crate::report::Estimate;
 use crate::ride::{AxleRecord, Ride};
 use crate::settings::Settings;
 use crate::simulate::linear::Input;
-use crate::simulate::sensitivity::{PARAMETERS, Plain, walk};
-pub use split::Split;
+use crate::simulate::sensitivity::{PARAMETERS, walk};
+use crate::{Divergence, EngineError};
+pub(crate) use split::Split;
 pub use start::Start;
 
 const STAGE: &str = "output error";
 const MAX_ITERATIONS: usize = 200;
+const DAMPING: Damping = Damping {
+    first: 1e-3,
+    least: 1e-12,
+    after_failure: 0.0,
+    most: 1e11,
+};
 
 type Local = SVector<f64, PARAMETERS>;
 type LocalMatrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
@@ -34,14 +42,16 @@ type LocalMatrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
 /// The plain model at its best on one axle.
 #[derive(Clone, Debug)]
 pub struct AxleFit {
-    pub plain: Plain,
+    /// Its parameters and initial state.
+    pub plain: Coefficients,
     /// z - simulated z (m) at every sample of the ride, held-out part included; of the force (N) where the motion is
     /// prescribed.
     pub residual: Vec<f64>,
-    /// Covariance of `Plain`'s parameters, from the residual's colour; zero where one is known.
+    /// Covariance of `Coefficients`'s parameters, from the residual's colour; zero where one is known.
     pub covariance: LocalMatrix,
-    /// RMS of the valid residuals on the fitted and on the held-out part (m).
+    /// RMS of the valid residuals on the fitted part (m).
     pub train_rms: f64,
+    /// RMS of the valid residuals on the held-out part (m).
     pub held_rms: f64,
     /// Whether the force answers to a prescribed motion, so that no mass is in it.
     pub prescribed: bool,
@@ -49,7 +59,7 @@ pub struct AxleFit {
 
 impl AxleFit {
     /// A ride that is the plain model's own, without noise.
-    pub fn exact(plain: Plain, samples: usize) -> Self {
+    pub(crate) fn exact(plain: Coefficients, samples: usize) -> Self {
         Self {
             plain,
             residual: vec![0.0; samples],
@@ -66,7 +76,7 @@ struct Problem<'a> {
     record: &'a AxleRecord,
     input: Input,
     mass: Option<f64>,
-    /// Which of [`Plain`]'s parameters are unknown.
+    /// Which of [`Coefficients`]'s parameters are unknown.
     free: [bool; PARAMETERS],
 }
 
@@ -94,45 +104,42 @@ impl<'a> Problem<'a> {
     }
 
     /// The plain model at a start; where the motion is prescribed it is linear, and any start does.
-    fn start(&self, s: Option<&Start>) -> Option<Plain> {
+    fn start(&self, s: Option<&Start>) -> Option<Coefficients> {
         if self.record.prescribed {
-            return Some(Plain {
+            return Some(Coefficients {
                 kappa: 0.0,
                 beta: 0.0,
                 per_mass: 1.0,
-                constant: 0.0,
-                initial: [0.0; 2],
+                ..Coefficients::default()
             });
         }
         let s = s?;
         let z = &self.record.displacement;
         let head = &z[..z.len().min(8)];
-        Some(Plain {
+        Some(Coefficients {
             kappa: s.kappa,
             beta: s.beta,
             per_mass: self.mass.map_or(s.per_mass, |m| 1.0 / m),
             constant: 0.0,
-            initial: [
-                z[0],
-                if self.free[5] {
-                    slopes(head, self.input.step)[0]
-                } else {
-                    0.0
-                },
-            ],
+            height: z[0],
+            velocity: if self.free[5] {
+                slopes(head, self.input.step)[0]
+            } else {
+                0.0
+            },
         })
     }
 
     /// Whether samples so far apart could distinguishes the model from one that is rigid or runs away. An answer to a prescribed
     /// motion may have any k and B.
-    fn can_show(&self, p: &Plain, floor: f64) -> bool {
+    fn can_show(&self, p: &Coefficients, floor: f64) -> bool {
         let [most_kappa, most_beta] = most(self.input.step);
         let within = p.kappa > floor && p.kappa < most_kappa && p.beta.abs() < most_beta;
         self.record.prescribed || within && p.per_mass > 0.0
     }
 
     /// Cost, gradient (half) and Gauss-Newton matrix over the first `samples` samples.
-    fn normal(&self, p: &Plain, samples: usize) -> (f64, Local, LocalMatrix) {
+    fn normal(&self, p: &Coefficients, samples: usize) -> (f64, Local, LocalMatrix) {
         let (mut cost, mut g, mut h) = (0.0, Local::zeros(), LocalMatrix::zeros());
         walk(&self.input, p, samples, |i, z, dz| {
             if self.record.valid[i] {
@@ -154,7 +161,7 @@ impl<'a> Problem<'a> {
         (cost, g, h)
     }
 
-    fn finish(&self, plain: Plain, split: &Split, bread: &LocalMatrix) -> AxleFit {
+    fn finish(&self, plain: Coefficients, split: &Split, bread: &LocalMatrix) -> AxleFit {
         let n = self.record.output().len();
         let mut residual = Vec::with_capacity(n);
         let mut rows: Vec<[f64; PARAMETERS]> = Vec::with_capacity(split.train.len());
@@ -204,7 +211,7 @@ impl<'a> Problem<'a> {
 }
 
 /// RMS of `residual` over the valid samples of `range`; NaN-free: 0 where there is none.
-pub fn rms_valid(residual: &[f64], valid: &[bool], range: std::ops::Range<usize>) -> f64 {
+pub(crate) fn rms_valid(residual: &[f64], valid: &[bool], range: std::ops::Range<usize>) -> f64 {
     let (mut sum, mut count) = (0.0, 0_usize);
     for i in range {
         if valid[i] {
@@ -220,7 +227,7 @@ pub fn rms_valid(residual: &[f64], valid: &[bool], range: std::ops::Range<usize>
 }
 
 /// Standard deviation of the valid samples of a range.
-pub fn spread_valid(x: &[f64], valid: &[bool], range: std::ops::Range<usize>) -> f64 {
+pub(crate) fn spread_valid(x: &[f64], valid: &[bool], range: std::ops::Range<usize>) -> f64 {
     let known = || range.clone().filter(|i| valid[*i]).map(|i| x[i]);
     let count = known().count().max(1) as f64;
     let mean = known().sum::<f64>() / count;
@@ -263,7 +270,7 @@ pub fn fit(
 ///
 /// # Errors
 /// A null mass without a force channel; a cost that is not finite from any start.
-pub fn fit_without_spring(
+pub(crate) fn fit_without_spring(
     ride: &Ride,
     bike: &Bike,
     settings: &Settings,
@@ -317,7 +324,7 @@ fn from_grid(problem: &Problem, split: &Split) -> Result<AxleFit, EngineError> {
 }
 
 /// The plain models of all axles at each start.
-fn from_starts(problems: &[&Problem], starts: &[PerAxle<Start>]) -> Vec<Vec<Plain>> {
+fn from_starts(problems: &[&Problem], starts: &[PerAxle<Start>]) -> Vec<Vec<Coefficients>> {
     let at = |s: &PerAxle<Start>| problems.iter().map(|p| p.start(s.get(p.axle))).collect();
     starts.iter().filter_map(at).collect()
 }
@@ -327,11 +334,11 @@ fn best_of(
     problems: &[&Problem],
     equal: bool,
     split: &Split,
-    starts: Vec<Vec<Plain>>,
+    starts: Vec<Vec<Coefficients>>,
 ) -> Result<Vec<AxleFit>, EngineError> {
     let layout = Layout::new(problems, equal);
     let tried = starts.len();
-    let mut ranked: Vec<(f64, Vec<Plain>)> = starts
+    let mut ranked: Vec<(f64, Vec<Coefficients>)> = starts
         .into_iter()
         .filter_map(|plains| {
             let mut plains = layout.consistent(plains);
@@ -347,7 +354,7 @@ fn best_of(
         })
         .collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut best: Option<(f64, Vec<Plain>, DMatrix<f64>)> = None;
+    let mut best: Option<(f64, Vec<Coefficients>, DMatrix<f64>)> = None;
     for (_, plains) in ranked.into_iter().take(3) {
         if let Some(found) = descend(problems, &layout, split, plains)
             && best.as_ref().is_none_or(|b| found.0 < b.0)
@@ -355,11 +362,9 @@ fn best_of(
             best = Some(found);
         }
     }
-    let (_, plains, bread) = best.ok_or_else(|| EngineError::Diverged {
+    let (_, plains, bread) = best.ok_or(EngineError::Diverged {
         stage: STAGE,
-        problem: format!(
-            "the plain model comes to no finite error from any of {tried} starts: is a channel's sign or unit wrong?"
-        ),
+        problem: Divergence::NoStart { starts: tried },
     })?;
     Ok(problems
         .iter()
@@ -409,7 +414,7 @@ impl Layout {
     }
 
     /// With equal axles one k and one B: the mean of the starts'.
-    fn consistent(&self, mut plains: Vec<Plain>) -> Vec<Plain> {
+    fn consistent(&self, mut plains: Vec<Coefficients>) -> Vec<Coefficients> {
         if self.equal {
             let n = plains.len() as f64;
             let k = plains.iter().map(|p| p.kappa / p.per_mass).sum::<f64>() / n;
@@ -423,58 +428,89 @@ impl Layout {
     }
 }
 
-/// Levenberg-Marquardt with Marquardt's scaling; gives cost, parameters and inverse of the
-/// Gauss-Newton matrix, or nothing when it leaves the numbers' range.
+/// Axles fitted together.
+struct Together<'a> {
+    problems: &'a [&'a Problem<'a>],
+    layout: &'a Layout,
+    samples: usize,
+    /// Least k/m (1/s^2).
+    floor: f64,
+}
+
+/// Coefficients, and the normal equations there.
+struct At {
+    plains: Vec<Coefficients>,
+    cost: f64,
+    gradient: DVector<f64>,
+    matrix: DMatrix<f64>,
+}
+
+impl Together<'_> {
+    fn at(&self, plains: Vec<Coefficients>) -> At {
+        let n = self.layout.unknowns;
+        let (mut cost, mut gradient, mut matrix) = (0.0, DVector::zeros(n), DMatrix::zeros(n, n));
+        for ((p, x), t) in (self.problems.iter().zip(&plains)).zip(&self.layout.to_local) {
+            let (c, g, h) = p.normal(x, self.samples);
+            cost += c;
+            gradient += t.tr_mul(&g);
+            matrix += t.tr_mul(&h) * t;
+        }
+        At {
+            plains,
+            cost,
+            gradient,
+            matrix,
+        }
+    }
+}
+
+impl Descent for Together<'_> {
+    type Point = At;
+
+    fn cost(&self, at: &At) -> f64 {
+        at.cost
+    }
+
+    fn equations(&self, at: &At) -> (DMatrix<f64>, DVector<f64>) {
+        (at.matrix.clone(), at.gradient.clone())
+    }
+
+    fn moved(&self, at: &At, step: DVector<f64>) -> Option<At> {
+        let moved = at.plains.iter().zip(&self.layout.to_local);
+        let tried: Vec<Coefficients> = moved.map(|(p, t)| moved_by(p, &(t * &step))).collect();
+        let mut pairs = self.problems.iter().zip(&tried);
+        let can_show = pairs.all(|(problem, p)| problem.can_show(p, self.floor));
+        can_show
+            .then(|| self.at(tried))
+            .filter(|at| at.cost.is_finite())
+    }
+
+    fn is_settled(&self, gained: f64, _predicted: f64, cost: f64) -> bool {
+        gained <= 1e-14 * cost
+    }
+}
+
+/// Gives cost, parameters and inverse of the Gauss-Newton matrix, or nothing when it leaves the numbers' range.
 fn descend(
     problems: &[&Problem],
     layout: &Layout,
     split: &Split,
-    mut plains: Vec<Plain>,
-) -> Option<(f64, Vec<Plain>, DMatrix<f64>)> {
-    let normal = |plains: &[Plain]| {
-        let mut cost = 0.0;
-        let mut g = DVector::zeros(layout.unknowns);
-        let mut h = DMatrix::zeros(layout.unknowns, layout.unknowns);
-        for ((p, x), t) in problems.iter().zip(plains).zip(&layout.to_local) {
-            let (c, lg, lh) = p.normal(x, split.train.end);
-            cost += c;
-            g += t.tr_mul(&lg);
-            h += t.tr_mul(&lh) * t;
-        }
-        (cost, g, h)
-    };
+    plains: Vec<Coefficients>,
+) -> Option<(f64, Vec<Coefficients>, DMatrix<f64>)> {
     let step = problems.first().map_or(1.0, |p| p.input.step);
-    let floor = least_kappa(step, split);
-    let (mut cost, mut g, mut h) = normal(&plains);
-    let mut damping = 1e-3;
-    for _ in 0..MAX_ITERATIONS {
-        let mut damped = h.clone();
-        for q in 0..layout.unknowns {
-            damped[(q, q)] *= 1.0 + damping;
-        }
-        let step = damped.cholesky()?.solve(&g);
-        let tried: Vec<Plain> = plains
-            .iter()
-            .zip(&layout.to_local)
-            .map(|(p, t)| moved(p, &(t * &step)))
-            .collect();
-        let mut pairs = problems.iter().zip(&tried);
-        let physical = pairs.all(|(problem, p)| problem.can_show(p, floor));
-        let (new_cost, new_g, new_h) = normal(&tried);
-        if physical && new_cost.is_finite() && new_cost <= cost {
-            let gained = cost - new_cost;
-            (plains, cost, g, h) = (tried, new_cost, new_g, new_h);
-            damping = (damping * 0.1).max(1e-12);
-            if gained <= 1e-14 * cost {
-                break;
-            }
-        } else {
-            damping *= 10.0;
-            if damping > 1e12 {
-                break;
-            }
-        }
-    }
+    let together = Together {
+        problems,
+        layout,
+        samples: split.train.end,
+        floor: least_kappa(step, split),
+    };
+    let start = together.at(plains);
+    let At {
+        plains,
+        cost,
+        matrix: h,
+        ..
+    } = minimise(&together, start, DAMPING, MAX_ITERATIONS)?;
     cost.is_finite().then_some(())?;
     let scale = DVector::from_fn(layout.unknowns, |q, _| {
         h[(q, q)].max(f64::MIN_POSITIVE).sqrt().recip()
@@ -494,24 +530,25 @@ fn least_kappa(step: f64, split: &Split) -> f64 {
 
 /// Largest k/m (1/s^2) and B/m (1/s, either sign) that samples so far apart (s) could show from an axle that is
 /// rigid: a swing in each interval, and a decay in a sixth of one.
-pub fn most(step: f64) -> [f64; 2] {
+pub(crate) fn most(step: f64) -> [f64; 2] {
     let fastest = std::f64::consts::TAU / step;
     [fastest * fastest, fastest]
 }
 
-fn moved(p: &Plain, step: &DVector<f64>) -> Plain {
-    Plain {
+fn moved_by(p: &Coefficients, step: &DVector<f64>) -> Coefficients {
+    Coefficients {
         kappa: p.kappa + step[0],
         beta: p.beta + step[1],
         per_mass: p.per_mass + step[2],
         constant: p.constant + step[3],
-        initial: [p.initial[0] + step[4], p.initial[1] + step[5]],
+        height: p.height + step[4],
+        velocity: p.velocity + step[5],
     }
 }
 
 impl AxleFit {
     /// k, B and m with standard errors by the delta method.
-    pub fn estimate(&self, weighed: bool) -> Estimate {
+    pub(crate) fn estimate(&self, weighed: bool) -> Estimate {
         let p = &self.plain;
         let m = 1.0 / p.per_mass;
         let error = |by: [f64; 3]| {

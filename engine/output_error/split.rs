@@ -6,7 +6,9 @@ use crate::settings::Settings;
 /// Samples to fit on and samples to judge on, with a gap between them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Split {
+    /// Samples that models are fitted to.
     pub train: Range<usize>,
+    /// Samples that they are judged on.
     pub held: Range<usize>,
 }
 

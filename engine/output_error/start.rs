@@ -3,11 +3,14 @@
 use crate::bicycle::PerAxle;
 use crate::report::Estimate;
 
-/// Where a fit starts: k/m (1/s^2), B/m (1/s), 1/m (1/kg).
+/// Where a fit starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Start {
+    /// k/m (1/s^2).
     pub kappa: f64,
+    /// B/m (1/s).
     pub beta: f64,
+    /// 1/m (1/kg).
     pub per_mass: f64,
 }
 

@@ -1,10 +1,12 @@
 #![allow(clippy::unwrap_used)]
 use super::*;
+use crate::numerics::random::Normal;
 use crate::output_error::start::starts_from;
 use crate::pipeline::observe;
+use crate::plant::PlantRef;
 use crate::ride::{ReadOptions, read};
 use crate::simulate::linear::simulate;
-use crate::simulate::simulated_ride::{Normal, SimulatedRide};
+use crate::simulate::simulated_ride::SimulatedRide;
 use rayon::prelude::*;
 
 /// A minute on a rough road by the plain model itself, with white noise on z.
@@ -55,6 +57,7 @@ fn ride(noise: f64) -> (Ride, Bike) {
                 acceleration: None,
                 valid: vec![true; n],
                 prescribed: false,
+                plant: PlantRef::default(),
             },
         );
     }
@@ -224,6 +227,7 @@ fn drive() -> Ride {
         acceleration: None,
         valid: vec![true; n],
         prescribed: false,
+        plant: PlantRef::default(),
     };
     Ride {
         sensors: Vec::new(),
@@ -315,6 +319,7 @@ fn bench(driven: bool) -> (Ride, Bike) {
         acceleration: None,
         valid: vec![true; n],
         prescribed: false,
+        plant: PlantRef::default(),
     });
     ride.axles.rear = None;
     (ride.samples, ride.step_s) = (n, step);

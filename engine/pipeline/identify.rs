@@ -3,6 +3,7 @@
 
 use rayon::prelude::*;
 
+use super::parameters::parameters;
 use crate::EngineError;
 use crate::bicycle::{Bike, PerAxle};
 use crate::diagnosis;
@@ -11,6 +12,7 @@ use crate::mistakes::mistakes;
 use crate::output_error;
 use crate::output_error::start::{start_from, starts_from};
 use crate::progress::Progress;
+use crate::report::Method;
 use crate::report::diagnosis::Diagnosis;
 use crate::report::stages::{Conclusion, Observed};
 use crate::report::{Comparison, Estimate, LatentRoad, Mistake, Report, SwarmReport, Trial};
@@ -22,8 +24,44 @@ use crate::uncertainty::laser::{are_unplaced, misleading, notes, unconfirmed, wi
 use crate::uncertainty::laser_clock::laser_error;
 use crate::uncertainty::mass::mass_error;
 use crate::uncertainty::road_noise::{borne, decides, road_noise_error, worth_reporting};
+use std::collections::BTreeMap;
 
-/// Runs all stages; trials run in parallel on the current rayon pool.
+/// Stiffness k and damping B of every axle by every method, and what physics the model leaves out. Trials of the swarm run
+/// in parallel on the current rayon pool.
+///
+/// # Errors
+/// A bike file that lacks a mass which the ride does not show either, settings out of range, a ride that does not determine k and B,
+/// a fit that diverges, cancellation.
+///
+/// ```
+/// use veloid_engine::simulate::simulated_ride::SimulatedRide;
+/// use veloid_engine::{Bike, EngineError, Settings, Silent, identify};
+///
+/// let simulated = SimulatedRide {
+///     duration_s: 10.0,
+///     noise_displacement_m: 5e-5,
+///     ..SimulatedRide::default()
+/// };
+/// let bike = Bike {
+///     mass_front_kg: simulated.front.map(|spring| spring.mass_kg),
+///     mass_rear_kg: simulated.rear.map(|spring| spring.mass_kg),
+///     ..Bike::default()
+/// };
+/// let settings = Settings {
+///     trials: 1,
+///     diagnosis: false,
+///     ..Settings::default()
+/// };
+/// let report = identify(&simulated.ride(), &bike, &settings, &Silent)?;
+/// let (found, made) = (report.output_error.front.unwrap(), simulated.front.unwrap());
+/// let std_error = found.k_std_n_m.unwrap();
+/// assert!(std_error < 0.01 * made.k_n_m && (found.k_n_m - made.k_n_m).abs() < 4.0 * std_error);
+///
+/// let unsure = Settings { trials: 0, ..settings };
+/// let error = identify(&simulated.ride(), &bike, &unsure, &Silent).unwrap_err();
+/// assert_eq!(error.to_string(), "setting trials: 0 is outside 1 to 100");
+/// # Ok::<(), EngineError>(())
+/// ```
 pub fn identify(
     ride: &Ride,
     bike: &Bike,
@@ -149,10 +187,10 @@ fn compared(
     let comparison = Comparison::of(
         ride,
         &[
-            ("least_squares", &observed.least_squares),
-            ("instrumental", &observed.instrumental),
-            ("swarm", &swarm),
-            ("output_error", output_error),
+            (Method::LeastSquares.name(), &observed.least_squares),
+            (Method::Instrumental.name(), &observed.instrumental),
+            (Method::Swarm.name(), &swarm),
+            (Method::OutputError.name(), output_error),
         ],
     );
     Comparison {
@@ -265,8 +303,16 @@ pub fn assemble(
         road_noise_error: conclusion.road_noise_error,
         roll: observed.roll,
         diagnosis,
+        parameters: BTreeMap::new(),
     };
-    checked("report", report)
+    let parameters = parameters(ride, &report);
+    checked(
+        "report",
+        Report {
+            parameters,
+            ..report
+        },
+    )
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 mod hostile;
 mod identify;
 mod observe;
+mod parameters;
 mod study;
 mod synchronise;
 mod validate;

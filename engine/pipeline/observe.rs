@@ -1,6 +1,5 @@
 //! Stage `observe`: observer, least squares and instrumental variables on every axle of a ride.
 
-use crate::EngineError;
 use crate::bicycle::load::wheel_load;
 use crate::bicycle::{Axle, Bike, GRAVITY, PerAxle};
 use crate::latent_road::latent_road;
@@ -15,6 +14,7 @@ use crate::ride::{AxleRecord, Ride};
 use crate::roll::roll;
 use crate::settings::Settings;
 use crate::simulate::linear::Input;
+use crate::{EngineError, RideProblem};
 
 /// What is visible at once: paper section 3 and 4 on every axle.
 ///
@@ -71,10 +71,10 @@ pub fn observe(ride: &Ride, bike: &Bike, settings: &Settings) -> Result<Observed
     })
 }
 
-fn undetermined(axle: Axle, method: &str) -> EngineError {
+fn undetermined(axle: Axle, method: &'static str) -> EngineError {
     EngineError::Ride {
         axle,
-        problem: format!("the motion does not determine stiffness and damping ({method})"),
+        problem: RideProblem::Undetermined { method },
     }
 }
 

@@ -2,7 +2,6 @@
 
 use rayon::prelude::*;
 
-use crate::EngineError;
 use crate::bicycle::Bike;
 use crate::diagnosis::prepare::Prepared;
 use crate::diagnosis::study::{Ready, study as together};
@@ -13,10 +12,11 @@ use crate::report::diagnosis::{Base, Verdict};
 use crate::report::study::{LeftAside, StudyReport};
 use crate::ride::Ride;
 use crate::settings::Settings;
+use crate::{EngineError, SettingProblem};
 
 /// A ride with a name, and the bicycle as it was ridden.
 pub struct Ridden<'a> {
-    /// Told of it in the report.
+    /// Its name in the report.
     pub name: String,
     /// The ride.
     pub ride: &'a Ride,
@@ -28,6 +28,37 @@ pub struct Ridden<'a> {
 ///
 /// # Errors
 /// Fewer than two rides that can take part, one record given twice, rides of different axles, more samples than a search can hold, cancellation.
+///
+/// ```
+/// use veloid_engine::report::diagnosis::Verdict;
+/// use veloid_engine::simulate::simulated_ride::SimulatedRide;
+/// use veloid_engine::{Bike, EngineError, Ridden, Settings, Silent, study};
+///
+/// let simulated = |seed| SimulatedRide {
+///     duration_s: 10.0,
+///     noise_displacement_m: 5e-5,
+///     rear: None,
+///     seed,
+///     ..SimulatedRide::default()
+/// };
+/// let made = simulated(1).front.unwrap();
+/// let bike = Bike { mass_front_kg: Some(made.mass_kg), ..Bike::default() };
+/// let rides = [1, 2].map(|seed| simulated(seed).ride());
+/// let ridden = [("out", &rides[0]), ("back", &rides[1])];
+/// let ridden = ridden.map(|(name, ride)| Ridden { name: name.to_owned(), ride, bike: &bike });
+/// let settings = Settings { search_budget: 300.0, ..Settings::default() };
+///
+/// let report = study(&ridden, &settings, &Silent)?;
+/// assert_eq!(report.verdict, Verdict::NothingMissing);
+/// let names: Vec<&str> = report.rides.iter().map(|ride| ride.name.as_str()).collect();
+/// assert_eq!(names, ["out", "back"]);
+/// let estimate = report.axles.front.unwrap().estimate.unwrap();
+/// assert!((estimate.k_n_m / made.k_n_m - 1.0).abs() < 0.01);
+///
+/// let error = study(&ridden[..1], &settings, &Silent).err();
+/// assert!(matches!(error, Some(EngineError::Setting { name: "rides of a study", .. })));
+/// # Ok::<(), EngineError>(())
+/// ```
 pub fn study(
     rides: &[Ridden],
     settings: &Settings,
@@ -36,7 +67,10 @@ pub fn study(
     if let Some([first, second]) = given_twice(rides) {
         return Err(EngineError::Setting {
             name: "rides of a study",
-            problem: format!("{first} and {second} are the same record; a ride counts once"),
+            problem: SettingProblem::SameRecord {
+                first: first.to_owned(),
+                second: second.to_owned(),
+            },
         });
     }
     progress.stage("each ride");
@@ -57,18 +91,13 @@ pub fn study(
         }
     }
     if ready.len() < 2 {
-        let why: Vec<String> = aside
-            .iter()
-            .map(|a| format!("{}: {}", a.name, a.why))
-            .collect();
         return Err(EngineError::Setting {
             name: "rides of a study",
-            problem: format!(
-                "{} of {} can take part, 2 are needed. {}",
-                ready.len(),
-                rides.len(),
-                why.join("; ")
-            ),
+            problem: SettingProblem::TooFewRides {
+                ready: ready.len(),
+                given: rides.len(),
+                left_aside: aside.into_iter().map(|a| (a.name, a.why)).collect(),
+            },
         });
     }
     progress.stage("together");

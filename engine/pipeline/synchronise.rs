@@ -10,6 +10,33 @@ use crate::simulate::sensor_noise::noise;
 
 /// Reads the files of a ride ([`ride::read_on_clocks`]) and brings every laser, with all else that its file holds, to the clock of
 /// the accelerometer on its axle, as far as the ride shows how they go beside each other.
+///
+/// # Errors
+/// Name the file, the line and the column, and what was expected there.
+///
+/// ```
+/// use veloid_engine::ride::RideFile;
+/// use veloid_engine::{Bike, read};
+///
+/// let mut log = "t,u_f [mm],z_f [mm]\n".to_owned();
+/// for i in 0..500 {
+///     let t = f64::from(i) / 100.0;
+///     let road = 3.0 * (9.0 * t).sin() + (31.0 * t).cos();
+///     let axle = 3.1 * (9.0 * t - 0.02).sin() + 1.2 * (31.0 * t - 0.1).cos();
+///     log += &format!("{t},{road},{axle}\n");
+/// }
+/// let file = RideFile::new("ride.csv", log.as_bytes());
+/// let ride = read(&[file], &Bike::default(), &Default::default())?;
+/// assert_eq!((ride.samples, ride.summary.rate_hz.round()), (500, 100.0));
+/// // Millimetres in the file, metres in the ride.
+/// let [front, rear] = [ride.axles.front, ride.axles.rear];
+/// assert!(front.is_some_and(|front| (front.road[0] - 1e-3).abs() < 1e-9) && rear.is_none());
+///
+/// let broken = RideFile::new("ride.csv", b"t,u_f,z_f\n0,0.001,here\n");
+/// let error = read(&[broken], &Bike::default(), &Default::default()).unwrap_err();
+/// assert_eq!((error.file(), error.kind()), ("ride.csv", "not-a-number"));
+/// # Ok::<(), veloid_engine::ride::ReadError>(())
+/// ```
 pub fn read(files: &[RideFile<'_>], bike: &Bike, options: &ReadOptions) -> Result<Ride, ReadError> {
     let by = |clocks: &[SensorClock]| ride::read_on_clocks(files, bike, options, clocks);
     let ride = by(&[])?;
@@ -53,7 +80,7 @@ pub fn read(files: &[RideFile<'_>], bike: &Bike, options: &ReadOptions) -> Resul
 impl Ride {
     /// Reads a ride from arrays of equal length, under names as a file's header has them: `t` (s), `u_f`, `u_r`, `z_f`, `z_r` (m)
     /// and whatever else `docs/ride-format.md` lists, in another unit where the name says so (`z_f [mm]`). NaN is a missing
-    /// value. What a file with the same numbers would be reported, this is reported too.
+    /// value. What a file with the same numbers would be warned of, this is warned of too.
     ///
     /// # Errors
     /// Name the column, and the sample counted from 1.
@@ -98,7 +125,7 @@ fn is_shared(a: &SensorClock, b: &SensorClock) -> bool {
     a.file.is_some() && a.file == b.file
 }
 
-/// What two lasers in one file show of its clock is put together, each counting as it is sure.
+/// What two lasers in one file say of its clock is put together, each counting as it is sure.
 fn one_for_each_file(lasers: &mut [Compared]) {
     let [front, rear] = lasers else { return };
     let (front, rear) = (&mut front.clock, &mut rear.clock);

@@ -4,5 +4,5 @@ mod comparison;
 mod observer_accuracy;
 mod series;
 
-pub use observer_accuracy::accuracy;
+pub(crate) use observer_accuracy::accuracy;
 pub use series::{Curve, Quantity, Series, Window};

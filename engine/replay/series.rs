@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bicycle::{Axle, PerAxle};
 use crate::observer::differentiate;
+use crate::report::Method;
 use crate::report::{Estimate, Report};
 use crate::ride::{AxleRecord, Ride};
 use crate::simulate::linear::{Input, simulate};
@@ -29,6 +30,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
+    /// SI unit of the values.
     pub fn unit(self) -> &'static str {
         match self {
             Quantity::Displacement => "m",
@@ -62,16 +64,22 @@ pub struct Curve {
     /// `measured`, `least_squares`, `swarm`, `plain` (output error), `residual` (measured - plain) or
     /// `observer` (the observer's own state).
     pub name: &'static str,
+    /// One value per sample of the ride, in the series' unit.
     pub values: Vec<f64>,
 }
 
 /// The curves of both axles on the ride's clock.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
+    /// What the curves show.
     pub quantity: Quantity,
+    /// Time of the first sample (s).
     pub start_s: f64,
+    /// Sample interval (s).
     pub step_s: f64,
+    /// Number of samples, the same in every curve.
     pub samples: usize,
+    /// Curves of each axle.
     pub axles: PerAxle<Vec<Curve>>,
 }
 
@@ -89,8 +97,8 @@ impl Series {
                     Axle::Rear => report.swarm.rear.as_ref(),
                 };
                 let models = [
-                    ("least_squares", report.least_squares.get(axle)),
-                    ("swarm", swarm),
+                    (Method::LeastSquares.name(), report.least_squares.get(axle)),
+                    (Method::Swarm.name(), swarm),
                     ("plain", report.output_error.get(axle)),
                 ];
                 let mut curves = curves(record, ride.step_s, &models, quantity);
@@ -165,7 +173,9 @@ fn extremes(values: &[f64]) -> [f64; 2] {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Window {
+    /// What the curves show.
     pub quantity: Quantity,
+    /// SI unit of the curves.
     pub unit: String,
     /// Whether values stand for stretches of samples: each stretch's smallest and largest.
     pub thinned: bool,

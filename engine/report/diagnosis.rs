@@ -8,6 +8,7 @@ use super::windows::Windows;
 use crate::bicycle::{Axle, PerAxle};
 use crate::document::format_number::Quantity;
 
+/// What the diagnosis says about physics beyond the plain spring and damper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
@@ -43,6 +44,7 @@ impl Verdict {
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Base {
+    /// k (u - z) + B (u' - z'): both act on the axle.
     #[default]
     SpringAndDamper,
     /// A mass on guides that a force moves and no spring brings back.
@@ -54,12 +56,16 @@ pub enum Base {
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Place {
+    /// The front axle only.
     Front,
+    /// The rear axle only.
     Rear,
+    /// Both axles, with one set of parameters.
     Both,
 }
 
 impl Place {
+    /// Whether an effect in this place acts on `axle`.
     pub fn acts_on(self, axle: Axle) -> bool {
         match self {
             Place::Front => axle == Axle::Front,
@@ -68,6 +74,7 @@ impl Place {
         }
     }
 
+    /// As reports write it: `front`, `rear` or `both`.
     pub fn name(self) -> &'static str {
         match self {
             Place::Front => "front",
@@ -82,12 +89,15 @@ impl Place {
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(remote = "Self")]
 pub struct Diagnosis {
+    /// Whether something is missing, and whether it has a name.
     pub verdict: Verdict,
     /// The verdict in plain words.
     pub sentence: String,
     /// What the plain model that effects were added to consists of: without a spring where that explains more.
     #[serde(default)]
     pub base: Base,
+    /// Effects in the extended model; empty where the plain model is enough. Those with `affirmed` are part of the
+    /// verdict, the others are only the nearest shapes.
     pub effects: Vec<EffectReport>,
     /// What is left beside the affirmed effects of `named_in_part`.
     #[serde(default)]
@@ -96,13 +106,18 @@ pub struct Diagnosis {
     pub alternatives: Vec<Vec<EffectName>>,
     /// k and B with the effects in the model.
     pub extended: PerAxle<Estimate>,
+    /// What weakens the verdict, one sentence each.
     pub warnings: Vec<String>,
+    /// Where along the ride, in which frequencies and in which states the plain model fails.
     #[serde(rename = "where")]
     pub location: PerAxle<Location>,
+    /// Errors on the part of the ride that was not fitted.
     pub held_out: PerAxle<HeldOut>,
     /// What short windows of a bench's record say, by length, the longer first; absent where none were asked.
     #[serde(default)]
     pub windows: PerAxle<Vec<Windows>>,
+    /// The ride that would decide between the effects and the alternatives; null where there is nothing to decide or
+    /// no planned ride would do.
     pub next_ride: Option<NextRide>,
     /// What this ride would have shown.
     pub detectable: Vec<Detectable>,
@@ -114,6 +129,7 @@ pub struct Diagnosis {
     pub consequences: PerAxle<Consequences>,
     /// The data of the verdict's figures.
     pub evidence: PerAxle<Evidence>,
+    /// Work that the search took.
     #[serde(default)]
     pub search_cost: SearchCost,
 }
@@ -122,6 +138,7 @@ pub struct Diagnosis {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct SearchCost {
+    /// Steps taken.
     pub steps: u64,
     /// What it might have cost: the setting `search_budget` times the samples of all axles.
     pub budget: u64,
@@ -146,20 +163,28 @@ impl<'de> Deserialize<'de> for Diagnosis {
     }
 }
 
+/// An effect and where it acts.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct EffectName {
+    /// Id in the library, such as `coulomb_friction`, or that of the user's own law.
     pub id: String,
+    /// The axle or axles that it acts on.
     pub axle: Place,
 }
 
+/// An effect of the extended model with its fitted parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct EffectReport {
+    /// Id in the library, such as `coulomb_friction`, or that of the user's own law.
     pub id: String,
+    /// The axle or axles that it acts on.
     pub axle: Place,
+    /// Fitted parameters by name; docs/effects.md lists the names of each effect.
     pub parameters: BTreeMap<String, ParameterReport>,
-    /// Null where nothing honest can be said.
+    /// Probability (0 to 1) of a gain as large as this effect's if it did not act; null where that cannot be
+    /// computed.
     pub p_value: Option<f64>,
     /// Gain in log likelihood that the ride loses without this effect; null where no model without it could be fitted.
     pub separation: Option<f64>,
@@ -204,6 +229,7 @@ impl Diagnosis {
 }
 
 impl EffectReport {
+    /// The id and the place, without the numbers.
     pub fn name(&self) -> EffectName {
         EffectName {
             id: self.id.clone(),
@@ -219,12 +245,14 @@ impl EffectReport {
 pub struct Support {
     /// Share of the held-out squares that the effect takes off a model without it, on the axle where it does most.
     pub removed_share: f64,
-    /// Blocks of the whole ride, and in how many of them the model with the effect errs less than the one without it.
+    /// Contiguous blocks of the whole ride that were compared.
     pub blocks: usize,
+    /// How many of `blocks` the model with the effect predicts with a smaller error than the one without it.
     pub blocks_led: usize,
-    /// The other effect that comes nearest in its place, and the held-out squares that it leaves beside this one's.
+    /// Id of the other effect that comes nearest when it takes this one's place.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rival: Option<String>,
+    /// Held-out squares that the rival leaves, divided by those that this effect leaves.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rival_ratio: Option<f64>,
     /// Largest difference between the sizes that the loud and the quiet blocks show, beside the size.
@@ -242,20 +270,26 @@ pub struct Support {
 pub struct Rest {
     /// Share of the plain model's held-out squares that is left; null where a model runs away.
     pub share: Option<f64>,
+    /// Stretches of time, from and to (s from the first sample), with a significant rest.
     pub windows_s: Vec<[f64; 2]>,
+    /// Frequency bands, from and to (Hz), with a significant rest.
     pub bands_hz: Vec<[f64; 2]>,
+    /// Regions of deflection, rate, speed, wheel and crank angle that hold most of the rest, in words.
     pub states: Vec<String>,
 }
 
+/// One parameter of an effect.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct ParameterReport {
+    /// In `unit`.
     pub value: f64,
-    /// Null where this ride does not determine it.
+    /// Standard error in `unit`; null where this ride does not determine the value.
     pub std_error: Option<f64>,
     /// Why there is no standard error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub not_identifiable: Option<String>,
+    /// SI unit, such as `N s/m`; for a parameter that is a choice, the choice in words.
     pub unit: String,
 }
 
@@ -263,30 +297,37 @@ impl ParameterReport {
     /// As people read it, under its name in the effect.
     pub fn quantity(&self, name: &str) -> Quantity {
         match name {
-            // A choice, reported by its unit; the number only shows programs apart.
+            // A choice, reported by its unit; the number only distinguishes programs.
             "side" => Quantity::choice(&self.unit),
             _ => Quantity::new(self.value, self.std_error, &self.unit),
         }
     }
 }
 
+/// Where the plain model fails on one axle.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Location {
+    /// Whether the plain model misses more than noise explains, at the false-alarm rate `alpha`.
     pub mismatch: bool,
-    /// Null where nothing honest can be said.
+    /// Probability (0 to 1) of a mismatch as large as this one by noise alone; null where it cannot be computed.
     pub p_value: Option<f64>,
+    /// Stretches of time, from and to (s from the first sample), where the error is significantly larger than the
+    /// extended model's.
     pub windows_s: Vec<[f64; 2]>,
+    /// Frequency bands, from and to (Hz), where the error's spectrum lies significantly above the extended model's.
     pub bands_hz: Vec<[f64; 2]>,
     /// Regions of deflection, rate, speed, wheel and crank angle, in words.
     pub states: Vec<String>,
 }
 
+/// Errors of the plain and the extended model on the part of one axle's record that neither was fitted to.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct HeldOut {
-    /// The plain model at its best; null, as the extended model's, where it runs away.
+    /// RMS error (m) of the plain model at its best; null where it runs away.
     pub plain_rms_m: Option<f64>,
+    /// RMS error (m) of the model with the effects; null where it runs away.
     pub extended_rms_m: Option<f64>,
     /// RMS of the displacement sensor's noise: what the bike file declares, or what the record shows where it holds
     /// nothing else. Never what a model leaves; null where it is not known.
@@ -318,13 +359,15 @@ impl HeldOut {
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Predicted {
+    /// The displacement z of the axle (m).
     #[default]
     Displacement,
-    /// The force that answers to a prescribed motion.
+    /// The force (N) that answers to a prescribed motion.
     Force,
 }
 
 impl Predicted {
+    /// SI unit of the predicted quantity.
     pub fn unit(self) -> &'static str {
         match self {
             Predicted::Displacement => "m",
@@ -333,11 +376,16 @@ impl Predicted {
     }
 }
 
+/// The ride, of a list of planned ones, that takes the least time to decide between sets of effects that explain this
+/// ride equally.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct NextRide {
+    /// What this ride leaves open, in words.
     pub why: String,
+    /// What to ride, in words, with how often.
     pub what: String,
+    /// Gain in log likelihood by which the planned rides are predicted to favour the right set.
     pub predicted_separation: f64,
 }
 
@@ -346,31 +394,41 @@ pub struct NextRide {
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Stronger {
+    /// When its parameter is larger.
     #[default]
     Larger,
+    /// When its parameter is smaller.
     Smaller,
 }
 
+/// The weakest size of one effect that this ride would have shown.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Detectable {
+    /// Id of the effect in the library.
     pub id: String,
+    /// The axle or axles that it would act on.
     pub axle: Place,
+    /// Name of the parameter that measures its size.
     pub parameter: String,
-    /// The weakest size that would have shown, counted from no effect; null where none would.
+    /// The weakest size that would have shown (in `unit`), counted from no effect; null where none would.
     pub smallest_detectable: Option<f64>,
     /// Whether the effect does more when the parameter is larger or smaller than that.
     #[serde(default)]
     pub stronger: Stronger,
     /// Why there is no size.
     pub reason: Option<String>,
+    /// SI unit of `smallest_detectable`.
     pub unit: String,
 }
 
+/// An effect that is not looked for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct SwitchedOff {
+    /// Id of the effect in the library.
     pub id: String,
+    /// What is lacking, in words.
     pub why: String,
 }
 
@@ -380,31 +438,37 @@ pub struct SwitchedOff {
 pub struct FreeForm {
     /// The coordinate that explains most: `deflection and rate`, `time`, `wheel angle` or `crank angle`.
     pub against: String,
-    /// Deflection grid (m), rate grid (m/s) and force (N) on them, row by row of rate.
+    /// Grid of the deflection u - z (m): the columns of `force_n`.
     pub deflection_m: Vec<f64>,
+    /// Grid of the deflection's rate (m/s): the rows of `force_n`.
     pub rate_m_s: Vec<f64>,
+    /// Missing force (N) on the grid, one row for each rate.
     pub force_n: Vec<Vec<f64>>,
-    /// Force along the ride (N), thinned.
+    /// Time from the first sample (s) of `force_along_n`, thinned for plotting.
     pub t_s: Vec<f64>,
+    /// Missing force (N) along the ride.
     pub force_along_n: Vec<f64>,
-    /// Held-out error with the free-form force in the model (m).
+    /// RMS error (m) on the held-out part with the free-form force in the model; null where the model runs away.
     pub held_out_rms_m: Option<f64>,
 }
 
-/// Null where a model runs away or holds no such number.
+/// What the effects change for one axle; each is null where a model runs away or holds no such number.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Consequences {
-    /// Change of k and B when the effects are in the model (%).
+    /// Change of the stiffness k (%) when the effects are in the model.
     pub k_change_percent: Option<f64>,
+    /// Change of the damping B (%) when the effects are in the model.
     pub b_change_percent: Option<f64>,
-    /// Largest wheel load along the ride by the plain and the extended model (N).
+    /// Largest wheel load (N) along the ride by the plain model.
     pub peak_load_plain_n: Option<f64>,
+    /// Largest wheel load (N) along the ride by the extended model.
     pub peak_load_extended_n: Option<f64>,
-    /// Share of the time that the wheel carries no load, by the extended model.
+    /// Share (0 to 1) of the time that the wheel carries no load, by the extended model.
     pub airborne_share: Option<f64>,
-    /// Undamped resonance sqrt(k/m)/2pi by the plain and the extended model (Hz).
+    /// Undamped resonance sqrt(k/m)/2pi (Hz) by the plain model.
     pub resonance_plain_hz: Option<f64>,
+    /// Undamped resonance sqrt(k/m)/2pi (Hz) by the extended model.
     pub resonance_extended_hz: Option<f64>,
 }
 
@@ -415,8 +479,11 @@ pub struct Evidence {
     /// Of what `worst` and `spectrum` are: in N and N^2/Hz where that is a force.
     #[serde(default)]
     pub predicted: Predicted,
+    /// Measurement and models where the plain model errs most.
     pub worst: Excerpt,
+    /// Spectra of what the plain and the extended model leave.
     pub spectrum: ResidualSpectrum,
+    /// The force that the plain model lacks, over deflection and rate.
     pub surface: Surface,
 }
 
@@ -426,10 +493,11 @@ pub struct Evidence {
 pub struct Excerpt {
     /// Time from the first sample (s).
     pub t_s: Vec<f64>,
-    /// Null where the measurement is not to be trusted.
+    /// Measured displacement (m); null where the measurement is not to be trusted.
     pub measured_m: Vec<Option<f64>>,
-    /// Null where the model runs away.
+    /// The plain model's (m); null where the model runs away.
     pub plain_m: Vec<Option<f64>>,
+    /// The extended model's (m); null where the model runs away.
     pub extended_m: Vec<Option<f64>>,
 }
 
@@ -437,9 +505,11 @@ pub struct Excerpt {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct ResidualSpectrum {
+    /// Middles of the bands (Hz), ascending, in nearly equal ratios.
     pub frequency_hz: Vec<f64>,
-    /// Null where the model runs away.
+    /// Density (m^2/Hz) of what the plain model leaves; null where it runs away.
     pub plain_m2_hz: Vec<Option<f64>>,
+    /// Density (m^2/Hz) of what the extended model leaves; null where it runs away.
     pub extended_m2_hz: Vec<Option<f64>>,
 }
 
@@ -448,13 +518,15 @@ pub struct ResidualSpectrum {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Surface {
-    /// Middles of the cells (m, m/s).
+    /// Middles of the cells along the deflection (m): the columns of the grids.
     pub deflection_m: Vec<f64>,
+    /// Middles of the cells along the rate (m/s): the rows of the grids.
     pub rate_m_s: Vec<f64>,
     /// Lacking force (N) row by row of rate; null in cells with fewer than three samples.
     pub lacking_n: Vec<Vec<Option<f64>>>,
     /// k d + B w of the plain model at the cells' middles (N).
     pub plain_n: Vec<Vec<f64>>,
+    /// Number of samples in each cell, row by row of rate.
     pub samples: Vec<Vec<usize>>,
 }
 

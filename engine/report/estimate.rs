@@ -8,19 +8,25 @@ use crate::numerics::finite::finite;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Estimate {
+    /// Stiffness k (N/m).
     pub k_n_m: f64,
+    /// Damping B (N s/m).
     pub b_n_s_m: f64,
-    /// Standard errors; null where this ride does not determine the value, and for the swarm, which has none.
+    /// Standard error of k (N/m); null where this ride does not determine k, and for the swarm, which has none.
     pub k_std_n_m: Option<f64>,
+    /// Standard error of B (N s/m); null as that of k.
     pub b_std_n_s_m: Option<f64>,
-    /// Why there is no standard error.
+    /// Why there is no standard error of k.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub k_not_identifiable: Option<String>,
+    /// Why there is no standard error of B.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub b_not_identifiable: Option<String>,
-    /// Standard deviation over the trials of the swarm: how well they agree, not how well the ride determines the value.
+    /// Standard deviation of k (N/m) over the trials of the swarm: how well they agree, not how well the ride
+    /// determines the value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub k_scatter_n_m: Option<f64>,
+    /// Standard deviation of B (N s/m) over the trials of the swarm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub b_scatter_n_s_m: Option<f64>,
     /// Mass carried (kg): the bike file's, or estimated where that is null; 0 where a rig prescribes the motion and no mass
@@ -28,8 +34,9 @@ pub struct Estimate {
     pub mass_kg: f64,
     /// Standard error of an estimated mass (kg).
     pub mass_std_kg: Option<f64>,
-    /// Difference to the output-error estimate (%): the method's bias on this ride.
+    /// Difference of k to the output-error estimate (%): the method's bias on this ride.
     pub k_bias_percent: Option<f64>,
+    /// Difference of B to the output-error estimate (%).
     pub b_bias_percent: Option<f64>,
 }
 

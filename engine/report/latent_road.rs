@@ -9,18 +9,23 @@ use crate::bicycle::PerAxle;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct LatentRoad {
+    /// k and B of the front axle; null where the sensors do not determine them.
     pub front: Option<Estimate>,
+    /// k and B of the rear axle; null where the sensors do not determine them.
     pub rear: Option<Estimate>,
     /// Why nothing was identified; null where something was.
     pub reason: Option<String>,
+    /// Spectrum of the road, estimated together with k and B.
     pub road: Option<RoadSpectrum>,
     /// Share by which the speed, or the wheelbase's inverse, reads too little; null where the ride does not determine it.
     pub speed: Option<Correction>,
+    /// Noise, gain and clock of every sensor that was used.
     pub sensors: Vec<SensorFound>,
     /// Lowest and highest frequency used (Hz).
     pub band_hz: [f64; 2],
-    /// Windows used, and their length (s).
+    /// Number of windows of the ride whose spectra were used.
     pub windows: usize,
+    /// Length of a window (s).
     pub window_s: f64,
     /// Where the model does not explain the sensors.
     pub notes: Vec<String>,
@@ -30,7 +35,9 @@ pub struct LatentRoad {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Correction {
+    /// Estimate, in the unit of the field that holds it.
     pub value: f64,
+    /// Standard error in the same unit.
     pub std_error: f64,
 }
 
@@ -40,16 +47,19 @@ pub struct Correction {
 pub struct SensorFound {
     /// Canonical channel name, e.g. `a_r`.
     pub channel: String,
-    /// Factor by which it reads too much beside the first sensor, and time (s) by which its clock is late beside the accelerometer on
-    /// its axle, or else the first sensor, in the middle of the ride; null for that one and where the ride does not determine it. What
-    /// the reader set right of it already (`ride.clocks`) is counted in.
+    /// Factor by which it reads too much beside the first sensor; null for that one and where the ride does not
+    /// determine it.
     pub gain: Option<Correction>,
+    /// Time (s) by which its clock is late, in the middle of the ride, beside the accelerometer on its axle, or else
+    /// the first sensor; null for that one and where the ride does not determine it. What the reader set right of it
+    /// already (`ride.clocks`) is counted in.
     pub delay_s: Option<Correction>,
     /// Parts per million by which a laser's clock runs fast.
     #[serde(default)]
     pub drift_ppm: Option<Correction>,
-    /// Standard deviation of its noise, taken as white.
+    /// Standard deviation of its noise, taken as white, in `unit`.
     pub noise: f64,
+    /// Unit of `noise`: m/s^2 for an accelerometer, m for a laser.
     pub unit: String,
 }
 
@@ -63,8 +73,9 @@ pub struct RoadSpectrum {
     pub psd_m3: f64,
     /// Band in which the spectrum was seen (cycles/m): outside of it the class is extrapolated.
     pub band_cycles_per_m: [f64; 2],
-    /// One-sided density (m^3) at spatial frequencies (cycles/m).
+    /// Spatial frequencies (cycles/m) of `density_m3`.
     pub cycles_per_m: Vec<f64>,
+    /// One-sided density (m^3) of the road's height.
     pub density_m3: Vec<f64>,
 }
 
@@ -77,6 +88,7 @@ impl LatentRoad {
         }
     }
 
+    /// The estimates of both axles side by side.
     pub fn axles(&self) -> PerAxle<Estimate> {
         PerAxle {
             front: self.front.clone(),

@@ -23,6 +23,7 @@ pub enum MistakeKind {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Mistake {
+    /// What was mistaken.
     pub kind: MistakeKind,
     /// What shows it, and what to do about it.
     pub sentence: String,

@@ -3,11 +3,15 @@
 pub mod diagnosis;
 mod estimate;
 mod latent_road;
+mod method;
 mod mistake;
+mod parameter;
 pub mod stages;
 pub mod study;
 mod summary;
 pub mod windows;
+
+use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
@@ -17,7 +21,9 @@ use crate::settings::Settings;
 
 pub use estimate::Estimate;
 pub use latent_road::{Correction, LatentRoad, RoadSpectrum, SensorFound};
+pub use method::Method;
 pub use mistake::{Mistake, MistakeKind};
+pub use parameter::ReportedParameter;
 pub use summary::summary;
 
 /// Everything that one identification found out.
@@ -26,12 +32,20 @@ pub use summary::summary;
 pub struct Report {
     /// Version of veloid that made this report.
     pub veloid: String,
+    /// What was read from the ride's files.
     pub ride: RideSummary,
+    /// The bike file.
     pub bike: Bike,
+    /// Settings of the identification, with the defaults of those that were not given.
     pub settings: Settings,
     /// What seems to have been done wrong to record or bicycle before; to be mended first.
     #[serde(default)]
     pub mistakes: Vec<Mistake>,
+    /// What the base models name, each by the method that says most of the ride: `<axle>.<quantity>`, such as `front.stiffness`.
+    #[serde(default)]
+    pub parameters: BTreeMap<String, ReportedParameter>,
+    /// How well the observer followed each axle; null where nothing is observed, as where a rig prescribes the
+    /// motion.
     pub observer: PerAxle<ObserverReport>,
     /// Least squares on the observer's states, paper eqs. (19) to (21).
     pub least_squares: PerAxle<Estimate>,
@@ -39,12 +53,14 @@ pub struct Report {
     pub instrumental: PerAxle<Estimate>,
     /// Recursive least squares along the ride, paper eqs. (22), (23).
     pub recursive: PerAxle<RecursivePath>,
+    /// The particle swarm's estimates, paper eqs. (24) to (30).
     pub swarm: SwarmReport,
     /// The plain model fitted to the simulated displacement: what the others are judged by.
     pub output_error: PerAxle<Estimate>,
     /// k and B of a ride whose road was not recorded; then no other method has an estimate.
     #[serde(default)]
     pub latent_road: Option<LatentRoad>,
+    /// Errors of the model with each method's parameters.
     pub comparison: Comparison,
     /// Part of the standard errors of k and B that comes from the laser that the road was made from: from what is not known of its clock
     /// (`ride.clocks`), and from its noise; null where none was.
@@ -63,6 +79,27 @@ pub struct Report {
 }
 
 impl Report {
+    /// What a method estimates.
+    pub fn estimates(&self, method: Method) -> PerAxle<Estimate> {
+        match method {
+            Method::Extended => {
+                let extended = self.diagnosis.as_ref().map(|d| d.extended.clone());
+                extended.unwrap_or_default()
+            }
+            Method::OutputError => self.output_error.clone(),
+            Method::LatentRoad => {
+                let latent = self.latent_road.as_ref().map(LatentRoad::axles);
+                latent.unwrap_or_default()
+            }
+            Method::Swarm => PerAxle {
+                front: self.swarm.front.clone(),
+                rear: self.swarm.rear.clone(),
+            },
+            Method::Instrumental => self.instrumental.clone(),
+            Method::LeastSquares => self.least_squares.clone(),
+        }
+    }
+
     /// Mistakes that the verdict's sentence does not show.
     pub fn other_mistakes(&self) -> impl Iterator<Item = &Mistake> {
         let reported = self.diagnosis.is_some();
@@ -70,7 +107,7 @@ impl Report {
         mistakes.filter(move |mistake| !(reported && mistake.takes_the_verdict))
     }
 
-    /// Whether nothing but the sensors shows k and B, as no road, displacement or force was recorded.
+    /// Whether nothing but the sensors determines k and B, as no road, displacement or force was recorded.
     pub fn has_no_road(&self) -> bool {
         self.output_error.iter().next().is_none()
     }
@@ -80,11 +117,13 @@ impl Report {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct ObserverReport {
-    /// Largest difference to the measured displacement (m) and to its zero-phase derivative (m/s)
-    /// after convergence.
+    /// Largest difference to the measured displacement (m) after convergence.
     pub position_max_m: f64,
+    /// Largest difference to the displacement's zero-phase derivative (m/s) after convergence.
     pub velocity_max_m_s: f64,
+    /// RMS difference to the measured displacement (m) after convergence.
     pub position_rms_m: f64,
+    /// RMS difference to the displacement's zero-phase derivative (m/s) after convergence.
     pub velocity_rms_m_s: f64,
     /// The jerk bound f of eq. (15) that was used (m/s^3).
     pub jerk_bound_m_s3: f64,
@@ -96,8 +135,11 @@ pub struct ObserverReport {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct RecursivePath {
+    /// Time (s) on the ride's clock.
     pub t_s: Vec<f64>,
+    /// k (N/m) from the samples up to each time.
     pub k_n_m: Vec<f64>,
+    /// B (N s/m) from the samples up to each time.
     pub b_n_s_m: Vec<f64>,
 }
 
@@ -105,7 +147,9 @@ pub struct RecursivePath {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Parameters {
+    /// Of the stiffness k (N/m).
     pub k_n_m: f64,
+    /// Of the damping B (N s/m).
     pub b_n_s_m: f64,
 }
 
@@ -122,10 +166,13 @@ impl Parameters {
 pub struct SwarmReport {
     /// Index of the trial with the lowest cost (from 0).
     pub best_trial: usize,
+    /// The best trial's k and B of the front axle, with the scatter over the trials.
     pub front: Option<Estimate>,
+    /// The best trial's k and B of the rear axle, with the scatter over the trials.
     pub rear: Option<Estimate>,
-    /// Means over the trials (figure 7).
+    /// Means of k and B over the trials (figure 7).
     pub mean: PerAxle<Parameters>,
+    /// All trials, in the order of their seeds.
     pub trials: Vec<Trial>,
 }
 
@@ -133,13 +180,16 @@ pub struct SwarmReport {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Trial {
+    /// Seed of its random numbers.
     pub seed: u64,
     /// Best cost after each iteration (figure 6).
     pub best_cost: Vec<f64>,
     /// Best position after each iteration: k/m (1/s^2) and B/m (1/s) of each axle, front first; one
     /// pair k (N/m), B (N s/m) when the bike has equal axles.
     pub best_position: Vec<Vec<f64>>,
+    /// k and B of the front axle at the best position.
     pub front: Option<Parameters>,
+    /// k and B of the rear axle at the best position.
     pub rear: Option<Parameters>,
 }
 
@@ -147,6 +197,7 @@ pub struct Trial {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Comparison {
+    /// One row per method and axle, methods in the order of `ComparisonRow::method`.
     pub rows: Vec<ComparisonRow>,
     /// Why a row is absent.
     #[serde(default)]
@@ -159,12 +210,19 @@ pub struct Comparison {
 pub struct ComparisonRow {
     /// `least_squares`, `instrumental`, `swarm` or `output_error`, in this order.
     pub method: String,
+    /// The axle that was simulated.
     pub axle: crate::bicycle::Axle,
+    /// Largest error of the displacement (m).
     pub position_max_m: f64,
+    /// Mean squared error of the displacement (m^2).
     pub position_mse_m2: f64,
+    /// Largest error of the displacement's central difference (m/s).
     pub velocity_max_m_s: f64,
+    /// Mean squared error of that velocity (m^2/s^2).
     pub velocity_mse_m2_s2: f64,
+    /// Largest error of the displacement's second central difference (m/s^2).
     pub acceleration_max_m_s2: f64,
+    /// Mean squared error of that acceleration (m^2/s^4).
     pub acceleration_mse_m2_s4: f64,
 }
 
@@ -172,7 +230,7 @@ pub struct ComparisonRow {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct RollReport {
-    /// Thinned for plotting.
+    /// Time (s) of the values below, thinned for plotting.
     pub t_s: Vec<f64>,
     /// Roll angle of steady cornering, eq. (3) (rad).
     pub steady_roll_rad: Vec<f64>,
@@ -180,8 +238,9 @@ pub struct RollReport {
     pub measured_roll_rad: Option<Vec<f64>>,
     /// Roll acceleration, eq. (4) (rad/s^2).
     pub roll_acceleration_rad_s2: Option<Vec<f64>>,
-    /// Largest and RMS difference between eq. (4) and the measured roll angle's second derivative (rad/s^2).
+    /// Largest difference between eq. (4) and the measured roll angle's second derivative (rad/s^2).
     pub acceleration_error_max_rad_s2: Option<f64>,
+    /// RMS difference between the two (rad/s^2).
     pub acceleration_error_rms_rad_s2: Option<f64>,
     /// What was lacking for a fuller result.
     pub notes: Vec<String>,

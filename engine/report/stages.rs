@@ -12,11 +12,17 @@ use crate::bicycle::PerAxle;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Observed {
+    /// How well the observer followed each axle.
     pub observer: PerAxle<ObserverReport>,
+    /// Least squares on the observer's states, paper eqs. (19) to (21).
     pub least_squares: PerAxle<Estimate>,
+    /// Least squares with instruments from the simulated model.
     pub instrumental: PerAxle<Estimate>,
+    /// Recursive least squares along the ride, paper eqs. (22), (23).
     pub recursive: PerAxle<RecursivePath>,
+    /// Roll angle and roll acceleration, paper eqs. (3) to (9), where the channels are there.
     pub roll: Option<RollReport>,
+    /// k and B from sensors on the axles alone; null where the ride has none.
     #[serde(default)]
     pub latent_road: Option<LatentRoad>,
 }
@@ -25,11 +31,16 @@ pub struct Observed {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Conclusion {
+    /// What seems to have been done wrong to record or bicycle before.
     #[serde(default)]
     pub mistakes: Vec<Mistake>,
+    /// Least squares on the observer's states, paper eqs. (19) to (21), with the bias beside output error.
     pub least_squares: PerAxle<Estimate>,
+    /// Least squares with instruments from the simulated model, with the bias beside output error.
     pub instrumental: PerAxle<Estimate>,
+    /// All trials of the swarm and the best of them.
     pub swarm: SwarmReport,
+    /// The plain model fitted to the simulated displacement: what the others are judged by.
     pub output_error: PerAxle<Estimate>,
     /// Part of the standard errors of k and B that comes from the laser that the road was made from.
     #[serde(default)]
@@ -37,11 +48,13 @@ pub struct Conclusion {
     /// The part of them that comes from masses that are not known exactly (one standard deviation).
     #[serde(default)]
     pub mass_error: PerAxle<Parameters>,
+    /// By how much noise of the road channel moves k and B by output error; part of their standard errors.
     #[serde(default)]
     pub road_noise_error: PerAxle<Parameters>,
     /// Why a sensor's clock that was set right may be physics that is missing.
     #[serde(default)]
     pub clock_unconfirmed: Option<String>,
+    /// Errors of the model with each method's parameters.
     pub comparison: Comparison,
 }
 

@@ -17,17 +17,21 @@ use crate::settings::Settings;
 pub struct StudyReport {
     /// Version of veloid that made this report.
     pub veloid: String,
+    /// Settings of every ride's identification; ride i searched with `seed + i`.
     pub settings: Settings,
     /// What all rides together say is missing, or that nothing is.
     pub verdict: Verdict,
+    /// The verdict in plain words.
     pub sentence: String,
     /// Effects that the rides have in common, the same numbers in all of them.
     pub effects: Vec<StudyEffect>,
     /// Other sets that explain the rides as well, best first.
     pub alternatives: Vec<Vec<EffectName>>,
+    /// k and B over all rides, and the errors that are left.
     pub axles: PerAxle<StudyAxle>,
     /// In the order in which they were given, without those left aside.
     pub rides: Vec<StudyRide>,
+    /// Rides that could not take part.
     pub left_aside: Vec<LeftAside>,
     /// What a study does not look for, since it is a single ride's affair.
     pub single_rides: Vec<SwitchedOff>,
@@ -58,8 +62,9 @@ pub struct StudyAxle {
     pub estimate: Option<Estimate>,
     /// How often rides with the same k and B differ by as much as these do (chi-square).
     pub differs_p_value: Option<f64>,
-    /// RMS (m) of what the plain model and the common model leave of the rides' parts that were not fitted.
+    /// RMS (m) of what the plain model leaves of the rides' parts that were not fitted.
     pub plain_held_out_m: f64,
+    /// RMS (m) of what the common model leaves of them.
     pub held_out_m: f64,
 }
 
@@ -67,14 +72,17 @@ pub struct StudyAxle {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct StudyRide {
+    /// As the caller named it.
     pub name: String,
     /// k and B of this ride alone, beside the common effects.
     pub axles: PerAxle<Estimate>,
     /// What this ride alone says.
     pub alone: Verdict,
+    /// That verdict in plain words.
     pub alone_sentence: String,
     /// Whether that is more than the rides have in common: identify it by itself.
     pub shows_more: bool,
+    /// What weakens what this ride says, one sentence each.
     pub warnings: Vec<String>,
 }
 
@@ -82,7 +90,9 @@ pub struct StudyRide {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct LeftAside {
+    /// As the caller named it.
     pub name: String,
+    /// The reason, in a sentence.
     pub why: String,
 }
 

@@ -9,10 +9,13 @@ use serde::{Deserialize, Serialize};
 pub struct Windows {
     /// Period (s) above and below which half of the motion's power lies.
     pub period_s: f64,
+    /// Length of a window (s); models are fitted to first halves and judged on second ones.
     pub length_s: f64,
+    /// Number of windows.
     pub count: usize,
-    /// RMS error of the plain model, and of the one with `effects`, in N where `held_out.predicted` is a force; null where it runs away.
+    /// RMS error (m) of the plain model, in N where `held_out.predicted` is a force; null where it runs away.
     pub plain_rms_m: Option<f64>,
+    /// RMS error (m) of the model with `effects`, in N where `held_out.predicted` is a force; null where it runs away.
     pub extended_rms_m: Option<f64>,
     /// The model that these windows lead to, whether the verdict follows or not.
     pub effects: Vec<WindowEffect>,
@@ -26,24 +29,29 @@ pub struct Windows {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct WindowEffect {
+    /// Id of the effect in the library.
     pub id: String,
-    /// Share that it takes off the model without it.
+    /// Share (0 to 1) that it takes off the model without it.
     pub removed_share: f64,
-    /// Blocks of neighbouring windows in which it does anything, and in how many the model errs less with it.
+    /// Blocks of neighbouring windows in which it does anything.
     pub blocks: usize,
+    /// How many of `blocks` the model predicts with a smaller error with it than without it.
     pub blocks_led: usize,
-    /// The effect with as few parameters that comes nearest in its place, and what it leaves beside this one.
+    /// Id of the effect with as few parameters that comes nearest in its place.
     pub rival: Option<String>,
+    /// Squares that the rival leaves, divided by those that this effect leaves.
     pub rival_ratio: Option<f64>,
     /// Whether windows of this length support it.
     pub holds: bool,
 }
 
+/// What the plain model with one effect leaves.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct SingleEffect {
+    /// Id of the effect in the library.
     pub id: String,
-    /// Null where the model runs away.
+    /// Share of the plain model's squares that is left; null where the model runs away.
     pub left_share: Option<f64>,
 }
 
@@ -51,11 +59,13 @@ pub struct SingleEffect {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct WindowStart {
-    /// Its first sample, counted from the ride's first, and how many it has.
+    /// Its first sample, counted from the ride's first (0).
     pub first_sample: usize,
+    /// Number of its samples.
     pub samples: usize,
-    /// Height (m) and velocity (m/s) of the axle at its first sample; null where the motion is prescribed.
+    /// Height (m) of the axle at its first sample; null where the motion is prescribed.
     pub height_m: Option<f64>,
+    /// Velocity (m/s) of the axle at its first sample; null where the motion is prescribed.
     pub velocity_m_s: Option<f64>,
     /// States of the effects, in the effects' order, in units of their own.
     pub hidden: Vec<f64>,

@@ -13,6 +13,7 @@ mod record;
 mod recording;
 mod several;
 mod signals;
+mod stamps;
 #[cfg(test)]
 mod tests;
 

@@ -8,6 +8,7 @@ use super::{FileSummary, SensorClock, SensorRecord, channel_name};
 use crate::EngineError;
 use crate::bicycle::{Bike, PerAxle};
 use crate::numerics::statistics::variance;
+use crate::plant::{self, Plant, PlantRef};
 use crate::ride::channels::values;
 
 /// A ride after reading: SI units, one clock, no blanks.
@@ -17,7 +18,7 @@ pub struct Ride {
     pub start_s: f64,
     /// Sample interval (s).
     pub step_s: f64,
-    /// Number of samples; every channel has as many.
+    /// Coefficient of samples; every channel has as many.
     pub samples: usize,
     /// What was recorded on each axle.
     pub axles: PerAxle<AxleRecord>,
@@ -67,6 +68,9 @@ pub struct AxleRecord {
     pub valid: Vec<bool>,
     /// Whether a rig prescribes the motion, so that the force answers to it and no mass moves: F = k d + B d'.
     pub prescribed: bool,
+    /// What the axle is where nothing is left out.
+    #[serde(default)]
+    pub plant: PlantRef,
 }
 
 /// First samples that must be alike for a record to start at rest.
@@ -75,6 +79,14 @@ const STILL: usize = 3;
 const ALIKE: f64 = 1e-4;
 
 impl AxleRecord {
+    /// What the axle is where nothing is left out, as the record was taken.
+    pub fn base_model(&self) -> &'static dyn Plant {
+        match self.prescribed {
+            true => self.plant.driven().unwrap_or(&plant::Axle::DRIVEN),
+            false => self.plant.0,
+        }
+    }
+
     /// How far height (m) and velocity (m/s) may be from the first sample's height and from none, where the record starts at
     /// rest: its first samples are alike, to within its resolution.
     pub fn at_rest(&self, step_s: f64) -> Option<[f64; 2]> {
@@ -120,7 +132,7 @@ impl AxleRecord {
 }
 
 impl Ride {
-    /// Whether `bike` shows the masses that this ride does not.
+    /// Whether `bike` gives the masses that this ride does not.
     pub fn fits(&self, bike: &Bike) -> Result<(), EngineError> {
         for (axle, record) in self.axles.iter() {
             bike.mass_or_force(axle, record.force.is_some())?;

@@ -1,15 +1,15 @@
 //! Channels in SI units, each on its own clock: what a table says once its times are understood.
 
 use std::collections::BTreeMap;
-use std::fmt;
 
 use super::Column;
 use super::error::{Problem, ReadError};
 use super::file::FileSummary;
 use super::options::ReadOptions;
+use super::stamps::{Known, Stamps};
 use crate::ride::channels::channel::Channel;
 use crate::ride::channels::implausible;
-use crate::ride::channels::table::{Spec, Table};
+use crate::ride::channels::table::{Places, Spec, Table};
 use crate::ride::channels::unit::Unit;
 use crate::ride::channels::values::{is_constant, size};
 use crate::ride::clocks::clock::{Clock, Fit, Pace, drop_at};
@@ -65,12 +65,11 @@ impl Recording {
             ..Self::default()
         };
         let stamps = out.stamps(&mut table, options)?;
-        let mut known: Vec<Known> = Vec::new();
-        let (mut repeats, mut first_repeat) = (0, None);
         for (spec, values) in &mut table.columns {
             scale(values, spec.unit.scale);
         }
         out.leave_out_implausible(&mut table, &stamps)?;
+        let mut known: Vec<Known> = Vec::new();
         for (spec, mut values) in std::mem::take(&mut table.columns) {
             let own = stamps.own(&mut values);
             if values.is_empty() {
@@ -79,37 +78,13 @@ impl Recording {
                 out.ignored.push(spec.header);
                 continue;
             }
-            let clock = match known.iter().position(|k| k.own == own) {
-                Some(clock) => clock,
-                None => {
-                    let fit = match (&own, &stamps) {
-                        (Some(times), _) | (None, Stamps::Listed { times, .. }) => {
-                            Clock::fit(times)
-                        }
-                        (None, Stamps::Rate(rate)) => {
-                            Fit::from(Clock::regular(*rate, values.len()))
-                        }
-                    };
-                    if fit.repeats.len() > repeats {
-                        repeats = fit.repeats.len();
-                        first_repeat = stamps.row(&own, fit.repeats[0]);
-                    }
-                    out.clocks.push(fit.clock);
-                    let repeats = fit.repeats;
-                    known.push(Known { own, repeats });
-                    known.len() - 1
-                }
-            };
+            let clock = out.clock(own, &stamps, values.len(), &mut known);
             drop_at(&mut values, &known[clock].repeats);
-            let step_s = out.clocks[clock].grid.step_s;
-            if !RATES_HZ.contains(&(1.0 / step_s)) {
-                let at = match (&known[clock].own, &stamps) {
-                    (None, Stamps::Listed { spec, .. }) => spec,
-                    _ => &spec,
-                };
-                return Err(ReadError::from(Problem::RateOutOfRange { step_s })
-                    .in_column(at.number, &at.header));
-            }
+            let listed = match (&known[clock].own, &stamps) {
+                (None, Stamps::Listed { spec, .. }) => spec,
+                _ => &spec,
+            };
+            out.check_rate(clock, listed)?;
             let span = out.clocks[clock].grid.end_s() - out.clocks[clock].grid.start_s;
             out.columns.push(Column::new(&spec, values.len(), span));
             let track = Track {
@@ -120,25 +95,75 @@ impl Recording {
             };
             out.tracks.insert(track.spec.channel, track);
         }
-        if repeats > 10.max(out.rows / 100) {
-            let problem = Problem::TimeRepeats {
-                repeated: repeats,
-                stamps: out.rows,
-            };
-            return Err(match first_repeat {
-                Some(row) => table.places.blame(row, problem),
-                None => problem.into(),
-            });
-        }
-        if repeats > 0 {
-            out.warnings.push(format!(
-                "{repeats} time stamp(s) repeat the one before or nearly do: one sample of each was kept"
-            ));
-        }
+        out.note_repeats(&known, &stamps, &table.places)?;
         out.settle_jitter();
         out.note_gaps()?;
         out.note_unusual_rate(&stamps);
         Ok(out)
+    }
+
+    /// The clock of so many samples at their `own` stamps or at those of the file; one that is `known` already, or a new
+    /// one.
+    fn clock(
+        &mut self,
+        own: Option<Vec<f64>>,
+        stamps: &Stamps,
+        samples: usize,
+        known: &mut Vec<Known>,
+    ) -> usize {
+        if let Some(clock) = known.iter().position(|k| k.own == own) {
+            return clock;
+        }
+        let fit = match (&own, stamps) {
+            (Some(times), _) | (None, Stamps::Listed { times, .. }) => Clock::fit(times),
+            (None, Stamps::Rate(rate)) => Fit::from(Clock::regular(*rate, samples)),
+        };
+        self.clocks.push(fit.clock);
+        let repeats = fit.repeats;
+        known.push(Known { own, repeats });
+        known.len() - 1
+    }
+
+    /// Refuses a rate that nothing is logged at; `stamped` is the column whose stamps say so.
+    fn check_rate(&self, clock: usize, stamped: &Spec) -> Result<(), ReadError> {
+        let step_s = self.clocks[clock].grid.step_s;
+        if RATES_HZ.contains(&(1.0 / step_s)) {
+            return Ok(());
+        }
+        let problem = Problem::RateOutOfRange { step_s };
+        Err(ReadError::from(problem).in_column(stamped.number, &stamped.header))
+    }
+
+    /// Says how many stamps repeat on the clock with most of them; refuses a ride with many.
+    fn note_repeats(
+        &mut self,
+        known: &[Known],
+        stamps: &Stamps,
+        places: &Places,
+    ) -> Result<(), ReadError> {
+        let (mut repeats, mut first_repeat) = (0, None);
+        for clock in known {
+            if clock.repeats.len() > repeats {
+                repeats = clock.repeats.len();
+                first_repeat = stamps.row(&clock.own, clock.repeats[0]);
+            }
+        }
+        if repeats > 10.max(self.rows / 100) {
+            let problem = Problem::TimeRepeats {
+                repeated: repeats,
+                stamps: self.rows,
+            };
+            return Err(match first_repeat {
+                Some(row) => places.blame(row, problem),
+                None => problem.into(),
+            });
+        }
+        if repeats > 0 {
+            self.warnings.push(format!(
+                "{repeats} time stamp(s) repeat the one before or nearly do: one sample of each was kept"
+            ));
+        }
+        Ok(())
     }
 
     /// Blanks the samples that lie far outside of all others.
@@ -326,7 +351,7 @@ impl Recording {
         }
     }
 
-    /// Doubts the time's unit where nothing that a ride is reported by has a usual rate.
+    /// Doubts the time's unit where no channel that a ride rests on has a usual rate.
     fn note_unusual_rate(&mut self, stamps: &Stamps) {
         let essential = self.tracks.values().filter(|t| {
             t.spec.channel.is_essential() && t.values.len() > 1 && !is_constant(&t.values)
@@ -375,70 +400,6 @@ impl Recording {
             ));
         }
         Ok(())
-    }
-}
-
-/// What the rate follows from, in words.
-impl fmt::Display for Stamps {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Listed { spec, .. } => {
-                write!(f, "{}, read in {},", spec.header, spec.unit.name)
-            }
-            Self::Rate(_) => f.write_str("the option rate_hz"),
-        }
-    }
-}
-
-enum Stamps {
-    Listed { spec: Spec, times: Vec<f64> },
-    Rate(f64),
-}
-
-/// The stamps that a clock was fitted to, and those it has no place for.
-struct Known {
-    /// `None`: all in the file.
-    own: Option<Vec<f64>>,
-    repeats: Vec<usize>,
-}
-
-impl Stamps {
-    /// Leaves only the samples that are there in `values`. Their times, unless they are all there.
-    fn own(&self, values: &mut Vec<f64>) -> Option<Vec<f64>> {
-        if !values.iter().any(|v| v.is_nan()) {
-            return None;
-        }
-        let own = (values.iter().enumerate())
-            .filter(|(_, v)| !v.is_nan())
-            .map(|(row, _)| self.time_s(row))
-            .collect();
-        values.retain(|v| !v.is_nan());
-        Some(own)
-    }
-
-    fn time_s(&self, row: usize) -> f64 {
-        match self {
-            Self::Listed { times, .. } => times[row],
-            Self::Rate(rate) => row as f64 / rate,
-        }
-    }
-
-    fn duration_s(&self, rows: usize) -> f64 {
-        let last = rows.saturating_sub(1);
-        if rows > 0 {
-            self.time_s(last) - self.time_s(0)
-        } else {
-            0.0
-        }
-    }
-
-    /// The row of stamp `i` of `own`.
-    fn row(&self, own: &Option<Vec<f64>>, i: usize) -> Option<usize> {
-        match (self, own) {
-            (Self::Listed { times, .. }, Some(own)) => times.iter().position(|t| *t == own[i]),
-            (Self::Listed { .. }, None) => Some(i),
-            (Self::Rate(_), _) => None,
-        }
     }
 }
 

@@ -523,43 +523,36 @@ fn refusal(text: &str, map: &[(&str, &str)]) -> (&'static str, Option<usize>, Op
     (e.kind(), e.line(), e.column().map(|(n, _)| n))
 }
 
+/// `n` rows of numbers from `from` (s) on.
+fn rows(from: usize, n: usize) -> String {
+    (from..from + n)
+        .map(|i| format!("{}.5,0.{},0.{}\n", i, i % 7, i % 5))
+        .collect()
+}
+
+fn good(n: usize) -> String {
+    format!("t,u_f,z_f\n{}", rows(0, n))
+}
+
+/// Text, kind of problem, line and column.
+type Refused<'a> = (String, &'a str, Option<usize>, Option<usize>);
+
+fn are_refused(cases: &[Refused]) {
+    for (text, kind, line, column) in cases {
+        let head: String = text.chars().take(40).collect();
+        assert_eq!(refusal(text, &[]), (*kind, *line, *column), "{head:?}");
+    }
+}
+
 #[test]
 fn refusals_name_the_place() {
-    let rows = |from: usize, n: usize| -> String {
-        (from..from + n)
-            .map(|i| format!("{}.5,0.{},0.{}\n", i, i % 7, i % 5))
-            .collect()
-    };
-    let good = |n| format!("t,u_f,z_f\n{}", rows(0, n));
-    let with = |bad: &str| format!("{}{bad}\n{}", good(40), rows(60, 40));
-    let cases: &[(String, &str, Option<usize>, Option<usize>)] = &[
+    are_refused(&[
         (String::new(), "empty-file", None, None),
         ("\n \n".into(), "empty-file", None, None),
         ("\u{1}\u{2}\u{3}\0".into(), "binary-file", None, None),
         ("t,u_f,z_f\n".into(), "header-only", None, None),
         ("# only\n# comments\n".into(), "header-only", None, None),
         (rows(0, 60), "no-header", Some(1), None),
-        (with("45.5,nan,0.2"), "not-finite", Some(42), Some(2)),
-        (with("45.5,0.1,-Infinity"), "not-finite", Some(42), Some(3)),
-        (with("45.5,0.1,1e999"), "not-finite", Some(42), Some(3)),
-        (with("45.5,0.1,1e30"), "out-of-range", Some(42), Some(3)),
-        (with("45.5,0.1,wheel"), "not-a-number", Some(42), Some(3)),
-        (with("45.5,0.1,0.1.2"), "not-a-number", Some(42), Some(3)),
-        (with("45.5,0.1"), "ragged-row", Some(42), None),
-        (with("45.5,0.1,0.2,0.3"), "ragged-row", Some(42), None),
-        (
-            with("38.0,0.1,0.2"),
-            "time-not-increasing",
-            Some(42),
-            Some(1),
-        ),
-        (with(",0.1,0.2"), "time-blank", Some(42), Some(1)),
-        (
-            with(&format!("45.5,0.1,{}", "0".repeat(70))),
-            "cell-too-long",
-            Some(42),
-            Some(3),
-        ),
         (good(49), "too-short", None, None),
         (
             "t,u_f\n".to_owned() + &"1,2\n".repeat(3),
@@ -598,11 +591,7 @@ fn refusals_name_the_place() {
             Some(3),
             None,
         ),
-    ];
-    for (text, kind, line, column) in cases {
-        let head: String = text.chars().take(40).collect();
-        assert_eq!(refusal(text, &[]), (*kind, *line, *column), "{head:?}");
-    }
+    ]);
     assert_eq!(refusal(&good(60), &[("z_r", "nope")]).0, "missing-column");
     assert_eq!(refusal(&good(60), &[("wheel", "1")]).0, "unknown-channel");
     let mut late = options(&[]);
@@ -616,6 +605,34 @@ fn refusals_name_the_place() {
             .kind(),
         "bad-option"
     );
+}
+
+#[test]
+fn refusals_of_a_row_name_its_line() {
+    let with = |bad: &str| format!("{}{bad}\n{}", good(40), rows(60, 40));
+    are_refused(&[
+        (with("45.5,nan,0.2"), "not-finite", Some(42), Some(2)),
+        (with("45.5,0.1,-Infinity"), "not-finite", Some(42), Some(3)),
+        (with("45.5,0.1,1e999"), "not-finite", Some(42), Some(3)),
+        (with("45.5,0.1,1e30"), "out-of-range", Some(42), Some(3)),
+        (with("45.5,0.1,wheel"), "not-a-number", Some(42), Some(3)),
+        (with("45.5,0.1,0.1.2"), "not-a-number", Some(42), Some(3)),
+        (with("45.5,0.1"), "ragged-row", Some(42), None),
+        (with("45.5,0.1,0.2,0.3"), "ragged-row", Some(42), None),
+        (
+            with("38.0,0.1,0.2"),
+            "time-not-increasing",
+            Some(42),
+            Some(1),
+        ),
+        (with(",0.1,0.2"), "time-blank", Some(42), Some(1)),
+        (
+            with(&format!("45.5,0.1,{}", "0".repeat(70))),
+            "cell-too-long",
+            Some(42),
+            Some(3),
+        ),
+    ]);
 }
 
 #[test]

@@ -2,12 +2,13 @@
 
 use serde::Serialize;
 
-use super::simulated_ride::{Normal, SimulatedRide};
-use crate::EngineError;
+use super::simulated_ride::SimulatedRide;
 use crate::bicycle::Axle;
+use crate::numerics::random::Normal;
 use crate::numerics::spline::{cubic, slopes};
 use crate::ride::{RATES_HZ, SensorKind, channel_name};
 use crate::settings::within;
+use crate::{EngineError, RideProblem};
 
 /// Where it is, and how its clock goes: at time t of the ride it reads t + offset + drift t.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -63,9 +64,9 @@ impl Laser {
             *RATES_HZ.end(),
         )?;
         let fine = simulated_ride.fine();
-        let record = fine.axles.get(self.axle).ok_or_else(|| EngineError::Ride {
+        let record = fine.axles.get(self.axle).ok_or(EngineError::Ride {
             axle: self.axle,
-            problem: "there is a laser, but nothing else is recorded".to_owned(),
+            problem: RideProblem::OnlyLaser,
         })?;
         let d: Vec<f64> = (record.road.iter().zip(&record.displacement))
             .map(|(u, z)| u - z)

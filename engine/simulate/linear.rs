@@ -10,9 +10,11 @@ use crate::ride::AxleRecord;
 /// What drives one axle: values and spline slopes at the samples.
 #[derive(Clone, Debug)]
 pub struct Input {
+    /// Sample interval (s).
     pub step: f64,
-    /// Road u (m) and u' (m/s).
+    /// Road height u (m).
     pub road: Vec<f64>,
+    /// Slope u' (m/s) of the spline through `road`.
     pub road_slope: Vec<f64>,
     /// Applied force F (N) and F' (N/s).
     pub force: Option<(Vec<f64>, Vec<f64>)>,
@@ -22,6 +24,8 @@ pub struct Input {
 }
 
 impl Input {
+    /// What drives an axle on a road of heights u (m), with an applied force F (N) if there is one; one value per
+    /// sample interval `step` (s).
     pub fn new(road: &[f64], force: Option<&[f64]>, step: f64) -> Self {
         Self {
             step,
@@ -33,7 +37,7 @@ impl Input {
     }
 
     /// Another record of what drives the same axle, sampled every `step` (s).
-    pub fn driven_by(&self, road: &[f64], force: Option<&[f64]>, step: f64) -> Self {
+    pub(crate) fn driven_by(&self, road: &[f64], force: Option<&[f64]>, step: f64) -> Self {
         Self {
             prescribed: self.prescribed,
             ..Self::new(road, force, step)
@@ -41,7 +45,7 @@ impl Input {
     }
 
     /// What drives the axle of a record.
-    pub fn of(record: &AxleRecord, step: f64) -> Self {
+    pub(crate) fn of(record: &AxleRecord, step: f64) -> Self {
         if record.prescribed {
             Self {
                 prescribed: true,
@@ -54,17 +58,17 @@ impl Input {
 
     /// Time (s) after which a force is felt in the rate, in steps of `step` (s): never (0) where the motion is prescribed.
     #[inline(always)]
-    pub fn felt_after(&self, step: f64) -> f64 {
+    pub(crate) fn felt_after(&self, step: f64) -> f64 {
         if self.prescribed { 0.0 } else { step }
     }
 
     /// Force (N) that answers at a sample where the motion is prescribed.
-    pub fn answer(&self, kappa: f64, beta: f64, constant: f64, i: usize) -> f64 {
+    pub(crate) fn answer(&self, kappa: f64, beta: f64, constant: f64, i: usize) -> f64 {
         kappa * self.road[i] + beta * self.road_slope[i] + constant
     }
 
     /// The first `samples` samples.
-    pub fn first(&self, samples: usize) -> Self {
+    pub(crate) fn first(&self, samples: usize) -> Self {
         let head = |x: &Vec<f64>| x[..samples].to_vec();
         Self {
             step: self.step,
@@ -75,19 +79,15 @@ impl Input {
         }
     }
 
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.road.len()
-    }
-
-    pub fn is_empty(&self) -> bool {
-        self.road.is_empty()
     }
 }
 
 /// One exact step: x(t+h) = E x(t) + sum_j J_j g_j for x = [z, z'] and the right-hand side's
 /// non-homogeneous part g(s) = sum_j g_j s^j, s = (time in the step)/h.
 #[derive(Clone, Copy, Debug)]
-pub struct Transition {
+pub(crate) struct Transition {
     pub e: [[f64; 2]; 2],
     pub j: [[f64; 2]; 4],
 }
@@ -192,7 +192,7 @@ impl Transition {
 
 /// Coefficients in s of g = kappa u + beta u' + F/m on the interval after sample `i`.
 #[inline(always)]
-pub fn drive(input: &Input, kappa: f64, beta: f64, per_mass: f64, i: usize) -> [f64; 4] {
+pub(crate) fn drive(input: &Input, kappa: f64, beta: f64, per_mass: f64, i: usize) -> [f64; 4] {
     let h = input.step;
     let u = cubic(
         input.road[i],
@@ -220,7 +220,7 @@ pub fn drive(input: &Input, kappa: f64, beta: f64, per_mass: f64, i: usize) -> [
 /// Displacement (m) and velocity (m/s) at every sample from `initial` = [z, z'] at the first one.
 /// `per_mass` = 1/m (1/kg) scales the input's force; `constant` (m/s^2) is a constant force over m. Where the motion is
 /// prescribed, the force that answers (N) and zeros.
-pub fn simulate(
+pub(crate) fn simulate(
     input: &Input,
     kappa: f64,
     beta: f64,
@@ -255,13 +255,13 @@ pub fn simulate(
 
 /// Power gain at `hz` from a force over the mass (m/s^2) to the displacement (m) of an axle with
 /// k/m = `kappa` and B/m = `beta`.
-pub fn force_answer(kappa: f64, beta: f64, hz: f64) -> f64 {
+pub(crate) fn force_answer(kappa: f64, beta: f64, hz: f64) -> f64 {
     let w = std::f64::consts::TAU * hz;
     1.0 / ((kappa - w * w).powi(2) + (w * beta).powi(2))
 }
 
 /// The same from the road (m) to the displacement.
-pub fn road_answer(kappa: f64, beta: f64, hz: f64) -> f64 {
+pub(crate) fn road_answer(kappa: f64, beta: f64, hz: f64) -> f64 {
     let w = std::f64::consts::TAU * hz;
     (kappa * kappa + (w * beta).powi(2)) / ((kappa - w * w).powi(2) + (w * beta).powi(2))
 }

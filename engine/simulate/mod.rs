@@ -2,11 +2,10 @@
 //! it nonlinear.
 
 pub mod laser;
-#[allow(missing_docs)]
 pub mod linear;
 pub mod road;
 mod sensed;
 pub(crate) mod sensitivity;
-pub mod sensor_noise;
+pub(crate) mod sensor_noise;
 pub mod simulated_ride;
 pub(crate) mod start;

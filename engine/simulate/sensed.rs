@@ -1,8 +1,9 @@
 //! A simulated ride as two accelerometers and a speed sensor record it.
 
-use super::simulated_ride::{Normal, SimulatedRide};
+use super::simulated_ride::SimulatedRide;
 use crate::EngineError;
 use crate::bicycle::PerAxle;
+use crate::numerics::random::Normal;
 use crate::ride::{Ride, SensorKind, SensorRecord};
 use crate::settings::within;
 

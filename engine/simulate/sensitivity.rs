@@ -5,22 +5,9 @@ use nalgebra::SMatrix;
 
 use super::linear::{Input, Transition, drive, is_tame};
 use crate::numerics::spline::cubic;
+use crate::plant::Coefficients;
 
-/// Parameters of one axle's plain model.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plain {
-    /// k/m (1/s^2) and B/m (1/s).
-    pub kappa: f64,
-    pub beta: f64,
-    /// 1/m (1/kg), the gain of an applied force.
-    pub per_mass: f64,
-    /// Constant force over m (m/s^2): an unknown rest point.
-    pub constant: f64,
-    /// z (m) and z' (m/s) at the first sample.
-    pub initial: [f64; 2],
-}
-
-/// Number of parameters in [`Plain`], in the order of its fields.
+/// Count of [`Coefficients`]; here they go by their order.
 pub const PARAMETERS: usize = 6;
 
 /// Derivatives of a [`Transition`] with respect to kappa and beta.
@@ -63,7 +50,7 @@ fn derivative(kappa: f64, beta: f64, h: f64, direction: [f64; 2]) -> Transition 
 /// respect to kappa, beta, 1/m, constant, z(0) and z'(0); of the force that answers where the motion is prescribed.
 pub fn walk(
     input: &Input,
-    p: &Plain,
+    p: &Coefficients,
     samples: usize,
     mut each: impl FnMut(usize, f64, &[f64; PARAMETERS]),
 ) {
@@ -77,7 +64,7 @@ pub fn walk(
     }
     let step = Transition::new(p.kappa, p.beta, input.step);
     let (by_kappa, by_beta) = derivatives(p.kappa, p.beta, input.step);
-    let mut x = p.initial;
+    let mut x = p.start();
     // Derivatives of z and of z'.
     let mut dz = [0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
     let mut dv = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
@@ -162,15 +149,17 @@ mod tests {
         let wave = |f: f64| -> Vec<f64> { (0..n).map(|i| 0.01 * (f * i as f64).sin()).collect() };
         let force: Vec<f64> = wave(0.31).iter().map(|x| x * 1e4).collect();
         let input = Input::new(&wave(0.17), Some(&force), 0.01);
-        let p = Plain {
+        let p = Coefficients {
             kappa: 3000.0,
             beta: 25.0,
             per_mass: 0.03,
             constant: 0.4,
-            initial: [0.001, -0.02],
+            height: 0.001,
+            velocity: -0.02,
         };
-        let run =
-            |p: &Plain| simulate(&input, p.kappa, p.beta, p.per_mass, p.constant, p.initial).0;
+        let run = |p: &Coefficients| {
+            simulate(&input, p.kappa, p.beta, p.per_mass, p.constant, p.start()).0
+        };
         let shifted = |q: usize, by: f64| {
             let mut s = p;
             match q {
@@ -178,7 +167,8 @@ mod tests {
                 1 => s.beta += by,
                 2 => s.per_mass += by,
                 3 => s.constant += by,
-                _ => s.initial[q - 4] += by,
+                4 => s.height += by,
+                _ => s.velocity += by,
             }
             s
         };

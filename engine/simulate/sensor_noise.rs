@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 
-use crate::simulate::simulated_ride::Normal;
+use crate::numerics::random::Normal;
 
 /// Gaussian noise of a one-sided density (unit^2/Hz) that is reported at rising frequencies (Hz), evenly spaced: held below the first,
 /// nothing from one spacing after the last. Nothing where no density is reported.

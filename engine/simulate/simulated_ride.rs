@@ -3,14 +3,14 @@
 
 use std::f64::consts::TAU;
 
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::linear::{Input, simulate};
 use super::road::{Bump, Profile, Roughness};
 use crate::EngineError;
 use crate::bicycle::{Axle, PerAxle};
+use crate::numerics::random::Normal;
+use crate::plant::PlantRef;
 use crate::ride::{AxleRecord, RATES_HZ, Ride, RideSummary};
 use crate::settings::within;
 
@@ -350,6 +350,7 @@ impl SimulatedRide {
                     displacement: m.displacement,
                     acceleration: None,
                     prescribed: false,
+                    plant: PlantRef::default(),
                 },
             );
         }
@@ -374,6 +375,7 @@ impl SimulatedRide {
             acceleration: None,
             valid: vec![true; self.samples()],
             prescribed: false,
+            plant: PlantRef::default(),
         });
         self.logged(axles, 1)
     }
@@ -400,33 +402,6 @@ impl SimulatedRide {
             },
             ..Ride::default()
         }
-    }
-}
-
-/// Standard normal numbers by Box and Muller's transform.
-pub struct Normal {
-    random: ChaCha8Rng,
-    spare: Option<f64>,
-}
-
-impl Normal {
-    /// The same seed gives the same numbers.
-    pub fn new(seed: u64) -> Self {
-        Self {
-            random: ChaCha8Rng::seed_from_u64(seed),
-            spare: None,
-        }
-    }
-
-    /// The next one.
-    pub fn draw(&mut self) -> f64 {
-        if let Some(spare) = self.spare.take() {
-            return spare;
-        }
-        let radius = (-2.0 * (1.0 - self.random.random::<f64>()).ln()).sqrt();
-        let (sin, cos) = (TAU * self.random.random::<f64>()).sin_cos();
-        self.spare = Some(radius * sin);
-        radius * cos
     }
 }
 

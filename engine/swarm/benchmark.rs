@@ -9,10 +9,10 @@ use serde::Serialize;
 use super::kernel::{Kernel, Width};
 use super::search::{Axis, Rules, minimise};
 use super::target::Target;
-use crate::EngineError;
 use crate::bicycle::Axle;
 use crate::ride::Ride;
 use crate::settings::{Objective, Settings};
+use crate::{EngineError, RideProblem};
 
 /// Bounds of k_F/m_F (1/s^2), B_F/m_F (1/s), k_R/m_R and B_R/m_R.
 const BOX: [(f64, f64); 4] = [
@@ -34,18 +34,22 @@ const RULES: Rules = Rules {
 /// One line of JSON that can be compared with those of the other implementations.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Line {
+    /// Name of the implementation: `veloid`.
     pub peer: String,
     /// Length of the ride (s).
     #[serde(rename = "T")]
     pub duration_s: f64,
     /// Computing alone, without reading the ride (s).
     pub inner_s: f64,
-    /// Best position and best cost of every trial.
+    /// Best position of every trial: k_F/m_F (1/s^2), B_F/m_F (1/s), k_R/m_R and B_R/m_R.
     pub thetas: Vec<Vec<f64>>,
+    /// Best cost of every trial.
     pub costs: Vec<f64>,
     /// Simulations of both axles over the whole ride.
     pub evals: usize,
+    /// Number of trials.
     pub trials: usize,
+    /// Width of the vector instructions and number of threads.
     pub note: String,
 }
 
@@ -63,9 +67,9 @@ pub fn benchmark(ride: &Ride) -> Result<Line, EngineError> {
     let kernels = Axle::BOTH
         .into_iter()
         .map(|axle| {
-            let record = ride.axles.get(axle).ok_or_else(|| EngineError::Ride {
+            let record = ride.axles.get(axle).ok_or(EngineError::Ride {
                 axle,
-                problem: "the benchmark needs both axles".to_owned(),
+                problem: RideProblem::NotBothAxles,
             })?;
             let target = Target::new(axle, record, ride, &settings, [1.0, 1.0, 1.0])?;
             Ok(Kernel::new(&target, width))

@@ -14,7 +14,6 @@ mod unknowns;
 
 pub use benchmark::{Line, benchmark};
 
-use crate::EngineError;
 use crate::bicycle::{Bike, PerAxle};
 use crate::document::checked;
 use crate::progress::Progress;
@@ -22,6 +21,7 @@ use crate::report::Trial;
 use crate::report::stages::Observed;
 use crate::ride::Ride;
 use crate::settings::Settings;
+use crate::{Divergence, EngineError};
 use kernel::{Kernel, Width};
 use search::{Axis, Rules, minimise};
 use target::Target;
@@ -103,9 +103,7 @@ impl Swarm {
                 if !best.is_finite() {
                     return Err(EngineError::Diverged {
                         stage: "swarm",
-                        problem: format!(
-                            "no particle of trial {index} moves within the numbers' range"
-                        ),
+                        problem: Divergence::NoParticle { trial: index },
                     });
                 }
                 progress.iteration(index, iteration, best);

@@ -2,13 +2,13 @@
 
 use std::ops::Range;
 
-use crate::EngineError;
 use crate::bicycle::Axle;
 use crate::observer::{States, differentiate, jerk_bound};
 use crate::ride::{AxleRecord, Ride};
 use crate::settings::{Objective, Settings};
 use crate::simulate::linear::Input;
 use crate::simulate::start::start;
+use crate::{EngineError, RideProblem};
 
 /// The measured motion of one axle and how its errors are weighted.
 #[derive(Clone, Debug)]
@@ -134,7 +134,7 @@ impl Target {
         }
         Err(EngineError::Ride {
             axle,
-            problem: format!("the {name} does not vary over the samples that the swarm compares"),
+            problem: RideProblem::NoVariation { signal: name },
         })
     }
 }

@@ -1,9 +1,10 @@
 #![allow(clippy::unwrap_used)]
 use super::*;
+use crate::numerics::random::Normal;
 use crate::pipeline::observe;
 use crate::progress::Silent;
 use crate::settings::Objective;
-use crate::simulate::simulated_ride::{Excitation, Normal, SimulatedRide};
+use crate::simulate::simulated_ride::{Excitation, SimulatedRide};
 use nalgebra::{Matrix2, Vector2};
 use rayon::prelude::*;
 

@@ -13,7 +13,7 @@ const NOTHING: f64 = TAU;
 
 /// The standard error of a parameter that the ride shows, or why it does not. `nothing` is a size (in the parameter's
 /// unit) that is as good as zero.
-pub fn identified(
+pub(crate) fn identified(
     value: f64,
     std_error: Option<f64>,
     nothing: f64,
@@ -38,20 +38,21 @@ pub fn identified(
 }
 
 /// Why no estimate of a record has an interval.
-pub const UNPLACED: &str =
+pub(crate) const UNPLACED: &str =
     "the files that it rests on have clocks of which nobody knows how they go beside each other";
-pub const MISTAKEN: &str = "the record or the bicycle has to be mended first";
+pub(crate) const MISTAKEN: &str = "the record or the bicycle has to be mended first";
+/// Why an estimate has no interval where the diagnosis came to no verdict.
 pub const NO_VERDICT: &str = "the record carries no verdict on what is missing beside it";
 
 impl Estimate {
     /// The estimate without the intervals that would only pretend, with the reasons.
-    pub fn reportable(self) -> Self {
+    pub(crate) fn reportable(self) -> Self {
         let mass = self.mass_kg;
         self.reportable_beside([mass * NOTHING * NOTHING, mass * NOTHING])
     }
 
     /// The same where k (N/m) and B (N s/m) of these sizes are as good as none.
-    pub fn reportable_beside(self, [k_nothing, b_nothing]: [f64; 2]) -> Self {
+    pub(crate) fn reportable_beside(self, [k_nothing, b_nothing]: [f64; 2]) -> Self {
         let k = identified(self.k_n_m, self.k_std_n_m, k_nothing, "N/m");
         let b = identified(self.b_n_s_m, self.b_std_n_s_m, b_nothing, "N s/m");
         Self {
@@ -65,7 +66,7 @@ impl Estimate {
     }
 
     /// The estimate without intervals where k/m (1/s^2) or B/m (1/s) is beyond the `most` that any sample could show.
-    pub fn within_reach(self, [most_kappa, most_beta]: [f64; 2]) -> Self {
+    pub(crate) fn within_reach(self, [most_kappa, most_beta]: [f64; 2]) -> Self {
         if self.mass_kg == 0.0 {
             // A prescribed motion, to which any k and B may answer.
             return self;
@@ -94,7 +95,7 @@ impl Estimate {
     }
 
     /// Whether all that every estimate must have is a number.
-    pub fn is_finite(&self) -> bool {
+    pub(crate) fn is_finite(&self) -> bool {
         [self.k_n_m, self.b_n_s_m, self.mass_kg]
             .iter()
             .all(|x| x.is_finite())

@@ -14,7 +14,10 @@ const MOST: Parameters = Parameters {
 };
 
 /// Estimates whose intervals bear the laser's errors too.
-pub fn widened(estimates: &PerAxle<Estimate>, by: &PerAxle<Parameters>) -> PerAxle<Estimate> {
+pub(crate) fn widened(
+    estimates: &PerAxle<Estimate>,
+    by: &PerAxle<Parameters>,
+) -> PerAxle<Estimate> {
     estimates.map(|axle, e| match by.get(axle) {
         Some(by) => Estimate {
             k_std_n_m: e.k_std_n_m.map(|std| std.hypot(by.k_n_m)),
@@ -27,7 +30,7 @@ pub fn widened(estimates: &PerAxle<Estimate>, by: &PerAxle<Parameters>) -> PerAx
 }
 
 /// What something makes of the intervals, in words: `what` it is, and what is meant by it.
-pub fn notes(
+pub(crate) fn notes(
     found: &PerAxle<Estimate>,
     by: &PerAxle<Parameters>,
     what: &str,
@@ -44,12 +47,12 @@ pub fn notes(
 }
 
 /// Whether there are files whose clocks nobody knows, and k and B rest on them.
-pub fn are_unplaced(clocks: &[SensorClock]) -> bool {
+pub(crate) fn are_unplaced(clocks: &[SensorClock]) -> bool {
     let unknown = |clock: &SensorClock| clock.found.is_none() && clock.file.is_some();
     clocks.iter().any(unknown)
 }
 
-/// Why a ride's laser lets nobody show what is missing.
+/// Why a ride's laser lets nobody say what is missing.
 pub fn misleading(
     clocks: &[SensorClock],
     found: &PerAxle<Estimate>,
@@ -86,9 +89,9 @@ pub fn misleading(
 }
 
 /// Why a clock that was set right may be physics that is missing: what delays a force (a viscoelastic tyre, mass below the sensor)
-/// passes for a clock. Where both axles show k and B without the road, they show which: these and output error then agree, at the
+/// passes for a clock. Where both axles determine k and B without the road, they show which: these and output error then agree, at the
 /// family-wise false-alarm rate `alpha` or to within what is believed.
-pub fn unconfirmed(
+pub(crate) fn unconfirmed(
     clocks: &[SensorClock],
     found: &PerAxle<Estimate>,
     latent: Option<&LatentRoad>,

@@ -2,7 +2,7 @@
 
 pub mod identifiable;
 pub mod laser;
-pub mod laser_clock;
-pub mod mass;
-pub mod road_noise;
+pub(crate) mod laser_clock;
+pub(crate) mod mass;
+pub(crate) mod road_noise;
 mod road_variant;

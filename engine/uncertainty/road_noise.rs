@@ -4,11 +4,11 @@
 
 use crate::bicycle::{Axle, Bike, PerAxle};
 use crate::document::format_number::significant;
+use crate::numerics::random::Normal;
 use crate::numerics::spectrum::measured_noise;
 use crate::report::{Estimate, Parameters};
 use crate::ride::{AxleRecord, Ride, RoadDoubt};
 use crate::settings::Settings;
-use crate::simulate::simulated_ride::Normal;
 use crate::uncertainty::laser::widened;
 use crate::uncertainty::road_variant::moved;
 
@@ -48,7 +48,7 @@ pub fn borne(found: &PerAxle<Estimate>, by: &PerAxle<Parameters>) -> PerAxle<Est
     })
 }
 
-/// Why a ride's road channel lets nobody show what is missing.
+/// Why a ride's road channel lets nobody say what is missing.
 pub fn decides(found: &PerAxle<Estimate>, by: &PerAxle<Parameters>) -> Option<String> {
     let too_much = |(axle, e): (Axle, &Estimate)| {
         let by = by.get(axle).filter(|by| is_too_much(e, by))?;

@@ -16,7 +16,7 @@ use crate::bicycle::Given;
 use crate::facts;
 use crate::options::Options;
 
-/// Uploads take every option, and what shows the bicycle, in their query too, which would be long to list there.
+/// Uploads take every option, and what describes the bicycle, in their query too, which would be long to list there.
 const UPLOADS: [&str; 2] = ["/v1/rides", "/v1/rides/preview"];
 /// Most of a name that a problem repeats (characters).
 const SHOWN: usize = 80;

@@ -9,9 +9,10 @@ use veloid_engine::diagnosis::effects::Kind;
 use veloid_engine::report::diagnosis::Verdict;
 
 use super::problem::{self, Problem};
-use crate::store::parameter::{AXLES, METHODS};
+use crate::store::parameter::AXLES;
 use crate::unique::shown;
 use crate::webhooks::Event;
+use veloid_engine::report::Method;
 
 /// Effects that may be named.
 pub static EFFECTS: LazyLock<Vec<&'static str>> =
@@ -50,7 +51,7 @@ fn any_of<T: AsRef<str>>(known: &[T]) -> Schema {
 }
 
 pub fn methods() -> Schema {
-    any_of(&METHODS)
+    any_of(&Method::NAMES)
 }
 
 pub fn axles() -> Schema {

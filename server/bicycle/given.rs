@@ -7,7 +7,7 @@ use utoipa::ToSchema;
 
 use super::fields;
 
-/// How a bicycle is reported.
+/// How a bicycle is given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Way {
@@ -50,7 +50,7 @@ pub enum Chosen<'a> {
     Nothing,
 }
 
-/// A bicycle reported in two ways, of which none was chosen.
+/// A bicycle given in two ways, of which none was chosen.
 #[derive(Debug, thiserror::Error)]
 #[error("the bicycle is told by `{text}` and by `{field}`, expected one of the two ways")]
 pub struct TwoWays {

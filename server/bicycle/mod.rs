@@ -1,4 +1,4 @@
-//! The bicycle of an upload, however its sender shows it: chosen from the fleet, described in single fields, or as a
+//! The bicycle of an upload, however its sender gives it: chosen from the fleet, described in single fields, or as a
 //! bike file.
 
 mod fields;

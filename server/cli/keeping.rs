@@ -100,7 +100,7 @@ async fn prune(server: &Server, storage: &Storage) -> Result<Option<Erased>, Cli
         policy: &server.policy,
         actor: Actor::Server,
         dry_run: false,
-        tell: &|line| tracing::info!("{line}"),
+        note: &|line| tracing::info!("{line}"),
     };
     Ok(Some(prune.run().await?))
 }

@@ -25,8 +25,8 @@ mod simulate;
 mod split;
 mod storage;
 mod study;
-mod telling;
 mod vault;
+mod webhook_options;
 mod worker;
 
 use std::io::IsTerminal;

@@ -40,7 +40,7 @@ pub async fn by_command<T>(
         actor: Actor::Command,
         dry_run,
         // Nobody may be reading; what is done does not depend on it.
-        tell: &|line| drop(writeln!(std::io::stdout(), "{line}")),
+        note: &|line| drop(writeln!(std::io::stdout(), "{line}")),
     };
     Ok(work(&prune).await?)
 }

@@ -11,11 +11,11 @@ use super::CliError;
 use super::demo;
 use super::keeping::{Keeping, keep_tidy};
 use super::storage::Storage;
-use super::telling::Telling;
 use super::worker::{WorkLimits, asked_to_stop, cores};
 use crate::api::access::{Access, Limits, Mode};
 use crate::api::signs::Signs;
 use crate::api::{self, Server};
+use crate::cli::webhook_options::WebhookOptions;
 use crate::http::{self, HttpLimits};
 use crate::jobs::{self, Hub, Queue, RideCache};
 use crate::store::Db;
@@ -47,7 +47,7 @@ pub struct Serve {
     #[command(flatten)]
     keeping: Keeping,
     #[command(flatten)]
-    telling: Telling,
+    webhooks: WebhookOptions,
     /// Upload an example ride through the API and print the address of its result.
     #[arg(long)]
     demo: bool,
@@ -115,7 +115,7 @@ impl Serve {
                     &rides,
                     &hub,
                     threads,
-                    self.telling.targets(),
+                    self.webhooks.targets(),
                 )?)
                 .await?,
             ),
@@ -138,7 +138,7 @@ impl Serve {
             max_upload: self.max_upload,
             access,
             policy: self.keeping.policy(),
-            targets: self.telling.targets(),
+            targets: self.webhooks.targets(),
             stop: stop.clone(),
         });
         tokio::spawn(keep_tidy(

@@ -10,7 +10,7 @@ use veloid_engine::report::diagnosis::Place;
 use veloid_engine::simulate::laser::Laser;
 use veloid_engine::simulate::road::{Bump, Roughness};
 use veloid_engine::simulate::simulated_ride::{Excitation, SimulatedRide, SpeedChange, Spring};
-use veloid_engine::{EngineError, Imposed, simulate};
+use veloid_engine::{EngineError, Imposed, SettingProblem, simulate};
 
 use super::{CliError, ride_csv, split};
 
@@ -249,7 +249,7 @@ impl Simulate {
             if lasers[..i].iter().any(|other| other.axle == laser.axle) {
                 return Err(EngineError::Setting {
                     name: "laser",
-                    problem: format!("there are two on the {} axle", laser.axle),
+                    problem: SettingProblem::TwoLasers { axle: laser.axle },
                 });
             }
         }

@@ -13,9 +13,9 @@ use tokio_util::sync::CancellationToken;
 
 use super::CliError;
 use super::storage::Storage;
-use super::telling::Telling;
 use crate::api::access;
 use crate::api::problem::Problem;
+use crate::cli::webhook_options::WebhookOptions;
 use crate::files::Files;
 use crate::http::{self, HttpLimits};
 use crate::jobs::{self, Budget, Compute, Gate, Hub, Readers, RideCache, Work};
@@ -43,7 +43,7 @@ pub struct Worker {
     #[command(flatten)]
     http: HttpLimits,
     #[command(flatten)]
-    telling: Telling,
+    webhooks: WebhookOptions,
 }
 
 #[derive(Args, Clone, Copy)]
@@ -117,7 +117,7 @@ impl Worker {
             &RideCache::new(db.clone(), files, self.limits.readers()?),
             &Hub::new(),
             threads,
-            self.telling.targets(),
+            self.webhooks.targets(),
         )?;
         let running = jobs::start(work).await?;
         if let Some(address) = self.listen {

@@ -51,7 +51,7 @@ pub struct Prune<'a> {
     /// Only says what it would do.
     pub dry_run: bool,
     /// Hears of everything that is deleted or erased, in a line each.
-    pub tell: &'a (dyn Fn(&str) + Sync),
+    pub note: &'a (dyn Fn(&str) + Sync),
 }
 
 impl Prune<'_> {
@@ -192,8 +192,8 @@ impl Prune<'_> {
 
     fn say(&self, action: &str, what: &str) {
         match self.dry_run {
-            true => (self.tell)(&format!("would {action} {what}")),
-            false => (self.tell)(&format!("{action}d {what}")),
+            true => (self.note)(&format!("would {action} {what}")),
+            false => (self.note)(&format!("{action}d {what}")),
         }
     }
 

@@ -15,7 +15,7 @@ impl Prune<'_> {
         let mut found = 0;
         let mut say = |line: String| {
             found += 1;
-            (self.tell)(&line);
+            (self.note)(&line);
         };
         let faults = scrub::integrity(self.db).await?;
         for fault in &faults {
@@ -60,7 +60,7 @@ impl Prune<'_> {
         }
         if found > 0 {
             let share = 100.0 * unknown.len() as f64 / files as f64;
-            (self.tell)(&format!(
+            (self.note)(&format!(
                 "{found} of {files} raw files ({share:.1} %) belong to no ride of this database{}",
                 match self.dry_run {
                     true => "; `--repair` removes them",

@@ -32,8 +32,8 @@ pub fn bounded(document: &mut OpenApi) {
     facts.additional_properties = Some(Box::new(RefOr::T(number).into()));
 }
 
-fn of_fact(facts: &mut Object, name: &str, tell: impl FnOnce(&mut Object)) {
+fn of_fact(facts: &mut Object, name: &str, describe: impl FnOnce(&mut Object)) {
     if let Some(RefOr::T(Schema::Object(fact))) = facts.properties.get_mut(name) {
-        tell(fact);
+        describe(fact);
     }
 }

@@ -51,7 +51,7 @@ pub struct Peer(pub IpAddr);
 #[derive(Clone, Copy)]
 pub struct Spare;
 
-/// Serves until it is reported to stop, and then until the answers in progress are sent.
+/// Serves until it is asked to stop, and then until the answers in progress are sent.
 pub async fn serve(
     listener: TcpListener,
     router: Router,

@@ -1,4 +1,4 @@
-//! What memory a job needs, reported before it is begun.
+//! What memory a job needs, estimated before it starts.
 
 use serde::{Deserialize, Serialize};
 use veloid_engine::Settings;
@@ -57,6 +57,7 @@ mod tests {
             acceleration: None,
             valid: Vec::new(),
             prescribed: false,
+            plant: veloid_engine::plant::PlantRef::default(),
         };
         let ride = Ride {
             samples: 1_000_000,

@@ -15,7 +15,7 @@ use crate::crash;
 /// A computation that goes on for so long after it was to end is deaf, and is given up.
 const DEAF: Duration = Duration::from_secs(1);
 
-/// What a computation may ask while it runs, and where it shows how far it is.
+/// What a computation may ask while it runs, and where it reports how far it is.
 #[derive(Clone)]
 pub struct Control {
     /// The job that it is of, and who hears of it.

@@ -4,13 +4,14 @@ use serde_json::Value;
 use uuid::Uuid;
 use veloid_engine::bicycle::PerAxle;
 use veloid_engine::report::diagnosis::{Diagnosis, Verdict};
-use veloid_engine::report::{Estimate, LatentRoad, Report};
+use veloid_engine::report::{Estimate, Report};
 
 use super::fault::Fault;
 use super::queue::Queue;
 use super::stage::announce;
 use crate::store::parameter::{self, Parameter};
 use crate::store::{Tx, job, result};
+use veloid_engine::report::Method;
 
 /// Publishes the report of a running job; does nothing for one that was cancelled meanwhile.
 pub async fn finish(
@@ -42,29 +43,16 @@ fn verdict_name(diagnosis: &Diagnosis) -> Option<String> {
 
 /// Every parameter that the report holds.
 fn parameters(report: &Report) -> Vec<Parameter> {
-    let swarm = PerAxle {
-        front: report.swarm.front.clone(),
-        rear: report.swarm.rear.clone(),
-    };
-    let latent = report.latent_road.as_ref().map(LatentRoad::axles);
-    let latent = latent.unwrap_or_default();
     let mut found = Vec::new();
-    for (method, estimates) in [
-        ("least_squares", &report.least_squares),
-        ("instrumental", &report.instrumental),
-        ("swarm", &swarm),
-        ("output_error", &report.output_error),
-        ("latent_road", &latent),
-    ] {
-        found.extend(of_estimates(method, estimates));
+    for method in Method::ALL.into_iter().rev() {
+        found.extend(of_estimates(method, &report.estimates(method)));
     }
     if let Some(diagnosis) = &report.diagnosis {
-        found.extend(of_estimates("extended", &diagnosis.extended));
         let in_part = diagnosis.verdict == Verdict::NamedInPart;
         for effect in (diagnosis.effects.iter()).filter(|e| e.affirmed || !in_part) {
             let axle = effect.axle.name();
             found.extend(effect.parameters.iter().map(|(name, parameter)| Parameter {
-                method: "extended",
+                method: Method::Extended.name(),
                 axle,
                 name: format!("{}.{name}", effect.id),
                 value: parameter.value,
@@ -76,12 +64,12 @@ fn parameters(report: &Report) -> Vec<Parameter> {
     found
 }
 
-fn of_estimates(method: &'static str, estimates: &PerAxle<Estimate>) -> Vec<Parameter> {
+fn of_estimates(method: Method, estimates: &PerAxle<Estimate>) -> Vec<Parameter> {
     estimates
         .iter()
         .flat_map(|(axle, estimate)| {
             let parameter = |name: &str, value, std_error, unit: &str| Parameter {
-                method,
+                method: method.name(),
                 axle: axle.name(),
                 name: name.to_owned(),
                 value,
@@ -116,7 +104,7 @@ mod tests {
             }),
             rear: Some(Estimate::default()),
         };
-        let found = of_estimates("swarm", &estimates);
+        let found = of_estimates(Method::Swarm, &estimates);
         let keys: Vec<_> = found.iter().map(|p| (p.axle, p.name.as_str())).collect();
         assert_eq!(
             keys,

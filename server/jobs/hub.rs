@@ -31,7 +31,7 @@ pub struct Searched {
     pub budget: u64,
 }
 
-/// What a computation shows while it runs.
+/// What a computation reports while it runs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Heard {
     Iteration(Iteration),

@@ -20,7 +20,7 @@ pub const SINGLE: &str = "heavy";
 /// Diagnoses, which keep one busy for seconds: apart, since none is begun before its time.
 pub const DIAGNOSIS: &str = "diagnosis";
 
-/// What others are reported: of jobs that ended, and the deliveries of it.
+/// What others are notified of: jobs that ended, and the deliveries of it.
 pub const NEWS: &str = "news";
 
 /// River polls this often when nobody wakes it.

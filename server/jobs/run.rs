@@ -144,7 +144,7 @@ async fn live(db: Db, queue: Queue, hub: Hub, slots: i64, stop: CancellationToke
     let mut steady: Option<Instant> = None;
     let mut clock = Clock::default();
     while stop.run_until_cancelled(ticks.tick()).await.is_some() {
-        // Who could not reach the database cannot show whether others could.
+        // Who could not reach the database does not know whether others could.
         let judges = !db.is_sqlite() && steady.is_some_and(|since| since.elapsed() >= LEASE);
         match in_time(beat(&db, queue.0.id(), slots, judges)).await {
             Ok(now_ms) => {

@@ -60,7 +60,7 @@ pub fn asset(name: &str) -> String {
     format!("/assets/{}/{name}", *VERSION)
 }
 
-/// The icon, where browsers look for it that were not reported.
+/// The icon, where browsers look for it without a link.
 pub async fn icon() -> impl IntoResponse {
     let kind = [(header::CONTENT_TYPE, "image/svg+xml")];
     (kind, include_str!("../web/icon.svg"))

@@ -1,4 +1,4 @@
-//! What a form shows of the bicycle that is reported in it.
+//! What a form shows of the bicycle that is given in it.
 
 use crate::api::Server;
 use crate::api::access::Caller;
@@ -11,7 +11,7 @@ const EXAMPLE: &str = r#"{"bike": "my-bike",
  "mass_front_kg": 23.0, "mass_rear_kg": 63.0,
  "l_front_m": 0.808, "l_rear_m": 0.293}"#;
 
-/// The part of a form that shows the bicycle.
+/// The part of a form that describes the bicycle.
 pub struct BicycleForm {
     /// Names of the fleet.
     pub bikes: Vec<String>,

@@ -14,8 +14,9 @@ use crate::api::access::Caller;
 use crate::api::list::{Page, without_cursor};
 use crate::api::names::{EFFECTS, PARAMETERS};
 use crate::api::parameters::{MOST, Params, cursor, rows};
-use crate::store::parameter::{self, AXLES, Filter, METHODS, ParameterRow};
+use crate::store::parameter::{self, AXLES, Filter, ParameterRow};
 use crate::time;
+use veloid_engine::report::Method;
 
 const PAGE: i64 = 50;
 
@@ -197,7 +198,7 @@ pub async fn list(
                 "method",
                 "Method",
                 params.method.as_deref(),
-                &METHODS,
+                &Method::NAMES,
                 words::method,
             ),
             Choice::new("axle", "Axle", params.axle.as_deref(), &AXLES, words::plain),

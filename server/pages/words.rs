@@ -1,5 +1,7 @@
 //! Names as people read them.
 
+use veloid_engine::report::Method;
+
 /// `nothing_missing` as "nothing missing".
 pub fn plain(name: &str) -> String {
     name.replace('_', " ")
@@ -28,14 +30,7 @@ pub fn query(text: &str) -> String {
 
 /// A method of the report or the fleet.
 pub fn method(name: &str) -> String {
-    match name {
-        "instrumental" => "instrumental variables".to_owned(),
-        "swarm" => "particle swarm".to_owned(),
-        "extended" => "extended model".to_owned(),
-        "latent_road" => "latent road (none measured)".to_owned(),
-        "output_error" => "output error (plain model)".to_owned(),
-        name => plain(name),
-    }
+    Method::by_name(name).map_or_else(|| plain(name), |method| method.title().to_owned())
 }
 
 /// A parameter of the fleet: `k_n_m`, `b_n_s_m`, `mass_kg` or `effect.parameter`.

@@ -1,4 +1,4 @@
-//! What every answer shows browsers.
+//! Headers that every answer has for browsers.
 
 use axum::extract::Request;
 use axum::http::{HeaderName, HeaderValue, header};

@@ -219,7 +219,7 @@ impl Tx {
         if is_sqlite { sqlite } else { postgres }
     }
 
-    /// The transaction where it is PostgreSQL's, which has many writers and needs to be reported more.
+    /// The transaction where it is PostgreSQL's, which has many writers and needs more locks.
     pub fn postgres(&mut self) -> Option<&mut Transaction<'static, Other>> {
         match self {
             Tx::Sqlite(_) => None,

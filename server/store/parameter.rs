@@ -7,14 +7,6 @@ use uuid::Uuid;
 use super::{Db, Tx, now_ms};
 use crate::facts::Facts;
 
-pub const METHODS: [&str; 6] = [
-    "extended",
-    "output_error",
-    "latent_road",
-    "swarm",
-    "instrumental",
-    "least_squares",
-];
 pub const AXLES: [&str; 3] = ["front", "rear", "both"];
 
 #[derive(Clone, Debug, FromRow)]

@@ -13,7 +13,7 @@ pub struct Orphan {
     pub args: String,
 }
 
-/// Kinds of rows that show others of what happened; nobody's ride waits for them.
+/// Kinds of rows that notify others of what happened; nobody's ride waits for them.
 macro_rules! news {
     () => {
         "('announce', 'deliver')"
@@ -51,7 +51,7 @@ pub async fn orphans(db: &Db) -> sqlx::Result<Vec<Orphan>> {
     on!(read db, p => sqlx::query_as(sql).fetch_all(p).await)
 }
 
-/// Lets others do what processes that are gone were reporting. What is reported twice has one identifier.
+/// Lets others send what processes that are gone were sending. What is sent twice has one identifier.
 pub async fn notify_again(tx: &mut Tx) -> sqlx::Result<()> {
     const SQLITE: &str = concat!(
         "UPDATE river_job SET state = 'available' WHERE kind IN ",

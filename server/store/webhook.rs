@@ -1,4 +1,4 @@
-//! Who is reported of what, and what was reported last of the bicycles.
+//! Who is notified of what, and what was reported last of the bicycles.
 
 use sqlx::FromRow;
 use uuid::Uuid;
@@ -83,7 +83,7 @@ pub async fn tried(tx: &mut Tx, id: Uuid, outcome: &str) -> sqlx::Result<()> {
     on!(tx, t => sqlx::query(SQL).bind(id).bind(outcome).bind(now_ms()).execute(&mut **t).await.map(drop))
 }
 
-/// Whether anybody is reported of what becomes of a job.
+/// Whether anybody is notified of what becomes of a job.
 pub async fn concerns(tx: &mut Tx, job: Uuid) -> sqlx::Result<bool> {
     const SQL: &str = "\
         SELECT COUNT(*) FROM webhook WHERE group_name = (SELECT group_name FROM job WHERE id = $1)";
@@ -91,7 +91,7 @@ pub async fn concerns(tx: &mut Tx, job: Uuid) -> sqlx::Result<bool> {
     Ok(count > 0)
 }
 
-/// Keeps others from reporting of a bicycle until the transaction ends.
+/// Keeps others from notifying of a bicycle until the transaction ends.
 pub async fn lock_bike(tx: &mut Tx, group: &str, bike: &str) -> sqlx::Result<()> {
     // SQLite has one writer at a time; PostgreSQL has to be reported.
     const LOCK: &str = "SELECT 1 FROM bike WHERE group_name = $1 AND name = $2 FOR UPDATE";

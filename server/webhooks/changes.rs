@@ -14,7 +14,7 @@ pub struct Change {
     pub data: Value,
 }
 
-/// Courses of which another thing is to be said than was said last: `reported` holds axle, name and kind.
+/// Parameters of which another thing is to be said than was said last: `reported` holds axle, name and kind.
 pub fn of(history: &BikeHistory, reported: &[(String, String, String)]) -> Vec<Change> {
     let courses = history.courses.iter();
     courses

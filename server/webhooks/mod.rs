@@ -1,4 +1,4 @@
-//! Whoever has asked is reported when a job ends or a bicycle changes, instead of having to poll: a signed POST to an address that the
+//! A receiver is notified when a job ends or a bicycle changes, instead of having to poll: a signed POST to an address that the
 //! operator allows, by the scheme of <https://www.standardwebhooks.com>.
 
 pub mod changes;

@@ -11,9 +11,9 @@ use crate::numerics::random::normal;
 use crate::numerics::spectrum::{Spectrum, deviation, white_floor};
 use crate::numerics::statistics::variance;
 use crate::output_error::AxleFit;
+use crate::plant::Coefficients;
 use crate::ride::{AxleRecord, Ride};
 use crate::simulate::linear::{Input, force_answer, road_answer, simulate};
-use crate::simulate::sensitivity::Plain;
 
 /// Gain in log likelihood that a model of all that lies between the samples may have under a record's own
 /// noise, and that it has under ours.
@@ -91,7 +91,7 @@ fn lacking(record: &AxleRecord, fit: &AxleFit, bike: &Bike, step: f64, fitted: u
 }
 
 /// RMS of what is between the samples (m, or N), by Richardson's extrapolation from every second and fourth of them.
-fn by_halves(once: &[f64], record: &AxleRecord, plain: &Plain, step: f64) -> f64 {
+fn by_halves(once: &[f64], record: &AxleRecord, plain: &Coefficients, step: f64) -> f64 {
     let [twice, four] = [2, 4].map(|every| moved(record, plain, step, every));
     let near = distance(once, &twice);
     let far = distance(&twice, &four);
@@ -100,8 +100,8 @@ fn by_halves(once: &[f64], record: &AxleRecord, plain: &Plain, step: f64) -> f64
 
 /// RMS (m) of how the plain axle answers to the error of the splines that stand for what drives it, where this holds nothing faster
 /// than half the sampling rate.
-fn by_spectrum(record: &AxleRecord, plain: &Plain, step: f64) -> f64 {
-    let Plain {
+fn by_spectrum(record: &AxleRecord, plain: &Coefficients, step: f64) -> f64 {
+    let Coefficients {
         kappa,
         beta,
         per_mass,
@@ -149,19 +149,19 @@ fn spline_gain(turns: f64) -> f64 {
 
 /// Displacement (m) of the plain axle, or the force (N) that answers, if one sample in `every` had been recorded of what
 /// drives it.
-fn moved(record: &AxleRecord, plain: &Plain, step: f64, every: usize) -> Vec<f64> {
+fn moved(record: &AxleRecord, plain: &Coefficients, step: f64, every: usize) -> Vec<f64> {
     let thin = |x: &Vec<f64>| -> Vec<f64> { x.iter().copied().step_by(every).collect() };
     let whole = Input::of(record, step);
     let force = whole.force.as_ref().map(|(force, _)| thin(force));
     let input = whole.driven_by(&thin(&whole.road), force.as_deref(), step * every as f64);
-    let Plain {
+    let Coefficients {
         kappa,
         beta,
         per_mass,
         constant,
-        initial,
+        ..
     } = *plain;
-    simulate(&input, kappa, beta, per_mass, constant, initial).0
+    simulate(&input, kappa, beta, per_mass, constant, plain.start()).0
 }
 
 /// RMS of the difference of two motions, the second with half the samples.

@@ -4,9 +4,11 @@ pub mod dither;
 pub mod inputs;
 pub mod planned;
 mod speed;
+mod track;
 pub mod windows;
 mod work;
 
-pub use inputs::{Dataset, Track};
+pub use inputs::Dataset;
+pub use track::Track;
 pub use windows::Windows;
 pub use work::Budget;

@@ -105,9 +105,9 @@ mod tests {
     use crate::diagnosis::law::MAX_PARAMETERS;
     use crate::numerics::lanes::LANES;
     use crate::output_error::AxleFit;
+    use crate::plant::Coefficients;
     use crate::report::diagnosis::Place;
     use crate::simulate::road::Bump;
-    use crate::simulate::sensitivity::Plain;
     use crate::simulate::simulated_ride::{Excitation, SimulatedRide, SpeedChange};
 
     fn bike() -> Bike {
@@ -152,12 +152,13 @@ mod tests {
         let ride = simulated_ride.ride();
         let mut fits = PerAxle::default();
         for (axle, mass) in [(Axle::Front, 23.0), (Axle::Rear, 63.0)] {
-            let plain = Plain {
+            let plain = Coefficients {
                 kappa: 110e3 / mass,
                 beta: 1150.0 / mass,
                 per_mass: 1.0 / mass,
                 constant: 0.0,
-                initial: [0.0; 2],
+                height: 0.0,
+                velocity: 0.0,
             };
             fits.set(axle, AxleFit::exact(plain, ride.samples));
         }
@@ -174,10 +175,7 @@ mod tests {
             .collect();
         let mut out = Vec::new();
         for unit in Unit::all(dataset, &terms) {
-            let base = unit.tracks.iter().map(|t| {
-                let s = &dataset.tracks[*t].scale;
-                [s.k / s.mass, s.b / s.mass, 1.0 / s.mass, 0.0, 0.0, 0.0]
-            });
+            let base = unit.tracks.iter().map(|t| dataset.tracks[*t].plain());
             let mut values = [0.0; MAX_PARAMETERS];
             if let Some((_, _, [first, second])) = effect {
                 values[..2].copy_from_slice(&[first, second]);

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 /// Half windows (s) to choose among.
 const HALVES_S: [f64; 8] = [0.05, 0.1, 0.15, 0.25, 0.4, 0.6, 0.9, 1.3];
-/// Samples that the widest half window is reported by: above 1 kHz means over several samples stand for them, so that the
+/// Samples that span the widest half window: above 1 kHz means over several samples stand for them, so that the
 /// work for each does not grow with the rate.
 const FINEST: f64 = 1300.0;
 /// Degree of the local polynomials: quadratics take 1.5 % off the acceleration of a bicycle, quartics 0.2 %.

@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use super::inputs::Track;
+use super::track::Track;
 use crate::diagnosis::policy;
 use crate::numerics::spectrum::median_frequency;
 use crate::numerics::statistics::variance;
@@ -30,8 +30,8 @@ impl Windows {
         let step = track.input.step;
         let driven = track.has_road || track.input.force.is_some();
         let period = dominant_period(track)?;
-        let swings = track.has_spring && track.scale.k > track.scale.as_good_as_none()[0];
-        let natural = match swings && !track.input.prescribed {
+        let swings = track.plant.has_spring() && track.scale.k > track.scale.as_good_as_none()[0];
+        let natural = match swings && track.plant.moves() {
             true => track.scale.period(),
             false => 0.0,
         };
@@ -158,7 +158,8 @@ mod tests {
         let mut track = crate::diagnosis::example::dataset().tracks[0].clone();
         assert_eq!(track.input.step, STEP);
         track.set_road(&vec![0.0; samples]);
-        (track.has_road, track.has_spring) = (false, false);
+        track.has_road = false;
+        track.plant = &crate::plant::Damper::MOVING;
         track.measured = (0..samples).map(|i| height(STEP * i as f64)).collect();
         track.valid = vec![true; samples];
         track
@@ -178,7 +179,7 @@ mod tests {
         assert!((seconds(&track) - dominant).abs() <= STEP);
         // A spring on which the mass would swing so slowly, and which is felt.
         let mut sprung = |natural: f64| {
-            track.has_spring = true;
+            track.plant = &crate::plant::Axle::MOVING;
             track.scale.k = track.scale.mass * (std::f64::consts::TAU / natural).powi(2);
             track.scale.a_rms = 1e-9;
             track.scale.train_s = 100.0;

@@ -1,12 +1,15 @@
 //! The library as people look things up in it.
 
-use super::{ALL, GENERAL_LAWS, Kind};
+use super::{ALL, Kind};
 use crate::diagnosis::law::{Acts, MAX_PARAMETERS, Need, Scale};
 
-/// One effect.
+/// One effect, as docs/effects.md and the pages show it.
 pub struct Entry {
+    /// Id in reports, such as `coulomb_friction`.
     pub id: &'static str,
+    /// What happens, as a clause for sentences.
     pub words: &'static str,
+    /// Its formula: d is the deflection (m), w its rate (m/s), other names are parameters.
     pub law: &'static str,
     /// Where it can act.
     pub acts: &'static str,
@@ -14,7 +17,9 @@ pub struct Entry {
     pub needs: Vec<&'static str>,
     /// Name and unit of what is reported, and the limits of the fit for a typical bicycle where that is fitted as it is reported.
     pub parameters: Vec<(String, String, Option<[f64; 2]>)>,
+    /// Ids of effects whose records look alike.
     pub confused_with: &'static [&'static str],
+    /// Where the law comes from.
     pub source: &'static str,
     /// False for general laws, which are never named.
     pub is_named: bool,
@@ -79,7 +84,7 @@ fn entry(kind: Kind) -> Entry {
             .collect(),
         confused_with: spec.confused_with,
         source: spec.source,
-        is_named: !GENERAL_LAWS.contains(&kind),
+        is_named: !kind.spec().is_general,
     }
 }
 

@@ -48,6 +48,8 @@ impl Effect for CoulombFriction {
         confused_with: &["quadratic_damping", "hysteresis", "guide_friction"],
         limit_of: &["hysteresis"],
         source: "Olsson et al. 1998, Eur. J. Control 4:176-195",
+        family: Some(Family::Damper),
+        is_odd: true,
         ..Spec::ORDINARY
     };
 
@@ -64,6 +66,7 @@ impl Effect for CoulombFriction {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnosis::effects::testing::*;
 
     #[test]
     fn the_width_shows_however_strong_the_friction() {
@@ -72,5 +75,39 @@ mod tests {
             dry(force, rate, width, 2e-3).0[0]
         };
         assert!(at(2e-4) < 0.999 * at(1e-4));
+    }
+
+    #[test]
+    fn friction_is_against_the_rate_and_its_sign_changes_over_the_width() {
+        for felt_after in [0.0, 4e-3] {
+            for w in [-0.3, -2e-3, 0.0, 1e-3, 0.05] {
+                let width = 2e-3 + 60.0 / 30.0 * 0.5 * felt_after;
+                let friction = 60.0 * w / f64::sqrt(w * w + width * width);
+                let at = At { d: 1e-3, w, felt_after, ..AT };
+                near(tyre::<CoulombFriction>([60.0, 2e-3, 0.0, 0.0], &at), 60.0 + 500.0 * w + friction);
+            }
+        }
+    }
+
+    /// Where the sign changes over a twentieth of the RMS rate, 5 mm/s.
+    #[test]
+    fn the_integrator_is_told_the_slope_of_the_sharpest_change() {
+        let force = |w: f64| tyre::<CoulombFriction>([60.0, 5e-3, 0.0, 0.0], &At { w, ..AT });
+        let found = slope(force, 0.0, 1e-7) - 500.0;
+        let told = (CoulombFriction::SPEC.damps)(&[60.0, 5e-3, 0.0, 0.0], &Scale::TYPICAL);
+        assert!((found / told - 1.0).abs() < 1e-6, "{found} instead of {told}");
+    }
+
+    #[test]
+    fn starts_limits_and_what_is_physical() {
+        starts_grow_from_nothing::<CoulombFriction>();
+        limits_are::<CoulombFriction>(&[[0.0, 3000.0], [2e-4, 0.04]]);
+        physical_within::<CoulombFriction>([0.0; 4], [0, 0], [0.0, 3000.0]);
+    }
+
+    #[test]
+    fn friction_comes_back_from_the_report_with_the_usual_width() {
+        let back = CoulombFriction::from_reported(&report::<CoulombFriction>([25.0, 0.03, 0.0, 0.0]), &Scale::TYPICAL);
+        assert_eq!(back, [25.0, 1e-3, 0.0, 0.0]);
     }
 }

@@ -23,11 +23,49 @@ impl Effect for CubicStiffness {
         words: "the spring stiffens (or softens) with the cube of its deflection",
         confused_with: &["bump_stop", "free_play", "wheel_lift"],
         source: "Kerschen et al. 2006, Mech. Syst. Signal Process. 20:505-592",
+        family: Some(Family::Spring),
+        is_odd: true,
         ..Spec::ORDINARY
     };
 
     #[inline(always)]
     fn tyre(p: &LaneValues, m: &Motion, _s: &States, force: Lanes) -> Lanes {
         force + p[0] * m.per_mass * m.d * m.d * m.d
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::effects::testing::*;
+
+    const K3_N_M3: f64 = 3e9;
+
+    #[test]
+    fn the_force_goes_with_the_cube_to_both_sides() {
+        for (d, w, cubic) in [(1e-3, 0.0, 3.0), (-1e-3, 0.1, -3.0), (2e-3, -0.3, 24.0), (-3e-3, 0.0, -81.0)] {
+            let at = At { d, w, ..AT };
+            near(tyre::<CubicStiffness>([K3_N_M3, 0.0, 0.0, 0.0], &at), 60e3 * d + 500.0 * w + cubic);
+            near(tyre::<CubicStiffness>([-K3_N_M3, 0.0, 0.0, 0.0], &at), 60e3 * d + 500.0 * w - cubic);
+        }
+    }
+
+    #[test]
+    fn the_integrator_is_told_the_slope_at_two_rms_deflections() {
+        let told = |k3: f64| (CubicStiffness::SPEC.stiffens)(&[k3, 0.0, 0.0, 0.0], &Scale::TYPICAL);
+        let force = |d: f64| tyre::<CubicStiffness>([K3_N_M3, 0.0, 0.0, 0.0], &At { d, ..AT });
+        let found = slope(force, 2e-3, 1e-7) - 60e3;
+        assert!((told(K3_N_M3) / found - 1.0).abs() < 1e-6, "{found}");
+        assert_eq!(told(-K3_N_M3), 0.0);
+    }
+
+    /// The softest spring still pushes back a tenth of its plain force where the deflection is largest, 3 mm.
+    #[test]
+    fn starts_limits_and_what_is_physical() {
+        starts_grow_from_nothing::<CubicStiffness>();
+        limits_are::<CubicStiffness>(&[[-6e9, 6e13]]);
+        physical_within::<CubicStiffness>([0.0; 4], [0, 0], [-6e9, 6e13]);
+        comes_back::<CubicStiffness>([-2e9, 0.0, 0.0, 0.0]);
+        near(tyre::<CubicStiffness>([-6e9, 0.0, 0.0, 0.0], &At { d: 3e-3, ..AT }), 18.0);
     }
 }

@@ -34,3 +34,24 @@ impl Effect for ForceLag {
         pickup.lag += p[0];
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::effects::testing::*;
+
+    #[test]
+    fn the_lag_comes_to_that_of_the_sensor_and_to_nothing_else() {
+        for lag in [0.0, 0.01, 0.5] {
+            assert_eq!(sensor::<ForceLag>([lag, 0.0, 0.0, 0.0], 7.0), [0.25, 2.0, 0.5, 0.125 + lag]);
+        }
+    }
+
+    #[test]
+    fn starts_limits_and_what_is_physical() {
+        starts_grow_from_nothing::<ForceLag>();
+        limits_are::<ForceLag>(&[[0.0, 6.0]]);
+        physical_within::<ForceLag>([0.0; 4], [0, 0], [1e-3, 1.0]);
+        comes_back::<ForceLag>([0.03, 0.0, 0.0, 0.0]);
+    }
+}

@@ -31,3 +31,35 @@ impl Effect for GuideFriction {
         [reported[0], (WIDTH.size)(scale), 0.0, 0.0]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::effects::testing::*;
+
+    #[test]
+    fn friction_holds_the_mass_against_the_ground_whatever_the_tyre_does() {
+        for felt_after in [0.0, 4e-3] {
+            for v in [-0.3, -2e-3, 0.0, 1e-3, 0.05] {
+                let width = 2e-3 + 60.0 / 30.0 * 0.5 * felt_after;
+                let friction = 60.0 * v / f64::sqrt(v * v + width * width);
+                let at = At { w: -0.1, v, felt_after, ..AT };
+                near(body::<GuideFriction>([60.0, 2e-3, 0.0, 0.0], &at), PUSH - friction);
+                near(tyre::<GuideFriction>([60.0, 2e-3, 0.0, 0.0], &at), -50.0);
+            }
+        }
+    }
+
+    #[test]
+    fn starts_limits_and_what_is_physical() {
+        starts_grow_from_nothing::<GuideFriction>();
+        limits_are::<GuideFriction>(&[[0.0, 3000.0], [2e-4, 0.04]]);
+        physical_within::<GuideFriction>([0.0; 4], [0, 0], [0.0, 3000.0]);
+    }
+
+    #[test]
+    fn friction_comes_back_from_the_report_with_the_usual_width() {
+        let back = GuideFriction::from_reported(&report::<GuideFriction>([25.0, 0.03, 0.0, 0.0]), &Scale::TYPICAL);
+        assert_eq!(back, [25.0, 1e-3, 0.0, 0.0]);
+    }
+}

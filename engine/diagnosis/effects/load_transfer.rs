@@ -32,3 +32,28 @@ impl Effect for LoadTransfer {
         force + p[0] * m.per_mass * (m.scale.lift * m.speed_rate)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::effects::testing::*;
+
+    /// TYPICAL bears the whole mass over the wheelbase as 30 kg/m, with the front axle's sign.
+    #[test]
+    fn accelerating_pushes_by_the_height_of_the_centre_of_gravity() {
+        for speed_rate in [-3.0, 0.0, 0.5] {
+            for height in [0.9, -0.4] {
+                let at = At { speed_rate, ..AT };
+                near(body::<LoadTransfer>([height, 0.0, 0.0, 0.0], &at), PUSH + 30.0 * speed_rate * height);
+            }
+        }
+    }
+
+    #[test]
+    fn starts_limits_and_what_is_physical() {
+        starts_grow_from_nothing::<LoadTransfer>();
+        limits_are::<LoadTransfer>(&[[-20.0, 20.0]]);
+        physical_within::<LoadTransfer>([0.0; 4], [0, 0], [0.05, 3.0]);
+        comes_back::<LoadTransfer>([1.1, 0.0, 0.0, 0.0]);
+    }
+}

@@ -71,3 +71,57 @@ impl Effect for MassStep {
         force / (one + p[0] * after * before)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::effects::testing::*;
+
+    /// Half of the mass more from 10 s to 20 s; the edges are 20 ms wide.
+    #[test]
+    fn the_mass_is_another_one_within_the_window_only() {
+        let at = |t: f64| acceleration::<MassStep>([0.5, 10.0, 20.0, 0.0], &At { t, ..AT }, 90.0);
+        for (t, mass) in [
+            (0.0, 30.0),
+            (9.989, 30.0),
+            (9.995, 33.75),
+            (10.0, 37.5),
+            (10.005, 41.25),
+            (10.011, 45.0),
+            (15.0, 45.0),
+            (20.0, 37.5),
+            (20.011, 30.0),
+            (90.0, 30.0),
+        ] {
+            assert!((at(t) - 90.0 / mass).abs() < 1e-9, "{} at {t} s", at(t));
+        }
+    }
+
+    #[test]
+    fn starts_limits_and_what_is_physical() {
+        starts_grow_from_nothing::<MassStep>();
+        limits_are::<MassStep>(&[[-0.8, 5.0], [0.0, 100.0], [0.0, 100.0]]);
+        let values = [0.5, 10.0, 20.0, 0.0];
+        physical_within::<MassStep>(values, [0, 0], [-0.6, 2.0]);
+        physical_within::<MassStep>([0.5, 10.0, 100.0, 0.0], [1, 1], [0.0, 100.0]);
+        physical_within::<MassStep>(values, [2, 2], [10.0, 100.0]);
+        comes_back::<MassStep>(values);
+    }
+
+    /// 6 s lie between windows to begin with, of which the last end with the ride.
+    #[test]
+    fn starts_nearer_by_surround_the_best_one_ever_more_closely() {
+        for (zoom, step) in [(1, 1.5), (2, 0.375)] {
+            for (to, ends) in [(24.0, 25), (100.0, 5)] {
+                let starts = (MassStep::SPEC.nearer)(&[0.3, 12.0, to, 0.0], &Scale::TYPICAL, zoom);
+                assert_eq!(starts.len(), ends);
+                for start in &starts {
+                    lies_within_limits::<MassStep>(start);
+                    let away = [start[1] - 12.0, start[2] - to];
+                    assert!(away.iter().all(|x| x.abs() <= 2.0 * step + 1e-9), "{away:?}");
+                }
+                assert!(starts.iter().any(|start| (start[1] - 12.0 - step).abs() < 1e-9));
+            }
+        }
+    }
+}

@@ -6,7 +6,7 @@ use crate::diagnosis::law::own::{OwnLaw, OwnMotion, OwnParameter, Where};
 use crate::diagnosis::law::*;
 use crate::numerics::lanes::LANES;
 
-/// What shows one law's plan from another's.
+/// What distinguishes one law's plan from another's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Shape {
     /// 1 to [`MAX_PARAMETERS`].
@@ -220,7 +220,159 @@ pub fn rates(p: &LaneValues, m: &Motion, s: &States) -> States {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
+    use std::sync::Arc;
+
     use super::*;
+    use crate::diagnosis::effects::Kind;
+    use crate::diagnosis::effects::testing::{AT, At, PUSH, near, on_lane};
+
+    /// A progressive spring and a Maxwell branch, whose parameters are c, g and tau.
+    const TYRE: &str = r#"
+        id = "leaky"
+        force = "c * d * abs(d) + g * q"
+        parameters.c = { unit = "N/m^2", start = [1e6, 2e6], range = [0.0, 1e8] }
+        parameters.g = { unit = "N/m", start = 1e4, range = [-1e5, 1e5] }
+        parameters.tau = { unit = "s", start = 0.02, range = [1e-3, 1.0] }
+        states.q = "w - q / tau"
+    "#;
+    const VALUES: Values = [3e6, 2e4, 0.05, 0.0];
+
+    fn read(text: &str) -> (&'static Spec, Scale) {
+        let law = OwnLaw::read(text).unwrap();
+        let spec = Shape::of(&law).spec();
+        let own = Some(Arc::new(law));
+        let scale = Scale {
+            own,
+            ..Scale::TYPICAL
+        };
+        (spec, scale)
+    }
+
+    /// Forces (N) of tyre and mass, and the rate of the first state.
+    fn made(scale: &Scale, values: Values, at: &At) -> [f64; 3] {
+        let found = on_lane(scale, values, at, |p, m, s| {
+            let plain = m.kappa * m.d + m.beta * m.w;
+            let push = m.per_mass * PUSH;
+            [tyre(p, m, s, plain), body(p, m, s, push), rates(p, m, s)[0]]
+        });
+        [30.0 * found[0], 30.0 * found[1], found[2]]
+    }
+
+    #[test]
+    fn a_law_of_the_tyre_comes_to_its_force_and_moves_its_state() {
+        let (_, scale) = read(TYRE);
+        for (d, w, q) in [(1e-3, 0.1, 0.0), (-2e-3, 0.1, 1e-3), (2e-3, -0.3, -5e-4)] {
+            let states = [q, 0.0];
+            let at = At { d, w, states, ..AT };
+            let [tyre, body, rate] = made(&scale, VALUES, &at);
+            near(tyre, 60e3 * d + 500.0 * w + 3e6 * d * f64::abs(d) + 2e4 * q);
+            near(body, PUSH);
+            near(rate, w - q / 0.05);
+        }
+    }
+
+    #[test]
+    fn a_law_that_speaks_of_the_mass_alone_comes_to_the_other_forces() {
+        let (_, scale) = read(
+            r#"id = "drag"
+            force = "-a * z_dot * abs(z_dot) + a * wheel / (1 + t) + a * speed"
+            parameters.a = { start = 1, range = [0, 50] }"#,
+        );
+        for (v, t) in [(0.2, 0.0), (-0.3, 4.0)] {
+            let distance = 3.4;
+            let at = At {
+                d: 1e-3,
+                v,
+                t,
+                distance,
+                ..AT
+            };
+            let [tyre, body, _] = made(&scale, [20.0, 0.0, 0.0, 0.0], &at);
+            near(tyre, 60.0);
+            // 3.4 m are ten turns (rad) of a wheel of 0.34 m.
+            let law = 20.0 * (-v * f64::abs(v) + 10.0 / (1.0 + t) + 5.0);
+            near(body, PUSH + law);
+        }
+    }
+
+    #[test]
+    fn starts_limits_and_what_is_physical_are_those_of_the_file() {
+        let (spec, scale) = read(TYRE);
+        assert_eq!(
+            (spec.starts)(&scale),
+            [[1e6, 1e4, 0.02, 0.0], [2e6, 1e4, 0.02, 0.0]]
+        );
+        let ranges = [[0.0, 1e8], [-1e5, 1e5], [1e-3, 1.0]];
+        for (q, [low, high]) in ranges.into_iter().enumerate() {
+            assert_eq!((spec.parameters[q].limits)(&scale), [low, high]);
+            for (value, physical) in [
+                (low, true),
+                (high, true),
+                (low - 1e-6 * (high - low), false),
+                (high + 1e-6 * (high - low), false),
+            ] {
+                let mut values = VALUES;
+                values[q] = value;
+                let reported = &(spec.report)(&values, &scale);
+                assert_eq!(reported.len(), 3);
+                assert_eq!(reported[q].value, value);
+                assert_eq!(reported[q].physical, physical, "{value}");
+            }
+        }
+        let sizes = [0, 1, 2].map(|q| (spec.parameters[q].size)(&scale));
+        assert_eq!(sizes, [2e6, 1e4, 0.02]);
+    }
+
+    #[test]
+    fn what_is_reported_leads_back_to_the_values() {
+        let law = OwnLaw::read(TYRE).unwrap();
+        let kind = Kind::Own(Shape::of(&law));
+        let back = kind.values_of(&VALUES[..3], &Scale::TYPICAL);
+        assert_eq!(back, VALUES);
+    }
+
+    #[test]
+    fn without_its_amplitude_a_law_does_nothing() {
+        let (spec, scale) = read(
+            r#"id = "tanh"
+            force = "f * tanh(w / width)"
+            parameters.f = { start = 20, range = [0, 100] }
+            parameters.width = { start = 0.01, range = [1e-3, 1] }"#,
+        );
+        assert_eq!(spec.amplitudes, [0]);
+        for w in [-0.2, 0.005] {
+            let force = |f: f64| made(&scale, [f, 0.01, 0.0, 0.0], &At { w, ..AT })[0];
+            near(force(0.0), 500.0 * w);
+            near(force(20.0), 500.0 * w + 20.0 * f64::tanh(w / 0.01));
+        }
+    }
+
+    /// Deflections up to 2.5 mm and rates up to 0.25 m/s, 2.5 times their RMS.
+    #[test]
+    fn the_integrator_is_told_the_steepest_slopes_within_the_motion() {
+        let (spec, scale) = read(
+            r#"id = "cubic"
+            force = "a * d^3 + b * w * abs(w)"
+            parameters.a = { start = 1e9, range = [0, 1e12] }
+            parameters.b = { start = 10, range = [0, 1e4] }"#,
+        );
+        let values = [2e9, 300.0, 0.0, 0.0];
+        let stiffness = (spec.stiffens)(&values, &scale);
+        let truth = 3.0 * 2e9 * 2.5e-3 * 2.5e-3;
+        assert!((stiffness / truth - 1.0).abs() < 0.01, "{stiffness}");
+        let damping = (spec.damps)(&values, &scale);
+        let truth = 2.0 * 300.0 * 0.25;
+        assert!((damping / truth - 1.0).abs() < 0.01, "{damping}");
+    }
+
+    /// A state that decays at 20/s does so as a mass of 30 kg would by 600 N s/m.
+    #[test]
+    fn the_decay_of_a_state_counts_as_damping() {
+        let (spec, scale) = read(TYRE);
+        let damping = (spec.damps)(&VALUES, &scale);
+        assert!((damping / 600.0 - 1.0).abs() < 1e-9, "{damping}");
+    }
 
     #[test]
     fn every_shape_has_its_own_plan() {

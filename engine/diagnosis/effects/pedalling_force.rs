@@ -48,3 +48,32 @@ impl Effect for PedallingForce {
         [reported[0] * cos, reported[0] * sin, 0.0, 0.0]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::effects::testing::*;
+
+    #[test]
+    fn the_force_swings_twice_in_a_turn_of_the_crank() {
+        let [amplitude, phase] = [50.0, 0.7];
+        let values = [amplitude * f64::cos(phase), amplitude * f64::sin(phase), 0.0, 0.0];
+        for crank in [0.0, 0.4, 1.5, 3.0, 40.0] {
+            let at = At { crank, ..AT };
+            near(body::<PedallingForce>(values, &at), PUSH + amplitude * f64::sin(2.0 * crank + phase));
+        }
+        near(report::<PedallingForce>(values)[0], amplitude);
+        near(report::<PedallingForce>(values)[1], phase);
+    }
+
+    #[test]
+    fn starts_limits_and_what_is_physical() {
+        starts_grow_from_nothing::<PedallingForce>();
+        limits_are::<PedallingForce>(&[[-3000.0, 3000.0]; 2]);
+        physical_within::<PedallingForce>([0.0; 4], [0, 0], [-3000.0, 3000.0]);
+        physical_within::<PedallingForce>([0.0, 1800.0, 0.0, 0.0], [0, 0], [-2400.0, 2400.0]);
+        for (sin, cos) in [(20.0, -5.0), (-3.0, -40.0), (0.0, 7.0)] {
+            comes_back::<PedallingForce>([sin, cos, 0.0, 0.0]);
+        }
+    }
+}

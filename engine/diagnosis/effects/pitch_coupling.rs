@@ -38,3 +38,26 @@ impl Effect for PitchCoupling {
         [scale.balanced_pitch_inertia / reported[0] - 1.0, 0.0, 0.0, 0.0]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::effects::testing::*;
+
+    /// TYPICAL has m l_F l_R = 10 kg m^2. What the coupling does is tested with the integrator, which does it.
+    #[test]
+    fn the_pitch_inertia_is_told_from_the_coupling_and_back() {
+        for (coupling, inertia) in [(0.0, 10.0), (0.25, 8.0), (-0.5, 20.0), (4.0, 2.0)] {
+            let values = [coupling, 0.0, 0.0, 0.0];
+            near(report::<PitchCoupling>(values)[0], inertia);
+            comes_back::<PitchCoupling>(values);
+        }
+    }
+
+    #[test]
+    fn starts_limits_and_what_is_physical() {
+        starts_lie_within_limits::<PitchCoupling>();
+        limits_are::<PitchCoupling>(&[[-0.95, 10.0]]);
+        physical_within::<PitchCoupling>([0.0; 4], [0, 0], [-0.9, 5.0]);
+    }
+}

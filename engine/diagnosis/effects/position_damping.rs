@@ -26,11 +26,36 @@ impl Effect for PositionDamping {
         words: "the damper depends on its position",
         confused_with: &["quadratic_damping"],
         source: "van der Pol 1926, Phil. Mag. 2:978-992",
+        family: Some(Family::Damper),
+        is_general: true,
         ..Spec::ORDINARY
     };
 
     #[inline(always)]
     fn tyre(p: &LaneValues, m: &Motion, _s: &States, force: Lanes) -> Lanes {
         force + p[0] * m.per_mass * m.d * m.d * m.w
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::effects::testing::*;
+
+    #[test]
+    fn damping_goes_with_the_square_of_the_deflection() {
+        for (d, w, force) in [(1e-3, 0.1, 20.0), (-1e-3, 0.1, 20.0), (2e-3, -0.1, -80.0), (-3e-3, -0.2, -360.0), (0.0, 0.5, 0.0)] {
+            let at = At { d, w, ..AT };
+            near(tyre::<PositionDamping>([2e8, 0.0, 0.0, 0.0], &at), 60e3 * d + 500.0 * w + force);
+            near(tyre::<PositionDamping>([-1e8, 0.0, 0.0, 0.0], &at), 60e3 * d + 500.0 * w - 0.5 * force);
+        }
+    }
+
+    #[test]
+    fn starts_limits_and_what_is_physical() {
+        starts_grow_from_nothing::<PositionDamping>();
+        limits_are::<PositionDamping>(&[[-5e10, 5e10]]);
+        physical_within::<PositionDamping>([0.0; 4], [0, 0], [-5e10, 5e10]);
+        comes_back::<PositionDamping>([-3e8, 0.0, 0.0, 0.0]);
     }
 }

@@ -37,6 +37,8 @@ impl Effect for PowerDamping {
         words: "the damper follows some power of the rate",
         confused_with: &["coulomb_friction", "quadratic_damping"],
         source: "Worden & Tomlinson 2001, Nonlinearity in Structural Dynamics",
+        family: Some(Family::Damper),
+        is_general: true,
         ..Spec::ORDINARY
     };
 
@@ -45,5 +47,39 @@ impl Effect for PowerDamping {
         let w = m.w / m.scale.w_rms;
         let law = w * (w * w + ROUND * ROUND).powf((p[1] - 1.0) * 0.5);
         force + p[0] * m.per_mass * law
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::effects::testing::*;
+
+    /// Rates in units of the RMS rate, 0.1 m/s, rounded off below 0.03 of it.
+    #[test]
+    fn the_force_goes_with_a_power_of_the_rate() {
+        for power in [0.15, 0.5, 1.0, 2.5] {
+            for share in [-4.0, -1.0, -0.02, 0.0, 0.3, 2.0_f64] {
+                let force = 12.0 * share * (share * share + 9e-4).powf(0.5 * (power - 1.0));
+                let w = 0.1 * share;
+                let at = At { d: -1e-3, w, ..AT };
+                near(tyre::<PowerDamping>([12.0, power, 0.0, 0.0], &at), -60.0 + 500.0 * w + force);
+            }
+        }
+    }
+
+    #[test]
+    fn well_above_the_rounding_it_is_the_power_itself() {
+        let force = |w: f64| tyre::<PowerDamping>([12.0, 0.5, 0.0, 0.0], &At { w, ..AT }) - 500.0 * w;
+        assert!((force(-0.4) / -24.0 - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn starts_limits_and_what_is_physical() {
+        starts_grow_from_nothing::<PowerDamping>();
+        limits_are::<PowerDamping>(&[[0.0, 3000.0], [0.15, 5.0]]);
+        physical_within::<PowerDamping>([10.0, 1.0, 0.0, 0.0], [0, 0], [0.0, 3000.0]);
+        physical_within::<PowerDamping>([10.0, 1.0, 0.0, 0.0], [1, 1], [0.15, 5.0]);
+        comes_back::<PowerDamping>([10.0, 1.7, 0.0, 0.0]);
     }
 }

@@ -24,6 +24,7 @@ impl Effect for ProgressiveStiffness {
         words: "the spring stiffens in compression and softens in rebound",
         confused_with: &["asymmetric_damping", "wheel_lift", "bump_stop"],
         source: "Renart & Roura-Grabulosa, Am. J. Phys. 87:102 (F ~ d^1.5 of a light tyre)",
+        family: Some(Family::Spring),
         ..Spec::ORDINARY
     };
 
@@ -40,5 +41,42 @@ impl Effect for ProgressiveStiffness {
             d.0[i] = if x > high && k2.0[i] < 0.0 { high } else { x };
         }
         force + m.kappa * (d - m.d) + k2 * d * d
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::effects::testing::*;
+
+    fn force(k2: f64, d: f64) -> f64 {
+        tyre::<ProgressiveStiffness>([k2, 0.0, 0.0, 0.0], &At { d, w: 0.1, ..AT })
+    }
+
+    /// 60 kN/m turn at -k / (2 k2), 1.5 mm to one side or the other; the spring's force stays k^2 / (4 k2) there.
+    #[test]
+    fn the_force_goes_with_the_square_up_to_its_turning_point() {
+        let k2 = 2e7;
+        for d in [-3e-3, -1.6e-3, -1.5e-3, -1e-3, 0.0, 1e-3, 3e-3] {
+            let spring = if d > -1.5e-3 { 60e3 * d + k2 * d * d } else { -45.0 };
+            near(force(k2, d), spring + 50.0);
+            // What softens in compression is the same seen from the other side.
+            near(force(-k2, -d), -spring + 50.0);
+        }
+    }
+
+    #[test]
+    fn the_integrator_is_told_the_slope_at_two_rms_deflections() {
+        let told = (ProgressiveStiffness::SPEC.stiffens)(&[-2e6, 0.0, 0.0, 0.0], &Scale::TYPICAL);
+        let found = slope(|d| force(-2e6, d), -2e-3, 1e-5) - 60e3;
+        assert!((told / found - 1.0).abs() < 1e-9, "{found}");
+    }
+
+    #[test]
+    fn starts_limits_and_what_is_physical() {
+        starts_grow_from_nothing::<ProgressiveStiffness>();
+        limits_are::<ProgressiveStiffness>(&[[-1.8e9, 1.8e9]]);
+        physical_within::<ProgressiveStiffness>([0.0; 4], [0, 0], [-1.8e9, 1.8e9]);
+        comes_back::<ProgressiveStiffness>([-4e6, 0.0, 0.0, 0.0]);
     }
 }

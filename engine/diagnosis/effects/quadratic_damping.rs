@@ -22,11 +22,35 @@ impl Effect for QuadraticDamping {
         words: "damping grows with the speed of deflection",
         confused_with: &["coulomb_friction", "hysteresis"],
         source: "Dixon, The Shock Absorber Handbook, 2nd ed. 2007 (flow through an orifice)",
+        family: Some(Family::Damper),
+        is_odd: true,
         ..Spec::ORDINARY
     };
 
     #[inline(always)]
     fn tyre(p: &LaneValues, m: &Motion, _s: &States, force: Lanes) -> Lanes {
         force + p[0] * m.per_mass * m.w * m.w.abs()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::effects::testing::*;
+
+    #[test]
+    fn damping_grows_with_the_rate_and_keeps_its_sign() {
+        for (w, force) in [(0.0, 0.0), (0.1, 20.0), (-0.1, -20.0), (0.5, 500.0), (-1.0, -2000.0)] {
+            let at = At { d: 1e-3, w, ..AT };
+            near(tyre::<QuadraticDamping>([2000.0, 0.0, 0.0, 0.0], &at), 60.0 + 500.0 * w + force);
+        }
+    }
+
+    #[test]
+    fn starts_limits_and_what_is_physical() {
+        starts_grow_from_nothing::<QuadraticDamping>();
+        limits_are::<QuadraticDamping>(&[[0.0, 1.5e6]]);
+        physical_within::<QuadraticDamping>([0.0; 4], [0, 0], [0.0, 1.5e6]);
+        comes_back::<QuadraticDamping>([800.0, 0.0, 0.0, 0.0]);
     }
 }

@@ -27,6 +27,7 @@ impl Effect for RateHysteresis {
         words: "the loss depends on the rate",
         confused_with: &["hysteresis"],
         source: "Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica 30:1083-1138",
+        is_general: true,
         ..Spec::ORDINARY
     };
 
@@ -40,5 +41,51 @@ impl Effect for RateHysteresis {
         let w = m.w / m.scale.w_rms;
         let y = p[1] * (w * w + ROUND * ROUND).powf(p[2] * 0.5);
         [slide(y, m, s[0]), Lanes::ZERO]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::effects::testing::*;
+
+    /// Yield deflection at so many RMS rates of 0.1 m/s, rounded off below 0.05 of one.
+    fn yield_at(w: f64, power: f64) -> f64 {
+        let share = w / 0.1;
+        4e-4 * f64::powf(share * share + 0.0025, 0.5 * power)
+    }
+
+    #[test]
+    fn the_yield_deflection_goes_with_a_power_of_the_rate() {
+        for power in [-1.0, 0.0, 0.5, 2.0] {
+            for (w, s) in [(0.05, 1e-4), (-0.05, 1e-4), (0.1, -3e-4), (-0.02, -2e-5)] {
+                let at = At { d: 1e-3, w, step: 1e-6, states: [s, 0.0], ..AT };
+                let values = [2e4, 4e-4, power, 0.0];
+                near(rates::<RateHysteresis>(values, &at)[0], w - f64::abs(w) * s / yield_at(w, power));
+                near(tyre::<RateHysteresis>(values, &at), 60.0 + 500.0 * w + 2e4 * s);
+            }
+        }
+    }
+
+    #[test]
+    fn the_force_settles_where_it_yields_at_that_rate() {
+        for w in [0.2, -0.02] {
+            let at = At { w, step: 1e-6, ..AT };
+            let way = 40.0 * yield_at(w, 0.5);
+            let settled = later::<RateHysteresis>([2e4, 4e-4, 0.5, 0.0], &at, way / f64::abs(w))[0];
+            let truth = f64::signum(w) * yield_at(w, 0.5);
+            assert!((settled / truth - 1.0).abs() < 1e-9, "{settled} instead of {truth}");
+        }
+    }
+
+    #[test]
+    fn without_stiffness_it_changes_nothing() {
+        changes_nothing::<RateHysteresis>([0.0, 4e-4, 0.5, 0.0]);
+    }
+
+    #[test]
+    fn limits_and_what_is_physical() {
+        limits_are::<RateHysteresis>(&[[0.0, 1.8e7], [1e-5, 0.03], [-2.0, 2.0]]);
+        physical_within::<RateHysteresis>([2e4, 4e-4, 0.0, 0.0], [2, 0], [-2.0, 2.0]);
     }
 }

@@ -31,3 +31,24 @@ impl Effect for SensorDelay {
         pickup.delay += p[0];
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::effects::testing::*;
+
+    #[test]
+    fn the_delay_comes_to_that_of_the_sensor_and_to_nothing_else() {
+        for delay in [-0.01, 0.0, 0.02] {
+            assert_eq!(sensor::<SensorDelay>([delay, 0.0, 0.0, 0.0], 7.0), [0.25 + delay, 2.0, 0.5, 0.125]);
+        }
+    }
+
+    #[test]
+    fn starts_limits_and_what_is_physical() {
+        starts_grow_from_nothing::<SensorDelay>();
+        limits_are::<SensorDelay>(&[[-0.15, 0.15]]);
+        physical_within::<SensorDelay>([0.0; 4], [0, 0], [-0.1, 0.1]);
+        comes_back::<SensorDelay>([-4e-3, 0.0, 0.0, 0.0]);
+    }
+}

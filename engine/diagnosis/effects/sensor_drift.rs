@@ -32,3 +32,26 @@ impl Effect for SensorDrift {
         pickup.offset += p[0] * t;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::effects::testing::*;
+
+    #[test]
+    fn the_zero_point_wanders_with_time() {
+        for (rate, t, offset) in [(2e-3, 0.0, 0.0), (2e-3, 50.0, 0.1), (-1e-3, 50.0, -0.05)] {
+            let [delay, gain, found, lag] = sensor::<SensorDrift>([rate, 0.0, 0.0, 0.0], t);
+            assert_eq!([delay, gain, lag], [0.25, 2.0, 0.125]);
+            near(found, 0.5 + offset);
+        }
+    }
+
+    #[test]
+    fn starts_limits_and_what_is_physical() {
+        starts_grow_from_nothing::<SensorDrift>();
+        limits_are::<SensorDrift>(&[[-0.1 / 60.0, 0.1 / 60.0]]);
+        physical_within::<SensorDrift>([0.0; 4], [0, 0], [-0.1 / 60.0, 0.1 / 60.0]);
+        comes_back::<SensorDrift>([-4e-5, 0.0, 0.0, 0.0]);
+    }
+}

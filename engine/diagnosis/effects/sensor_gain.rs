@@ -35,3 +35,26 @@ impl Effect for SensorGain {
         [reported[0] - 1.0, 0.0, 0.0, 0.0]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::effects::testing::*;
+
+    /// It is fitted as what comes to a gain of one.
+    #[test]
+    fn the_gain_multiplies_that_of_the_sensor_and_nothing_else() {
+        for (excess, gain) in [(-0.5, 1.0), (0.0, 2.0), (0.25, 2.5)] {
+            assert_eq!(sensor::<SensorGain>([excess, 0.0, 0.0, 0.0], 7.0), [0.25, gain, 0.5, 0.125]);
+            near(report::<SensorGain>([excess, 0.0, 0.0, 0.0])[0], 1.0 + excess);
+        }
+    }
+
+    #[test]
+    fn starts_limits_and_what_is_physical() {
+        starts_grow_from_nothing::<SensorGain>();
+        limits_are::<SensorGain>(&[[-0.7, 2.0]]);
+        physical_within::<SensorGain>([0.0; 4], [0, 0], [-0.4, 0.6]);
+        comes_back::<SensorGain>([-0.15, 0.0, 0.0, 0.0]);
+    }
+}

@@ -32,3 +32,26 @@ impl Effect for SensorOffset {
         pickup.offset += p[0];
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::effects::testing::*;
+
+    #[test]
+    fn the_offset_comes_to_that_of_the_sensor_at_all_times() {
+        for t in [0.0, 80.0] {
+            for offset in [-0.25, 0.0, 0.125] {
+                assert_eq!(sensor::<SensorOffset>([offset, 0.0, 0.0, 0.0], t), [0.25, 2.0, 0.5 + offset, 0.125]);
+            }
+        }
+    }
+
+    #[test]
+    fn starts_limits_and_what_is_physical() {
+        starts_grow_from_nothing::<SensorOffset>();
+        limits_are::<SensorOffset>(&[[-0.1, 0.1]]);
+        physical_within::<SensorOffset>([0.0; 4], [0, 0], [-0.1, 0.1]);
+        comes_back::<SensorOffset>([-4e-3, 0.0, 0.0, 0.0]);
+    }
+}

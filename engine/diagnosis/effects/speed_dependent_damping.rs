@@ -31,3 +31,28 @@ impl Effect for SpeedDependentDamping {
         force + p[0] * m.beta * m.w * (5.0 / m.speed.max(0.5) - 1.0)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::effects::testing::*;
+
+    /// B of 500 N s/m at 5 m/s; slower than 0.5 m/s it stays as it is there.
+    #[test]
+    fn damping_falls_with_the_speed() {
+        for (speed, damping) in [(5.0, 500.0), (10.0, 400.0), (2.5, 700.0), (0.5, 2300.0), (0.0, 2300.0)] {
+            for w in [0.1, -0.3] {
+                let at = At { d: 1e-3, w, speed, ..AT };
+                near(tyre::<SpeedDependentDamping>([0.4, 0.0, 0.0, 0.0], &at), 60.0 + damping * w);
+            }
+        }
+    }
+
+    #[test]
+    fn starts_limits_and_what_is_physical() {
+        starts_grow_from_nothing::<SpeedDependentDamping>();
+        limits_are::<SpeedDependentDamping>(&[[-3.0, 10.0]]);
+        physical_within::<SpeedDependentDamping>([0.0; 4], [0, 0], [0.0, 1.0]);
+        comes_back::<SpeedDependentDamping>([0.6, 0.0, 0.0, 0.0]);
+    }
+}

@@ -31,3 +31,28 @@ impl Effect for SpeedDependentStiffness {
         force + p[0] * m.kappa * m.d * (m.speed - m.scale.mean_speed)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::effects::testing::*;
+
+    /// 60 kN/m at the mean speed, 5 m/s.
+    #[test]
+    fn stiffness_changes_evenly_with_the_speed() {
+        for (slope, speed, stiffness) in [(0.1, 5.0, 60e3), (0.1, 8.0, 78e3), (0.1, 1.0, 36e3), (-0.2, 7.0, 36e3)] {
+            for d in [2e-3, -1e-3] {
+                let at = At { d, w: 0.1, speed, ..AT };
+                near(tyre::<SpeedDependentStiffness>([slope, 0.0, 0.0, 0.0], &at), stiffness * d + 50.0);
+            }
+        }
+    }
+
+    #[test]
+    fn starts_limits_and_what_is_physical() {
+        starts_grow_from_nothing::<SpeedDependentStiffness>();
+        limits_are::<SpeedDependentStiffness>(&[[-0.9, 5.0]]);
+        physical_within::<SpeedDependentStiffness>([0.0; 4], [0, 0], [-0.9, 5.0]);
+        comes_back::<SpeedDependentStiffness>([-0.05, 0.0, 0.0, 0.0]);
+    }
+}

@@ -32,3 +32,28 @@ impl Effect for TyreEnveloping {
         tap.half_window += p[0] * (0.5 / spot.speed.max(0.3));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::effects::testing::*;
+
+    /// Half of the length to both sides, at no less than 0.3 m/s.
+    #[test]
+    fn the_road_is_averaged_over_as_long_as_the_patch_takes_to_pass() {
+        for (speed, half) in [(5.0, 0.01), (1.0, 0.05), (0.3, 0.05 / 0.3), (0.0, 0.05 / 0.3)] {
+            let [shift, half_window, value, slope] = road::<TyreEnveloping>([0.1, 0.0, 0.0, 0.0], &At { speed, ..AT });
+            near(half_window, half);
+            assert_eq!([shift, value, slope], [0.0; 3]);
+        }
+    }
+
+    #[test]
+    fn starts_limits_and_what_is_physical() {
+        starts_lie_within_limits::<TyreEnveloping>();
+        changes_nothing::<TyreEnveloping>([0.0; 4]);
+        limits_are::<TyreEnveloping>(&[[0.0, 2.0]]);
+        physical_within::<TyreEnveloping>([0.0; 4], [0, 0], [0.005, 0.6]);
+        comes_back::<TyreEnveloping>([0.12, 0.0, 0.0, 0.0]);
+    }
+}

@@ -26,11 +26,37 @@ impl Effect for WheelLift {
         words: "the wheel leaves the ground: the tyre cannot pull",
         confused_with: &["progressive_stiffness", "cubic_stiffness", "bump_stop"],
         source: "paper, eq. (2): the load F_nF has no lower bound there",
+        family: Some(Family::Spring),
+        is_odd: true,
         ..Spec::ORDINARY
     };
 
     #[inline(always)]
     fn tyre(p: &LaneValues, m: &Motion, _s: &States, force: Lanes) -> Lanes {
         force.max(-(p[0] * m.per_mass))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::effects::testing::*;
+
+    #[test]
+    fn the_tyre_pulls_no_more_than_its_load() {
+        for (d, w, force) in [(2e-3, 0.1, 170.0), (-1e-3, 0.0, -60.0), (-2e-3, 0.1, -70.0), (-2e-3, -0.1, -100.0), (-1.0, 0.0, -100.0)]
+        {
+            near(tyre::<WheelLift>([100.0, 0.0, 0.0, 0.0], &At { d, w, ..AT }), force);
+        }
+    }
+
+    /// The wheel rests with 300 N; a load that no pull comes up to changes nothing.
+    #[test]
+    fn starts_limits_and_what_is_physical() {
+        starts_lie_within_limits::<WheelLift>();
+        limits_are::<WheelLift>(&[[6.0, 6000.0]]);
+        physical_within::<WheelLift>([0.0; 4], [0, 0], [150.0, 600.0]);
+        comes_back::<WheelLift>([250.0, 0.0, 0.0, 0.0]);
+        changes_nothing::<WheelLift>([6000.0, 0.0, 0.0, 0.0]);
     }
 }

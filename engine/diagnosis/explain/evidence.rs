@@ -14,7 +14,7 @@ const EXCERPT_S: f64 = 6.0;
 
 impl Excerpt {
     /// `plain` and `left` are measured minus simulated, along the whole ride.
-    pub fn of(track: &Track, plain: &[f64], left: &[f64]) -> Self {
+    pub(crate) fn of(track: &Track, plain: &[f64], left: &[f64]) -> Self {
         let n = track.measured.len();
         let length = EXCERPT
             .min((EXCERPT_S / track.input.step).ceil() as usize)
@@ -58,7 +58,7 @@ impl Excerpt {
 const POINTS: usize = 160;
 
 impl ResidualSpectrum {
-    pub fn of(track: &Track, plain: &[f64], left: &[f64]) -> Self {
+    pub(crate) fn of(track: &Track, plain: &[f64], left: &[f64]) -> Self {
         let step = track.input.step;
         let (Some(plain), Some(left)) = (Spectrum::new(plain, step), Spectrum::new(left, step))
         else {
@@ -88,7 +88,7 @@ const LEAST: usize = 3;
 
 impl Surface {
     /// `motion` is the plain model's, `residual` measured minus simulated. Empty where the model runs away.
-    pub fn of(track: &Track, motion: &Motion, residual: &[f64], plain: &Estimate) -> Self {
+    pub(crate) fn of(track: &Track, motion: &Motion, residual: &[f64], plain: &Estimate) -> Self {
         let (step, r) = (track.input.step, residual);
         let (m, k, b) = (plain.mass_kg, plain.k_n_m, plain.b_n_s_m);
         let points: Vec<[f64; 3]> = (1..r.len().saturating_sub(1))

@@ -115,7 +115,7 @@ pub fn states(force: &[f64], m: &Motion, dataset: &Dataset, samples: Range<usize
         (energy / total, time / samples.len() as f64)
     };
     let mut words = Vec::new();
-    let mut tell = |what: String, inside: &dyn Fn(usize) -> bool| {
+    let mut mark = |what: String, inside: &dyn Fn(usize) -> bool| {
         let (energy, time) = share(inside);
         if energy > 0.8 && energy > time + 0.3 {
             words.push(format!(
@@ -134,9 +134,9 @@ pub fn states(force: &[f64], m: &Motion, dataset: &Dataset, samples: Range<usize
     for level in [2.0, 1.5, 1.0, 0.5] {
         let d = level * ds;
         let mm = 1e3 * d;
-        if tell(format!("compression beyond {mm:.2} mm"), &|i| m.d[i] > d)
-            || tell(format!("rebound beyond {mm:.2} mm"), &|i| m.d[i] < -d)
-            || tell(format!("deflection beyond {mm:.2} mm either way"), &|i| {
+        if mark(format!("compression beyond {mm:.2} mm"), &|i| m.d[i] > d)
+            || mark(format!("rebound beyond {mm:.2} mm"), &|i| m.d[i] < -d)
+            || mark(format!("deflection beyond {mm:.2} mm either way"), &|i| {
                 m.d[i].abs() > d
             })
         {
@@ -145,14 +145,14 @@ pub fn states(force: &[f64], m: &Motion, dataset: &Dataset, samples: Range<usize
     }
     for level in [2.0, 1.5, 1.0, 0.5] {
         let w = level * ws;
-        if tell(format!("rates beyond {w:.3} m/s"), &|i| m.w[i].abs() > w) {
+        if mark(format!("rates beyond {w:.3} m/s"), &|i| m.w[i].abs() > w) {
             break;
         }
     }
-    tell("compression".into(), &|i| m.d[i] > 0.0);
-    tell("rebound".into(), &|i| m.d[i] < 0.0);
-    tell("while compressing".into(), &|i| m.w[i] > 0.0);
-    tell("while rebounding".into(), &|i| m.w[i] < 0.0);
+    mark("compression".into(), &|i| m.d[i] > 0.0);
+    mark("rebound".into(), &|i| m.d[i] < 0.0);
+    mark("while compressing".into(), &|i| m.w[i] > 0.0);
+    mark("while rebounding".into(), &|i| m.w[i] < 0.0);
     let mut speeds: Vec<f64> = samples.clone().map(|i| dataset.speed[i]).collect();
     speeds.sort_by(f64::total_cmp);
     if let (Some(low), Some(high)) = (
@@ -161,10 +161,10 @@ pub fn states(force: &[f64], m: &Motion, dataset: &Dataset, samples: Range<usize
     ) && high - low > 0.1
     {
         let (low, high) = (*low, *high);
-        tell(format!("speeds above {high:.1} m/s"), &|i| {
+        mark(format!("speeds above {high:.1} m/s"), &|i| {
             dataset.speed[i] > high
         });
-        tell(format!("speeds below {low:.1} m/s"), &|i| {
+        mark(format!("speeds below {low:.1} m/s"), &|i| {
             dataset.speed[i] < low
         });
     }

@@ -3,7 +3,6 @@
 pub mod detectable;
 pub mod evidence;
 pub mod free_form;
-pub mod input_noise;
 pub mod locate;
 pub mod next_ride;
 pub mod show;

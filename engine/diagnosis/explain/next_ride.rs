@@ -139,14 +139,13 @@ fn begun(dataset: &Dataset, fit: &Fitted, change: &Change) -> Point {
     for (base, t) in point.base.iter_mut().zip(&fit.unit.tracks) {
         let track = &dataset.tracks[*t];
         if !track.has_road && track.input.force.is_none() {
-            let [kappa, _, _, constant, height, rate] = base;
-            let rest = if *kappa > 0.0 {
-                *constant / *kappa
+            let rest = if base.kappa > 0.0 {
+                base.constant / base.kappa
             } else {
                 0.0
             };
-            *height = rest + change.rougher * (*height - rest);
-            *rate *= change.rougher;
+            base.height = rest + change.rougher * (base.height - rest);
+            base.velocity *= change.rougher;
         }
     }
     point

@@ -1,118 +1,22 @@
 //! From the fitted models to the report: effects with their uncertainty, held-out errors, what the
 //! omission means.
 
-use std::borrow::Cow;
-
 use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::fit::estimate::estimate;
-use crate::diagnosis::fit::{Fitted, Model, Motion, Slot, Term};
-use crate::diagnosis::law::{Reported, Scale, Values};
+use crate::diagnosis::fit::{Model, Motion, Term};
 use crate::diagnosis::verdict::affirm::Claim;
-use crate::numerics::finite::{finite, std_error};
+use crate::diagnosis::verdict::effect_report::{
+    HAS_TWIN, RESTS_ON_PRIOR, reported, twin, unlearned,
+};
+use crate::numerics::finite::finite;
 use crate::report::Estimate;
-use crate::report::diagnosis::{Consequences, EffectName, EffectReport, ParameterReport, Place};
-use crate::uncertainty::identifiable::identified;
+use crate::report::diagnosis::{Consequences, EffectName, EffectReport};
 
 pub fn name(dataset: &Dataset, term: &Term) -> EffectName {
     EffectName {
         id: term.id(dataset).to_owned(),
         axle: term.place,
     }
-}
-
-/// One named effect. `separation` is what the model without it lacks in log likelihood, where that could be fitted.
-pub fn effect(
-    dataset: &Dataset,
-    model: &Model,
-    term: &Term,
-    separation: Option<f64>,
-    p_value: Option<f64>,
-) -> Option<EffectReport> {
-    reported(dataset, model, term, (separation, p_value), &[])
-}
-
-/// The same with standard errors of at least `least`.
-fn reported(
-    dataset: &Dataset,
-    model: &Model,
-    term: &Term,
-    (separation, p_value): (Option<f64>, Option<f64>),
-    least: &[f64],
-) -> Option<EffectReport> {
-    let fit = model.fits.iter().find(|f| f.unit.terms.contains(term))?;
-    let at = fit.unit.terms.iter().position(|t| t == term)?;
-    let spec = term.kind.spec();
-    let scale = fit.unit.scale(dataset, at);
-    let values = fit.point.values[at];
-    let reported = (spec.report)(&values, scale);
-    let unreported: Vec<&str> = unlearned(dataset, fit)
-        .filter(|(of, ..)| *of == term)
-        .map(|(_, name, ..)| name)
-        .collect();
-    let twin = twin(fit).map(|(_, _, values)| (spec.report)(&values, scale));
-    let known = |(i, (r, error)): (usize, (&Reported, Option<f64>))| {
-        let error = error.map(|error| least.get(i).map_or(error, |least| error.max(*least)));
-        if unreported.contains(&&*r.name) {
-            return Err(BEYOND_PRIOR.to_owned());
-        }
-        if !unreported.is_empty() {
-            return Err(RESTS_ON_PRIOR.to_owned());
-        }
-        let differs = |twin: &Vec<Reported>| (twin[i].value - r.value).abs() > 1e-9 * r.value.abs();
-        if twin.as_ref().is_some_and(differs) {
-            return Err(HAS_TWIN.to_owned());
-        }
-        identified(r.value, error, as_good_as_zero(&r.unit), &r.unit)
-    };
-    let errors = standard_errors(dataset, fit, at, &values, scale);
-    let errors: Vec<Result<f64, String>> =
-        reported.iter().zip(errors).enumerate().map(known).collect();
-    let parameters: Vec<(Cow<str>, ParameterReport)> = reported
-        .into_iter()
-        .zip(errors)
-        .map(|(r, error)| {
-            (
-                r.name,
-                ParameterReport {
-                    value: r.value,
-                    std_error: error.as_ref().ok().copied(),
-                    not_identifiable: error.err(),
-                    unit: r.unit.into_owned(),
-                },
-            )
-        })
-        .collect();
-    let reported = parameters
-        .iter()
-        .map(|(name, p)| {
-            let plain = name.replace('_', " ");
-            if unreported.contains(&&**name) {
-                return format!("{plain} as expected");
-            }
-            format!("{plain} {}", p.quantity(name))
-        })
-        .collect::<Vec<_>>()
-        .join(", ");
-    let place = match term.place {
-        Place::Front => "on the front axle",
-        Place::Rear => "on the rear axle",
-        Place::Both => "on both axles",
-    };
-    Some(EffectReport {
-        id: term.kind.id_on(scale).to_owned(),
-        axle: term.place,
-        parameters: parameters
-            .into_iter()
-            .map(|(name, p)| (name.into_owned(), p))
-            .collect(),
-        p_value,
-        separation: separation.and_then(finite).map(|s| s.max(0.0)),
-        affirmed: false,
-        support: None,
-        adequate: true,
-        material: true,
-        sentence: format!("{place}, {}: {reported}", term.kind.words_on(scale)),
-    })
 }
 
 /// An effect that acts although something else is left: its intervals are those of the jackknife, where these are wider.
@@ -128,110 +32,7 @@ pub fn supported(
     Some(effect)
 }
 
-/// An angle's zero is a direction as any other: it is reported to within half a radian or not at all.
-fn as_good_as_zero(unit: &str) -> f64 {
-    match unit {
-        "rad" => 1.0,
-        _ => 0.0,
-    }
-}
-
-const BEYOND_PRIOR: &str = "not identifiable beyond what is expected of any bicycle";
-const HAS_TWIN: &str =
-    "another value, beside other ones of the rest, explains the record in exactly the same way";
-const RESTS_ON_PRIOR: &str =
-    "rests on what is expected of another parameter, which this ride does not tell";
-
-/// Parameters of a fit's effects of which the ride says less than what was expected before it: term, name, expected value
-/// and its deviation. What the ride says adds to what was expected, so that together they have half its variance
-/// where both say as much.
-pub fn unlearned<'f>(
-    dataset: &Dataset,
-    fit: &'f Fitted,
-) -> impl Iterator<Item = (&'f Term, &'static str, f64, f64)> {
-    let slots = fit.unit.slots(dataset);
-    fit.unit
-        .terms
-        .iter()
-        .enumerate()
-        .flat_map(move |(i, term)| {
-            let spec = term.kind.spec();
-            let slots = slots.clone();
-            let expected = spec.expected.iter().filter(move |(q, _, deviation)| {
-                let slot = slots.iter().position(|s| *s == Slot::Value(i, *q));
-                slot.is_none_or(|s| !(fit.covariance[(s, s)] < 0.5 * deviation * deviation))
-            });
-            expected.map(move |(q, value, deviation)| {
-                (term, spec.parameters[*q].name, *value, *deviation)
-            })
-        })
-}
-
-/// Standard errors of the reported parameters, by the delta method.
-fn standard_errors(
-    dataset: &Dataset,
-    fit: &Fitted,
-    at: usize,
-    values: &Values,
-    scale: &Scale,
-) -> Vec<Option<f64>> {
-    let spec = fit.unit.terms[at].kind.spec();
-    let slots = fit.unit.slots(dataset);
-    let fitted: Vec<(usize, usize)> = slots
-        .iter()
-        .enumerate()
-        .filter_map(|(i, s)| match s {
-            Slot::Value(term, q) if *term == at => Some((i, *q)),
-            _ => None,
-        })
-        .collect();
-    let base = (spec.report)(values, scale);
-    let derivatives: Vec<Vec<f64>> = fitted
-        .iter()
-        .map(|(_, q)| {
-            let step = 1e-6
-                * (spec.parameters[*q].size)(scale)
-                    .abs()
-                    .max(values[*q].abs());
-            let mut moved = *values;
-            moved[*q] += step;
-            (spec.report)(&moved, scale)
-                .iter()
-                .zip(&base)
-                .map(|(a, b)| (a.value - b.value) / step)
-                .collect()
-        })
-        .collect();
-    (0..base.len())
-        .map(|r| {
-            let mut variance = 0.0;
-            for (a, (i, _)) in fitted.iter().enumerate() {
-                for (b, (j, _)) in fitted.iter().enumerate() {
-                    let (x, y) = (derivatives[a][r], derivatives[b][r]);
-                    if x != 0.0 && y != 0.0 {
-                        variance += x * y * fit.covariance[(*i, *j)];
-                    }
-                }
-            }
-            std_error(variance)
-        })
-        .collect()
-}
-
-/// What moves the axle of a fit in the same way: the effect that has such a twin, k/m and B/m, and its values.
-pub fn twin(fit: &Fitted) -> Option<(&Term, [f64; 2], Values)> {
-    let ([term], [values], [base]) = (
-        &fit.unit.terms[..],
-        &fit.point.values[..],
-        &fit.point.base[..],
-    ) else {
-        return None;
-    };
-    let (other, values) = (term.kind.spec().twin?)([base[0], base[1]], values);
-    Some((term, other, values))
-}
-
-/// The same without intervals where they rest on what was only expected: along a flat and curved ridge they are far
+/// k, B and m under a model, without intervals where they rest on what was only expected: along a flat and curved ridge they are far
 /// too narrow.
 pub fn reported_estimate(dataset: &Dataset, model: &Model, track: usize) -> Estimate {
     let mut reported = estimate(dataset, model, track);
@@ -290,7 +91,7 @@ pub fn consequences(
         / after.len().max(1) as f64;
     let percent = |a: f64, b: f64| finite(100.0 * (a / b - 1.0));
     // What a rig presses carries no bicycle.
-    let moves = !dataset.tracks[track].input.prescribed;
+    let moves = dataset.tracks[track].plant.moves();
     let resonance =
         |e: &Estimate| finite((e.k_n_m.max(0.0) / e.mass_kg).sqrt() / std::f64::consts::TAU);
     Consequences {

@@ -4,17 +4,18 @@ use super::model::Model;
 use super::unit::Slot;
 use crate::diagnosis::dataset::Dataset;
 use crate::numerics::finite::std_error;
+use crate::plant::{Coefficient, Coefficients};
 use crate::report::Estimate;
 
 /// k, B and m of one track under a model.
 pub fn estimate(dataset: &Dataset, model: &Model, track: usize) -> Estimate {
     let (fit, a) = model.of_track(track);
     let slots = fit.unit.slots(dataset);
-    let [kappa, beta, per_mass, ..] = fit.point.base[a];
-    let m = 1.0 / per_mass;
-    let moves = !dataset.tracks[track].input.prescribed;
-    let index = |q: usize| slots.iter().position(|s| *s == Slot::Base(a, q));
-    let error = |by: [(usize, f64); 2]| {
+    let base = fit.point.base[a];
+    let (Coefficients { kappa, beta, .. }, m) = (base, base.mass());
+    let moves = dataset.tracks[track].plant.moves();
+    let index = |q: Coefficient| slots.iter().position(|s| *s == Slot::Base(a, q));
+    let error = |by: [(Coefficient, f64); 2]| {
         let mut variance = 0.0;
         for (p, x) in by {
             for (q, y) in by {
@@ -28,10 +29,17 @@ pub fn estimate(dataset: &Dataset, model: &Model, track: usize) -> Estimate {
     Estimate {
         k_n_m: kappa * m,
         b_n_s_m: beta * m,
-        k_std_n_m: error([(0, m), (2, -kappa * m * m)]),
-        b_std_n_s_m: error([(1, m), (2, -beta * m * m)]),
+        k_std_n_m: error([
+            (Coefficient::Kappa, m),
+            (Coefficient::PerMass, -kappa * m * m),
+        ]),
+        b_std_n_s_m: error([
+            (Coefficient::Beta, m),
+            (Coefficient::PerMass, -beta * m * m),
+        ]),
         mass_kg: if moves { m } else { 0.0 },
-        mass_std_kg: index(2).and_then(|_| error([(2, m * m), (3, 0.0)])),
+        mass_std_kg: index(Coefficient::PerMass)
+            .and_then(|_| error([(Coefficient::PerMass, m * m), (Coefficient::Constant, 0.0)])),
         ..Estimate::default()
     }
 }
@@ -49,8 +57,8 @@ mod tests {
         let mut model = example::model(&dataset, &[]);
         let slots = model.fits[1].unit.slots(&dataset);
         let at = |q| slots.iter().position(|s| *s == Slot::Base(0, q)).unwrap();
-        model.fits[1].covariance[(at(0), at(0))] = 9.0;
-        model.fits[1].covariance[(at(1), at(1))] = 4.0;
+        model.fits[1].covariance[(at(Coefficient::Kappa), at(Coefficient::Kappa))] = 9.0;
+        model.fits[1].covariance[(at(Coefficient::Beta), at(Coefficient::Beta))] = 4.0;
         let found = estimate(&dataset, &model, 1);
         let near = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
         near(found.k_n_m, example::K);
@@ -71,11 +79,11 @@ mod tests {
         let at = |q| slots.iter().position(|s| *s == Slot::Base(0, q)).unwrap();
         let (kappa, per_mass) = (7.0, 1e-4);
         let covariance = &mut model.fits[0].covariance;
-        covariance[(at(0), at(0))] = kappa * kappa;
-        covariance[(at(2), at(2))] = per_mass * per_mass;
+        covariance[(at(Coefficient::Kappa), at(Coefficient::Kappa))] = kappa * kappa;
+        covariance[(at(Coefficient::PerMass), at(Coefficient::PerMass))] = per_mass * per_mass;
         // k/m and 1/m are known to go together, so that k is known better than by either.
-        covariance[(at(0), at(2))] = kappa * per_mass;
-        covariance[(at(2), at(0))] = kappa * per_mass;
+        covariance[(at(Coefficient::Kappa), at(Coefficient::PerMass))] = kappa * per_mass;
+        covariance[(at(Coefficient::PerMass), at(Coefficient::Kappa))] = kappa * per_mass;
         let found = estimate(&dataset, &model, 0);
         let mass = example::FRONT;
         // Of k = (k/m) / (1/m) to first order, errors that are one number's.

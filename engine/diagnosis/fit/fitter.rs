@@ -5,15 +5,15 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::damped::{Effort, Normal, Range, inverse, minimise};
+use super::normal_equations::{Equations, whitened};
 use super::unit::{Point, Slot, Unit};
 use crate::diagnosis::dataset::Dataset;
 use crate::numerics::autoregressive::NoiseModel;
-use crate::numerics::lanes::{LANES, Lanes, widest};
+use crate::numerics::lanes::{LANES, Lanes};
+use crate::plant::Coefficient;
 
 /// Steps from where a fit ended to where a parameter is expected.
 const TOWARDS: usize = 12;
-/// Slots whose derivatives one simulation gives.
-const CHUNK: usize = LANES - 1;
 
 /// An extended model at its best on the fitted part.
 #[derive(Clone, Debug)]
@@ -100,8 +100,11 @@ impl Fitter<'_> {
         effort: Effort,
     ) -> Option<Fitted> {
         let slots = unit.slots(self.dataset);
-        let starts = |slot: &Slot| matches!(slot, Slot::Base(_, 4 | 5) | Slot::Initial(..));
-        let own: Vec<Slot> = slots.iter().filter(|slot| starts(slot)).copied().collect();
+        let own: Vec<Slot> = slots
+            .iter()
+            .filter(|slot| slot.is_start())
+            .copied()
+            .collect();
         let point = match own.is_empty() {
             true => point.clone(),
             false => (self.fit_over(&own, unit, point.clone(), noise_models, effort))?.point,
@@ -251,14 +254,14 @@ impl Fitter<'_> {
             (slot, (point.get(slot) - value) / deviation, 1.0 / deviation)
         });
         let moving = unit.tracks.iter().enumerate();
-        let moving = moving.filter(|(_, t)| !self.dataset.tracks[**t].input.prescribed);
+        let moving = moving.filter(|(_, t)| self.dataset.tracks[**t].plant.moves());
         let starts = moving.flat_map(move |(a, t)| {
             let track = &self.dataset.tracks[*t];
             let expected = [track.measured[0], 0.0];
             let wide = [0.3 / track.scale.z_rms, 0.3 / track.scale.v_rms];
             let per = track.at_rest.map_or(wide, |[z, v]| [1.0 / z, 1.0 / v]);
             [0, 1].map(|q| {
-                let slot = Slot::Base(a, 4 + q);
+                let slot = Slot::Base(a, Coefficient::START[q]);
                 (slot, (point.get(slot) - expected[q]) * per[q], per[q])
             })
         });
@@ -290,17 +293,17 @@ impl Fitter<'_> {
                 })
                 .collect(),
         };
+        let equations = Equations {
+            dataset: self.dataset,
+            samples: self.samples,
+            unit,
+            slots,
+            point,
+            noise_models,
+            substeps,
+        };
         for (wanted, touching) in groups {
-            self.add(
-                unit,
-                slots,
-                point,
-                noise_models,
-                substeps,
-                wanted,
-                &touching,
-                &mut normal,
-            );
+            equations.add(wanted, &touching, &mut normal);
         }
         for (slot, x, per) in self.prior(unit, point) {
             normal.cost += x * x;
@@ -311,121 +314,6 @@ impl Fitter<'_> {
         }
         (normal.cost.is_finite() && normal.matrix.iter().all(|x| x.is_finite())).then_some(normal)
     }
-
-    /// Adds the normal equations of one axle (or of all) over the `touching` slots.
-    #[expect(clippy::too_many_arguments, reason = "the inner half of `normal`")]
-    fn add(
-        &self,
-        unit: &Unit,
-        slots: &[Slot],
-        point: &Point,
-        noise_models: &[NoiseModel],
-        substeps: usize,
-        wanted: Option<usize>,
-        touching: &[usize],
-        normal: &mut Normal,
-    ) {
-        let axles: Vec<usize> = match wanted {
-            Some(a) => vec![a],
-            None => (0..unit.tracks.len()).collect(),
-        };
-        // For every axle the whitened columns [residual, derivative, ..], a chunk at a time.
-        let mut columns: Vec<Vec<Vec<Lanes>>> = vec![Vec::new(); axles.len()];
-        for chunk in touching.chunks(CHUNK) {
-            let mut points: [Point; LANES] = std::array::from_fn(|_| point.clone());
-            let mut per_step = [0.0; LANES];
-            for (lane, s) in chunk.iter().enumerate() {
-                let (size, limits) = unit.range(self.dataset, slots[*s]);
-                let value = point.get(slots[*s]);
-                let step = 1e-4 * size.abs().max(value.abs());
-                let moved = if value + step > limits[1] {
-                    value - step
-                } else {
-                    value + step
-                };
-                points[lane + 1].set(slots[*s], moved);
-                per_step[lane + 1] = 1.0 / (moved - value);
-            }
-            let z = unit.simulate(self.dataset, &points, wanted, 0..self.samples, substeps);
-            for ((z, a), columns) in z.iter().zip(&axles).zip(&mut columns) {
-                let track = &self.dataset.tracks[unit.tracks[*a]];
-                let raw: Vec<Lanes> = (0..self.samples)
-                    .map(|i| {
-                        if !track.valid[i] {
-                            return Lanes::ZERO;
-                        }
-                        let base = z[i].0[0];
-                        let mut out = (z[i] - base) * Lanes(per_step);
-                        out.0[0] = track.measured[i] - base;
-                        out
-                    })
-                    .collect();
-                columns.push(whitened(&raw, &noise_models[*a].a));
-            }
-        }
-        for (columns, a) in columns.iter().zip(&axles) {
-            let scale = 1.0 / noise_models[*a].variance;
-            for (c, first) in columns.iter().enumerate() {
-                for (d, second) in columns.iter().enumerate().skip(c) {
-                    let products = products(first, second);
-                    if c == 0 && d == 0 {
-                        normal.cost += scale * products[0].0[0];
-                    }
-                    for p in 1..LANES {
-                        let Some(i) = touching.get(c * CHUNK + p - 1) else {
-                            break;
-                        };
-                        if d == c {
-                            normal.gradient[*i] += scale * products[0].0[p];
-                        }
-                        for q in 1..LANES {
-                            let Some(j) = touching.get(d * CHUNK + q - 1) else {
-                                break;
-                            };
-                            normal.matrix[(*i, *j)] += scale * products[p].0[q];
-                            if d != c {
-                                normal.matrix[(*j, *i)] += scale * products[p].0[q];
-                            }
-                        }
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// Sum over samples of the outer product of two sets of columns.
-pub fn products(first: &[Lanes], second: &[Lanes]) -> [Lanes; LANES] {
-    widest(
-        #[inline(always)]
-        || {
-            let mut sums = [Lanes::ZERO; LANES];
-            for (x, y) in first.iter().zip(second) {
-                for (sum, x) in sums.iter_mut().zip(x.0) {
-                    *sum += *y * x;
-                }
-            }
-            sums
-        },
-    )
-}
-
-/// x_n + sum a_j x_{n-j} for eight columns at once.
-pub fn whitened(x: &[Lanes], a: &[f64]) -> Vec<Lanes> {
-    widest(
-        #[inline(always)]
-        || {
-            (0..x.len())
-                .map(|i| {
-                    let mut sum = x[i];
-                    for (a, x) in a.iter().zip(x[..i].iter().rev()) {
-                        sum += *x * *a;
-                    }
-                    sum
-                })
-                .collect()
-        },
-    )
 }
 
 #[cfg(test)]
@@ -454,7 +342,7 @@ mod tests {
     fn products_are_sums_over_samples_of_every_pair_of_columns() {
         let column = |by: f64| Lanes(std::array::from_fn(|i| by * (i + 1) as f64));
         let (first, second) = ([column(1.0), column(2.0)], [column(3.0), column(-1.0)]);
-        let found = products(&first, &second);
+        let found = crate::diagnosis::fit::normal_equations::products(&first, &second);
         for (i, row) in found.iter().enumerate() {
             for (j, sum) in row.0.iter().enumerate() {
                 let pair = ((i + 1) * (j + 1)) as f64;
@@ -480,7 +368,10 @@ mod tests {
             terms: Vec::new(),
         };
         let mut start = example::point(&dataset, &unit, Vec::new());
-        let slots = [Slot::Base(0, 0), Slot::Base(0, 1)];
+        let slots = [
+            Slot::Base(0, Coefficient::Kappa),
+            Slot::Base(0, Coefficient::Beta),
+        ];
         let truth = slots.map(|slot| start.get(slot));
         for (slot, times) in slots.into_iter().zip([1.3, 0.6]) {
             start.set(slot, times * start.get(slot));
@@ -512,7 +403,10 @@ mod tests {
         };
         let slots = unit.slots(&dataset);
         let mut at = example::point(&dataset, &unit, vec![[1e9, 0.0, 0.0, 0.0]]);
-        at.set(Slot::Base(0, 0), 1.1 * at.get(Slot::Base(0, 0)));
+        at.set(
+            Slot::Base(0, Coefficient::Kappa),
+            1.1 * at.get(Slot::Base(0, Coefficient::Kappa)),
+        );
         let white = [NoiseModel::white(example::NOISE.powi(2))];
         let normal = fitter.normal(&unit, &slots, &at, &white, 3).unwrap();
         let points = std::array::from_fn(|_| at.clone());

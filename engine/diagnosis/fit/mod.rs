@@ -6,6 +6,7 @@ pub mod fitter;
 pub mod integrate;
 pub mod model;
 pub mod motion;
+pub mod normal_equations;
 pub mod physical;
 pub mod polish;
 pub mod refine;

@@ -100,7 +100,8 @@ impl Model {
             let mut base = fit.point.base[a];
             for (term, values) in fit.unit.terms.iter().zip(&fit.point.values) {
                 if !unit.terms.contains(term) {
-                    [base[0], base[1]] = (term.kind.spec().alone)([base[0], base[1]], values);
+                    [base.kappa, base.beta] =
+                        (term.kind.spec().alone)([base.kappa, base.beta], values);
                 }
             }
             point.base.push(base);
@@ -211,7 +212,10 @@ mod tests {
             terms: Vec::new(),
         };
         let (point, _) = known.carried(&unit);
-        let slots = [Slot::Base(0, 0), Slot::Base(0, 1)];
+        let slots = [
+            Slot::Base(0, crate::plant::Coefficient::Kappa),
+            Slot::Base(0, crate::plant::Coefficient::Beta),
+        ];
         let before = slots.map(|slot| known.fits[0].point.get(slot));
         let alone = (mass.kind.spec().alone)(before, &known.fits[0].point.values[0]);
         assert_eq!(slots.map(|slot| point.get(slot)), alone);

@@ -7,6 +7,7 @@ use crate::diagnosis::dataset::{Dataset, Track};
 use crate::numerics::lanes::{LANES, Lanes};
 use crate::numerics::spline::slopes;
 use crate::output_error::AxleFit;
+use crate::plant::Coefficients;
 use crate::simulate::linear::Input;
 
 /// A model's motion along the ride on one axle.
@@ -26,17 +27,18 @@ impl Motion {
         let z = track.height(fitted.map(|(y, r)| y - r).collect());
         let v = slopes(&z, track.input.step);
         let p = &fit.plain;
-        Self::plain(
-            &track.input,
-            z,
-            &v,
-            [p.kappa, p.beta, p.per_mass, p.constant],
-        )
+        Self::plain(&track.input, z, &v, p)
     }
 
-    /// A motion that the linear spring and damper alone bring about, by k/m, B/m, 1/m and a constant (m/s^2).
-    fn plain(input: &Input, z: Vec<f64>, v: &[f64], base: [f64; 4]) -> Self {
-        let [kappa, beta, per_mass, constant] = base;
+    /// A motion that the base model alone brings about.
+    fn plain(input: &Input, z: Vec<f64>, v: &[f64], base: &Coefficients) -> Self {
+        let Coefficients {
+            kappa,
+            beta,
+            per_mass,
+            constant,
+            ..
+        } = *base;
         let d: Vec<f64> = input.road.iter().zip(&z).map(|(u, z)| u - z).collect();
         let w: Vec<f64> = (input.road_slope.iter().zip(v))
             .map(|(u, v)| u - v)
@@ -85,12 +87,11 @@ pub fn motions(dataset: &Dataset, model: &Model) -> Vec<Motion> {
             );
             let m = &out[a];
             let input = &dataset.tracks[t].input;
-            let [kappa, beta, per_mass, constant, _, _] = fit.point.base[a];
             let lane = |x: &[Lanes]| -> Vec<f64> { x.iter().map(|x| x.0[0]).collect() };
             let (z, v, acceleration) = (lane(&m.z), lane(&m.v), lane(&m.a));
             Motion {
                 acceleration,
-                ..Motion::plain(input, z, &v, [kappa, beta, per_mass, constant])
+                ..Motion::plain(input, z, &v, &fit.point.base[a])
             }
         })
         .collect()
@@ -106,7 +107,18 @@ mod tests {
         let force = [10.0, 20.0, -30.0, 0.0];
         let input = Input::new(&road, Some(&force), 0.5);
         let (z, v) = (vec![0.5, 1.0, 1.5, 2.0], [3.0, 2.0, 1.0, 0.0]);
-        let m = Motion::plain(&input, z.clone(), &v, [100.0, 7.0, 0.1, -2.0]);
+        let m = Motion::plain(
+            &input,
+            z.clone(),
+            &v,
+            &Coefficients {
+                kappa: 100.0,
+                beta: 7.0,
+                per_mass: 0.1,
+                constant: -2.0,
+                ..Coefficients::default()
+            },
+        );
         for i in 0..4 {
             let (d, w) = (road[i] - z[i], input.road_slope[i] - v[i]);
             assert_eq!((m.d[i], m.w[i]), (d, w));

@@ -4,7 +4,6 @@ use super::estimate::estimate;
 use super::model::Model;
 use super::unit::{Point, Term, Unit};
 use crate::diagnosis::dataset::Dataset;
-use crate::diagnosis::effects::Kind;
 use crate::diagnosis::policy;
 use crate::report::Estimate;
 
@@ -18,8 +17,8 @@ pub fn is_physical(dataset: &Dataset, plain: &Model, model: &Model) -> bool {
             return true;
         }
         let (before, after) = (estimate(dataset, plain, t), estimate(dataset, model, t));
-        let replaces = |kind| matches!(kind, Kind::BumpStop | Kind::ViscoelasticTyre);
-        let replaced = (model.terms.iter()).any(|t| replaces(t.kind) && t.acts_on(track.axle));
+        let replaced =
+            (model.terms.iter()).any(|t| t.kind.spec().replaces_spring && t.acts_on(track.axle));
         (!replaced || spring_stays(&before, &after)) && is_damper(&before, &after)
     });
     effects && spring
@@ -42,11 +41,13 @@ pub fn has_physical_effects(dataset: &Dataset, unit: &Unit, point: &Point) -> bo
     let is_physical = |(i, term): (usize, &Term)| {
         let values = &point.values[i];
         let reported = (term.kind.spec().report)(values, unit.scale(dataset, i));
-        let relaxes = term.kind == Kind::ViscoelasticTyre;
+        let relaxes = term.kind.spec().relaxes;
         let own = unit.tracks.iter().zip(&point.base);
         let mut own = own.filter(|(t, _)| term.acts_on(dataset.tracks[**t].axle));
         reported.iter().all(|r| r.physical)
-            && own.all(|(_, base)| !relaxes || base[0] >= policy::STATIC * values[0] * base[2])
+            && own.all(|(_, base)| {
+                !relaxes || base.kappa >= policy::STATIC * values[0] * base.per_mass
+            })
     };
     unit.terms.iter().enumerate().all(is_physical)
 }
@@ -55,6 +56,7 @@ pub fn has_physical_effects(dataset: &Dataset, unit: &Unit, point: &Point) -> bo
 mod tests {
     use super::*;
     use crate::bicycle::Axle;
+    use crate::diagnosis::effects::Kind;
     use crate::diagnosis::example;
 
     fn estimate(k: f64, b: f64, b_std: Option<f64>) -> Estimate {

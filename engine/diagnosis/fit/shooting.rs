@@ -8,10 +8,11 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::damped::{Normal, stepped};
-use super::fitter::products;
+use super::normal_equations::products;
 use super::unit::{Point, Slot, Unit};
 use crate::diagnosis::dataset::{Dataset, Track};
 use crate::numerics::lanes::{LANES, Lanes};
+use crate::plant::Coefficient;
 
 /// Slots whose derivatives one simulation gives.
 const CHUNK: usize = LANES - 1;
@@ -85,7 +86,7 @@ impl<'a> Shooting<'a> {
     /// Whether a window's mean is left to it: a sensor's zero, or what a spring carries.
     fn floats(&self) -> bool {
         let track = self.data();
-        track.has_spring && !track.input.prescribed
+        track.plant.has_spring() && track.plant.moves()
     }
 
     /// Fits from `start` to the given windows.
@@ -148,7 +149,7 @@ impl<'a> Shooting<'a> {
     }
 
     fn setting<'u>(&self, unit: &'u Unit, point: &Point, with_common: bool) -> Setting<'u> {
-        let is_own = |slot: &Slot| matches!(slot, Slot::Base(_, 4 | 5) | Slot::Initial(..));
+        let is_own = |slot: &Slot| slot.is_start();
         let all = unit.slots(self.dataset);
         let (mut own, mut common): (Vec<Slot>, Vec<Slot>) = all.into_iter().partition(is_own);
         for (i, term) in unit.terms.iter().enumerate() {
@@ -174,8 +175,8 @@ impl<'a> Shooting<'a> {
         let [height, velocity] =
             parabola(self.data(), span, FIRST * self.period, self.dataset.step);
         let of = |slot: &Slot| match slot {
-            Slot::Base(_, 4) => height,
-            Slot::Base(_, 5) => velocity,
+            Slot::Base(_, Coefficient::Height) => height,
+            Slot::Base(_, Coefficient::Velocity) => velocity,
             _ => 0.0,
         };
         setting.own.iter().map(of).collect()
@@ -412,11 +413,11 @@ impl Prediction {
     fn new(setting: &Setting, span: &Range<usize>, own: &[f64], zero: f64, left: f64) -> Self {
         let own = || setting.own.iter().zip(own);
         let of_base =
-            |q: usize| own().find(|(slot, _)| matches!(slot, Slot::Base(_, p) if *p == q));
+            |q: Coefficient| own().find(|(slot, _)| matches!(slot, Slot::Base(_, p) if *p == q));
         let of_effects = own().filter(|(slot, _)| matches!(slot, Slot::Initial(..)));
         Self {
             span: span.clone(),
-            start: [4, 5].map(|q| of_base(q).map(|(_, value)| *value)),
+            start: Coefficient::START.map(|q| of_base(q).map(|(_, value)| *value)),
             hidden: of_effects.map(|(_, value)| *value).collect(),
             zero,
             left: if left.is_finite() {

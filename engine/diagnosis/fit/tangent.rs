@@ -1,7 +1,8 @@
 //! What a fitted model's own parameters do to its residual, to first order.
 
-use super::fitter::{Fitter, whitened};
+use super::fitter::Fitter;
 use super::model::Model;
+use super::normal_equations::whitened;
 use super::unit::{Point, Term, Unit};
 use crate::numerics::autoregressive::NoiseModel;
 use crate::numerics::lanes::{LANES, Lanes};

@@ -8,7 +8,7 @@ use crate::diagnosis::dataset::{Dataset, Track};
 use crate::diagnosis::effects::Kind;
 use crate::diagnosis::law::{Scale, Spec, Values};
 use crate::numerics::lanes::{LANES, Lanes};
-use crate::output_error;
+use crate::plant::{Coefficient, Coefficients};
 use crate::report::diagnosis::Place;
 
 /// An effect at its place.
@@ -70,23 +70,13 @@ impl Unit {
             .position(|t| t.kind == Kind::PitchCoupling)
     }
 
-    /// Numbers that a fit may move.
+    /// Coefficients that a fit may move.
     pub fn slots(&self, dataset: &Dataset) -> Vec<Slot> {
         let mut slots = Vec::new();
         for (a, t) in self.tracks.iter().enumerate() {
             let track = &dataset.tracks[*t];
-            for q in 0..6 {
-                let free = match q {
-                    0 => track.has_spring,
-                    2 => track.free_mass,
-                    3 => track.rest_point,
-                    4 | 5 => !track.input.prescribed,
-                    _ => true,
-                };
-                if free {
-                    slots.push(Slot::Base(a, q));
-                }
-            }
+            let free = Coefficient::ALL.into_iter().filter(|n| track.is_free(*n));
+            slots.extend(free.map(|number| Slot::Base(a, number)));
         }
         for (i, term) in self.terms.iter().enumerate() {
             let spec = term.kind.spec();
@@ -113,24 +103,8 @@ impl Unit {
 
     /// A typical size and the limits of a slot.
     pub fn range(&self, dataset: &Dataset, slot: Slot) -> (f64, [f64; 2]) {
-        let free = [f64::NEG_INFINITY, f64::INFINITY];
         match slot {
-            Slot::Base(a, q) => {
-                let track = &dataset.tracks[self.tracks[a]];
-                let s = &track.scale;
-                let slack = 25.0 / (s.train_s * s.train_s);
-                let [most_kappa, most_beta] = output_error::most(dataset.step);
-                match q {
-                    0 if track.input.prescribed => (0.1 * s.k_size() / s.mass, free),
-                    1 if track.input.prescribed => (0.1 * s.b_size() / s.mass, free),
-                    0 => (0.1 * s.k_size() / s.mass, [-slack, most_kappa]),
-                    1 => (0.1 * s.b_size() / s.mass, [-most_beta, most_beta]),
-                    2 => (0.1 / s.mass, [1e-9, f64::INFINITY]),
-                    3 => (0.05 * s.a_rms, free),
-                    4 => (0.1 * s.z_rms, free),
-                    _ => (0.1 * s.v_rms, free),
-                }
-            }
+            Slot::Base(a, number) => dataset.tracks[self.tracks[a]].range(number),
             Slot::Value(i, q) => {
                 let scale = self.scale(dataset, i);
                 let parameter = &self.terms[i].kind.spec().parameters[q];
@@ -144,7 +118,7 @@ impl Unit {
                     (true, _) => s.v_rms,
                     (false, _) => s.d_rms,
                 };
-                (0.1 * size, free)
+                (0.1 * size, [f64::NEG_INFINITY, f64::INFINITY])
             }
         }
     }
@@ -180,7 +154,7 @@ impl Unit {
             if track.input.prescribed {
                 return 0.0;
             }
-            base[1].abs()
+            base.beta.abs()
                 + self.added(track, point, |spec, values, s| (spec.damps)(values, s))
                     / track.scale.mass
         });
@@ -252,7 +226,7 @@ impl Unit {
     pub fn lanes(&self, dataset: &Dataset, points: &[Point; LANES], a: usize) -> AxleLanes {
         let axle = dataset.tracks[self.tracks[a]].axle;
         AxleLanes {
-            base: std::array::from_fn(|q| gather(points, |p| p.base[a][q])),
+            base: Coefficients::from_fn(|n| gather(points, |p| p.base[a].get(n))),
             effects: (0..self.terms.len())
                 .filter(|i| self.terms[*i].acts_on(axle))
                 .map(|i| EffectLanes {
@@ -272,18 +246,29 @@ fn gather(points: &[Point; LANES], of: impl Fn(&Point) -> f64) -> Lanes {
 /// One number that a fit may move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Slot {
-    /// Axle of the unit; k/m, B/m, 1/m, constant, z(0), z'(0).
-    Base(usize, usize),
+    /// Axle of the unit; number of its base model.
+    Base(usize, Coefficient),
     /// Term; parameter.
     Value(usize, usize),
     /// Term; height or velocity at the start, relative to the axle's.
     Initial(usize, usize),
 }
 
+impl Slot {
+    /// Whether it belongs to where a motion starts.
+    pub fn is_start(&self) -> bool {
+        match self {
+            Slot::Base(_, number) => number.is_start(),
+            Slot::Initial(..) => true,
+            Slot::Value(..) => false,
+        }
+    }
+}
+
 /// All numbers of a unit's model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
-    pub base: Vec<[f64; 6]>,
+    pub base: Vec<Coefficients>,
     pub values: Vec<Values>,
     pub initial: Vec<[f64; 2]>,
 }
@@ -291,7 +276,7 @@ pub struct Point {
 impl Point {
     pub fn get(&self, slot: Slot) -> f64 {
         match slot {
-            Slot::Base(a, q) => self.base[a][q],
+            Slot::Base(a, number) => self.base[a].get(number),
             Slot::Value(i, q) => self.values[i][q],
             Slot::Initial(i, q) => self.initial[i][q],
         }
@@ -299,7 +284,7 @@ impl Point {
 
     pub fn set(&mut self, slot: Slot, value: f64) {
         match slot {
-            Slot::Base(a, q) => self.base[a][q] = value,
+            Slot::Base(a, number) => self.base[a].set(number, value),
             Slot::Value(i, q) => self.values[i][q] = value,
             Slot::Initial(i, q) => self.initial[i][q] = value,
         }
@@ -350,12 +335,13 @@ mod tests {
             terms: vec![example::term(Kind::CoulombFriction, Axle::Front)],
         };
         // On a road: k, B and the start, and two of the effect.
-        let base = [0, 1, 4, 5].map(|q| Slot::Base(0, q));
+        let base = [0, 1, 4, 5].map(|q| Slot::Base(0, Coefficient::ALL[q]));
         let own = [0, 1].map(|q| Slot::Value(0, q));
         assert_eq!(unit.slots(&dataset), [&base[..], &own].concat());
         let track = &mut dataset.tracks[0];
-        (track.free_mass, track.rest_point, track.has_spring) = (true, true, false);
-        let base = [1, 2, 3, 4, 5].map(|q| Slot::Base(0, q));
+        (track.free_mass, track.rest_point) = (true, true);
+        track.plant = &crate::plant::Damper::MOVING;
+        let base = [1, 2, 3, 4, 5].map(|q| Slot::Base(0, Coefficient::ALL[q]));
         assert_eq!(unit.slots(&dataset), [&base[..], &own].concat());
     }
 
@@ -367,7 +353,11 @@ mod tests {
             terms: vec![example::term(Kind::CubicStiffness, Axle::Front)],
         };
         let point = example::point(&dataset, &unit, vec![[1.0, 2.0, 3.0, 4.0]]);
-        let slots = [Slot::Base(0, 1), Slot::Value(0, 2), Slot::Initial(0, 1)];
+        let slots = [
+            Slot::Base(0, Coefficient::Beta),
+            Slot::Value(0, 2),
+            Slot::Initial(0, 1),
+        ];
         let other = point.with(&slots, &[5.0, 6.0, 7.0]);
         assert_eq!(slots.map(|slot| other.get(slot)), [5.0, 6.0, 7.0]);
         assert_eq!(

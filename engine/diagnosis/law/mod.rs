@@ -12,7 +12,7 @@ pub use limits::{LaneValues, MAX_PARAMETERS, MAX_STATES, States, Values};
 pub use need::Need;
 pub use own::OwnLaw;
 pub use scale::Scale;
-pub use spec::{Acts, Parameter, Reported, Spec, reported};
+pub use spec::{Acts, Family, Parameter, Reported, Spec, reported};
 
 pub use crate::numerics::lanes::Lanes;
 pub use crate::report::diagnosis::Stronger;

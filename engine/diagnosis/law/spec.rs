@@ -20,6 +20,15 @@ pub enum Acts {
     Both,
 }
 
+/// Of what a law is one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Family {
+    /// Of the deflection.
+    Spring,
+    /// Of its rate.
+    Damper,
+}
+
 /// A fitted parameter.
 pub struct Parameter {
     pub name: &'static str,
@@ -91,6 +100,18 @@ pub struct Spec {
     /// The effect in plain words.
     pub words: &'static str,
     pub confused_with: &'static [&'static str],
+    /// The variable of which the force is a law, if it is one of a single variable.
+    pub family: Option<Family>,
+    /// Whether such a law is alike in both directions.
+    pub is_odd: bool,
+    /// Whether it is a general law against which others are held: it is never named.
+    pub is_general: bool,
+    /// The general law of which this one is the case with the last parameter zero, where both have states of their own.
+    pub case_of: Option<&'static str>,
+    /// Whether it takes the place of the plain spring, of which something must be left.
+    pub replaces_spring: bool,
+    /// Whether its first parameter is a stiffness that relaxes beside the plain one.
+    pub relaxes: bool,
     /// Laws of which this one is a limit, so that they explain a ride at least as well.
     pub limit_of: &'static [&'static str],
     pub source: &'static str,
@@ -126,6 +147,12 @@ impl Spec {
         law: "",
         words: "",
         confused_with: &[],
+        family: None,
+        is_odd: false,
+        is_general: false,
+        case_of: None,
+        replaces_spring: false,
+        relaxes: false,
         limit_of: &[],
         source: "",
     };

@@ -4,7 +4,7 @@
 
 /// Length (s) over which the residual is smoothed: less than a push of the hands, more than most noise.
 const LENGTH_S: f64 = 0.1;
-/// Samples that a length is reported by: above 10 kHz means over several samples stand for them, so that the work for
+/// Samples that span a length: above 10 kHz means over several samples stand for them, so that the work for
 /// each does not grow with the rate.
 const FINEST: usize = 1000;
 /// A mean over so many lengths is taken off: slow noise has few independent values.

@@ -2,6 +2,7 @@
 
 pub mod bursts;
 pub mod coherence;
+mod features;
 pub mod omnibus;
 pub mod replicate;
 pub mod resonance;

@@ -3,13 +3,14 @@
 
 use std::ops::Range;
 
-use crate::diagnosis::dataset::Dataset;
-use crate::diagnosis::fit::Motion;
+use super::features::{Feature, features};
+use crate::diagnosis::dataset::{Dataset, Track};
 use crate::diagnosis::fit::tangent::Tangent;
-use crate::diagnosis::fit::{FINE, Fitter, Model};
+use crate::diagnosis::fit::{FINE, Fitted, Fitter, Model, Motion};
 use crate::diagnosis::policy;
 use crate::numerics::projection::{dot, orthonormal, without};
 use crate::numerics::statistics::chi_square_tail;
+use crate::plant::Coefficients;
 use crate::simulate::linear::{Input, simulate};
 
 /// What the omnibus test and the free form found on one track.
@@ -36,12 +37,6 @@ impl Remainder {
     }
 }
 
-/// A feature: its signal, and whether it acts as a force or on the sensor.
-struct Feature {
-    signal: Vec<f64>,
-    acts: bool,
-}
-
 /// Coefficients below this many standard errors count as noise in the free form.
 const KEEP: f64 = 3.0;
 
@@ -55,88 +50,24 @@ pub fn remainder(
 ) -> Remainder {
     let dataset = fitter.dataset;
     let (fit, a) = model.of_track(track);
-    let [kappa, beta, ..] = fit.point.base[a];
     let noise_model = &fit.noise_models[a];
     let per = noise_model.variance.sqrt().recip();
+    let white = |x: &[f64]| -> Vec<f64> { noise_model.whiten(x).iter().map(|x| x * per).collect() };
     let t = &dataset.tracks[track];
     let substeps = model.substeps(dataset, FINE);
-    let tangent = Tangent::new(fitter, model, &fit.unit, substeps);
-    // The unit's axles lie one after the other in the tangent's columns; this axle's part of them.
-    let own: Range<usize> = a * fitter.samples..(a + 1) * fitter.samples;
-    let beyond = orthonormal(
-        tangent
-            .basis
-            .iter()
-            .map(|b| b[own.clone()].to_vec())
-            .collect(),
-        &[],
-    );
+    let beyond = reachable(fitter, model, (fit, a), substeps);
     let residual = fitter
         .residuals_to(&fit.unit, &fit.point, substeps, dataset.samples)
         .swap_remove(a);
-    let mask = |x: Vec<f64>| -> Vec<f64> {
-        x.into_iter()
-            .zip(&t.valid)
-            .map(|(x, v)| if *v { x } else { 0.0 })
-            .collect()
-    };
     let features = features(dataset, motions, track);
-    let mut responses = Vec::new();
-    for f in &features {
-        let response = if f.acts && !t.input.prescribed {
-            let input = Input::new(&vec![0.0; dataset.samples], Some(&f.signal), dataset.step);
-            simulate(
-                &input,
-                kappa.max(1.0),
-                beta.max(0.02 * kappa.max(1.0).sqrt()),
-                1.0,
-                0.0,
-                [0.0; 2],
-            )
-            .0
-        } else {
-            f.signal.clone()
-        };
-        responses.push(mask(response));
-    }
-    let white = |x: &[f64]| -> Vec<f64> { noise_model.whiten(x).iter().map(|x| x * per).collect() };
-    let whitened: Vec<Vec<f64>> = responses.iter().map(|r| white(r)).collect();
-    let train: Vec<Vec<f64>> = whitened
-        .iter()
-        .map(|w| w[..fitter.samples].to_vec())
+    let responses: Vec<Vec<f64>> = (features.iter())
+        .map(|feature| response(dataset, t, &fit.point.base[a], feature))
         .collect();
+    let whitened: Vec<Vec<f64>> = responses.iter().map(|r| white(r)).collect();
+    let train: Vec<&[f64]> = whitened.iter().map(|w| &w[..fitter.samples]).collect();
     let target = white(&residual);
-    // Orthonormalised one by one, each remembering which mix of features it is.
-    let mut basis: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
-    for (i, column) in train.iter().enumerate() {
-        let size = dot(column, column);
-        let mut left = without(column, &beyond);
-        let mut mix = vec![0.0; features.len()];
-        mix[i] = 1.0;
-        for _ in 0..2 {
-            for (b, m) in &basis {
-                let along = dot(&left, b);
-                left.iter_mut().zip(b).for_each(|(x, b)| *x -= along * b);
-                mix.iter_mut().zip(m).for_each(|(x, m)| *x -= along * m);
-            }
-        }
-        let rest = dot(&left, &left);
-        if rest > 1e-6 * size && rest.is_finite() && rest > 1e-8 {
-            let scale = rest.sqrt().recip();
-            left.iter_mut().for_each(|x| *x *= scale);
-            mix.iter_mut().for_each(|x| *x *= scale);
-            basis.push((left, mix));
-        }
-    }
-    let mut q = 0.0;
-    let mut weights = vec![0.0; features.len()];
-    for (b, mix) in &basis {
-        let c = dot(b, &target[..fitter.samples]);
-        q += c * c;
-        if c.abs() > KEEP {
-            weights.iter_mut().zip(mix).for_each(|(w, m)| *w += c * m);
-        }
-    }
+    let basis = orthonormalised(&train, &beyond);
+    let (q, weights) = along(&basis, &target[..fitter.samples], features.len());
     let explained: Vec<f64> = (0..dataset.samples)
         .map(|i| weights.iter().zip(&responses).map(|(w, r)| w * r[i]).sum())
         .collect();
@@ -148,116 +79,109 @@ pub fn remainder(
         after += (residual[i] - explained[i]).powi(2);
         count += 1.0;
     }
-    let force = (0..dataset.samples)
-        .map(|i| {
-            weights
-                .iter()
-                .zip(&features)
-                .filter(|(_, f)| f.acts)
-                .map(|(w, f)| w * f.signal[i])
-                .sum()
-        })
-        .collect();
     Remainder {
         p_value: chi_square_tail(q, basis.len() as f64),
         held_gain: gain,
         held_before: (before / count.max(1.0)).sqrt(),
         held_after: (after / count.max(1.0)).sqrt(),
-        force,
+        force: force(dataset.samples, &weights, &features),
         residual,
     }
 }
 
-/// Powers and products of deflection and rate, memory of several lengths, time windows, the other
-/// axle, speed, wheel and crank angle; on the sensor's side shifts, gain, zero point and drift.
-fn features(dataset: &Dataset, motions: &[Motion], track: usize) -> Vec<Feature> {
-    let m = &motions[track];
-    let n = dataset.samples;
-    let rms = |x: &[f64]| {
-        (x.iter().map(|x| x * x).sum::<f64>() / n as f64)
-            .sqrt()
-            .max(1e-30)
+/// What the model's own parameters can do to the whitened residual of axle `a` of the fit's unit.
+fn reachable(
+    fitter: &Fitter,
+    model: &Model,
+    (fit, a): (&Fitted, usize),
+    substeps: usize,
+) -> Vec<Vec<f64>> {
+    let tangent = Tangent::new(fitter, model, &fit.unit, substeps);
+    // The unit's axles lie one after the other in the tangent's columns; this axle's part of them.
+    let own: Range<usize> = a * fitter.samples..(a + 1) * fitter.samples;
+    let parts = tangent.basis.iter().map(|b| b[own.clone()].to_vec());
+    orthonormal(parts.collect(), &[])
+}
+
+/// What a feature does to the measurement; zero where that is not valid.
+fn response(dataset: &Dataset, track: &Track, base: &Coefficients, feature: &Feature) -> Vec<f64> {
+    let response = if feature.acts && !track.input.prescribed {
+        let Coefficients { kappa, beta, .. } = *base;
+        let still = vec![0.0; dataset.samples];
+        simulate(
+            &Input::new(&still, Some(&feature.signal), dataset.step),
+            kappa.max(1.0),
+            beta.max(0.02 * kappa.max(1.0).sqrt()),
+            1.0,
+            0.0,
+            [0.0; 2],
+        )
+        .0
+    } else {
+        feature.signal.clone()
     };
-    let (ds, ws) = (rms(&m.d), rms(&m.w));
-    let d: Vec<f64> = m.d.iter().map(|x| x / ds).collect();
-    let w: Vec<f64> = m.w.iter().map(|x| x / ws).collect();
-    let mut all = Vec::new();
-    let mut act = |f: &dyn Fn(usize) -> f64| {
-        all.push(Feature {
-            signal: (0..n).map(f).collect(),
-            acts: true,
-        })
-    };
-    act(&|_| 1.0);
-    for order in 1..=5 {
-        for j in 0..=order {
-            // Beyond three deviations powers only repeat single events.
-            act(&|i| d[i].clamp(-4.0, 4.0).powi(order - j) * w[i].clamp(-4.0, 4.0).powi(j));
-        }
-    }
-    act(&|i| d[i].abs());
-    act(&|i| w[i].abs());
-    act(&|i| w[i] / (w[i] * w[i] + 1e-3).sqrt());
-    act(&|i| d[i] / (d[i] * d[i] + 1e-3).sqrt());
-    act(&|i| (d[i] - 1.5).max(0.0));
-    act(&|i| (d[i] + 1.5).min(0.0));
-    act(&|i| w[i] * d[i].abs());
-    for tau in [0.012, 0.04, 0.1, 0.4] {
-        let keep = (-dataset.step / tau).exp();
-        let (mut lag, mut out) = (0.0, Vec::with_capacity(n));
-        for x in &d {
-            lag = keep * lag + (1.0 - keep) * x;
-            out.push(lag);
-        }
-        act(&|i| out[i]);
-        act(&|i| (d[i] - out[i]) * d[i].abs());
-    }
-    let windows = 6;
-    for k in 0..windows {
-        let inside = move |i: usize| i * windows / n == k;
-        act(&|i| if inside(i) { d[i] } else { 0.0 });
-        act(&|i| if inside(i) { w[i] } else { 0.0 });
-    }
-    if let Some(other) = (0..motions.len()).find(|t| *t != track) {
-        let a = rms(&motions[other].acceleration);
-        act(&|i| motions[other].acceleration[i] / a);
-    }
-    let top = dataset.speed.iter().copied().fold(0.0, f64::max);
-    if top > 0.3 {
-        act(&|i| d[i] * dataset.speed[i] / top);
-        act(&|i| w[i] * dataset.speed[i] / top);
-        act(&|i| dataset.speed_rate[i]);
-        let radius = dataset.tracks[track].scale.wheel_radius;
-        if radius.is_finite() {
-            for harmonic in [1.0, 2.0] {
-                let angle = move |x: f64| harmonic * x / radius;
-                act(&|i| angle(dataset.distance[i]).sin());
-                act(&|i| angle(dataset.distance[i]).cos());
-                act(&|i| angle(dataset.distance[i]).sin() * d[i]);
-                act(&|i| angle(dataset.distance[i]).cos() * d[i]);
+    (response.into_iter().zip(&track.valid))
+        .map(|(x, valid)| if *valid { x } else { 0.0 })
+        .collect()
+}
+
+/// A direction of length 1, and which mix of features it is.
+struct Direction {
+    column: Vec<f64>,
+    mix: Vec<f64>,
+}
+
+/// The columns one by one without what lies in `beyond` or in those before; nothing of those of which nothing is left.
+fn orthonormalised(columns: &[&[f64]], beyond: &[Vec<f64>]) -> Vec<Direction> {
+    let mut basis: Vec<Direction> = Vec::new();
+    for (i, column) in columns.iter().enumerate() {
+        let size = dot(column, column);
+        let mut left = without(column, beyond);
+        let mut mix = vec![0.0; columns.len()];
+        mix[i] = 1.0;
+        for _ in 0..2 {
+            for b in &basis {
+                let along = dot(&left, &b.column);
+                (left.iter_mut().zip(&b.column)).for_each(|(x, b)| *x -= along * b);
+                (mix.iter_mut().zip(&b.mix)).for_each(|(x, m)| *x -= along * m);
             }
         }
-    }
-    if dataset.crank.last().is_some_and(|c| *c > 1.0) {
-        for harmonic in [1.0, 2.0] {
-            act(&|i| (harmonic * dataset.crank[i]).sin());
-            act(&|i| (harmonic * dataset.crank[i]).cos());
+        let rest = dot(&left, &left);
+        if rest > 1e-6 * size && rest.is_finite() && rest > 1e-8 {
+            let scale = rest.sqrt().recip();
+            left.iter_mut().for_each(|x| *x *= scale);
+            mix.iter_mut().for_each(|x| *x *= scale);
+            basis.push(Direction { column: left, mix });
         }
     }
-    let z = rms(&m.z);
-    let mut sense = |f: &dyn Fn(usize) -> f64| {
-        all.push(Feature {
-            signal: (0..n).map(f).collect(),
-            acts: false,
-        })
-    };
-    sense(&|i| m.z[i] / z);
-    for shift in [-2_isize, 2] {
-        sense(&|i| m.z[(i as isize + shift).clamp(0, n as isize - 1) as usize] / z);
+    basis
+}
+
+/// The sum of squares of `target` along the basis, and the weight of every feature in its significant part.
+fn along(basis: &[Direction], target: &[f64], features: usize) -> (f64, Vec<f64>) {
+    let mut q = 0.0;
+    let mut weights = vec![0.0; features];
+    for b in basis {
+        let c = dot(&b.column, target);
+        q += c * c;
+        if c.abs() > KEEP {
+            (weights.iter_mut().zip(&b.mix)).for_each(|(w, m)| *w += c * m);
+        }
     }
-    sense(&|_| 1.0);
-    sense(&|i| i as f64 / n as f64);
-    all
+    (q, weights)
+}
+
+fn force(samples: usize, weights: &[f64], features: &[Feature]) -> Vec<f64> {
+    (0..samples)
+        .map(|i| {
+            weights
+                .iter()
+                .zip(features)
+                .filter(|(_, f)| f.acts)
+                .map(|(w, f)| w * f.signal[i])
+                .sum()
+        })
+        .collect()
 }
 
 #[cfg(test)]

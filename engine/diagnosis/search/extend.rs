@@ -4,7 +4,7 @@ use super::score_test::{Prediction, Signatures};
 use super::weak_form;
 use crate::bicycle::Axle;
 use crate::diagnosis::dataset::Dataset;
-use crate::diagnosis::effects::{ALL, GENERAL_LAWS, Kind, Shape};
+use crate::diagnosis::effects::{ALL, Kind, Shape};
 use crate::diagnosis::fit::Model;
 use crate::diagnosis::fit::{Effort, Fitter, Point, Term, Unit};
 use crate::diagnosis::law::{Acts, Values};
@@ -15,10 +15,7 @@ use crate::report::diagnosis::{Place, SwitchedOff};
 pub fn candidates(dataset: &Dataset) -> (Vec<Term>, Vec<SwitchedOff>) {
     let mut terms = Vec::new();
     let mut off: Vec<SwitchedOff> = Vec::new();
-    let library = ALL
-        .iter()
-        .copied()
-        .filter(|kind| !GENERAL_LAWS.contains(kind));
+    let library = ALL.iter().copied().filter(|kind| !kind.spec().is_general);
     for kind in library.chain(own_law(dataset)) {
         let mut why = None;
         let mut allowed = Vec::new();
@@ -71,13 +68,12 @@ fn places(acts: Acts, allowed: &[Axle]) -> Vec<Place> {
 }
 
 /// Whether the model is so far from the ride on the axles of `unit` that its own stiffness and
-/// damping may be wrong by factors, and linear predicts mean little.
+/// damping may be wrong by factors, and linear predictions mean little.
 pub fn is_far(dataset: &Dataset, model: &Model, unit: &Unit) -> bool {
     unit.tracks.iter().any(|t| {
         let track = &dataset.tracks[*t];
         let (fit, a) = model.of_track(*t);
-        let [kappa, beta, ..] = fit.point.base[a];
-        let noise = track.noise_variance(kappa, beta);
+        let noise = track.noise_variance(&fit.point.base[a]);
         let excess = fit.noise_models[a].total_variance() - 1.5 * noise;
         excess > (FAR * track.scale.d_rms).powi(2)
     })
@@ -123,7 +119,7 @@ pub fn extend(
     let mut order: Vec<&Prediction> = signatures.starts.iter().collect();
     order.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     let spec = unit.terms[at].kind.spec();
-    // A linear predict shows little of an effect with states of its own.
+    // A linear prediction says little of an effect with states of its own.
     let near = if spec.amplitudes.is_empty() || spec.states > 1 {
         3
     } else {
@@ -201,7 +197,7 @@ fn far_starts(
             }
             for stiffer in stiffer {
                 let mut point = with_values(base, at, values);
-                point.base.iter_mut().for_each(|b| b[0] *= stiffer);
+                point.base.iter_mut().for_each(|b| b.kappa *= stiffer);
                 ranked.extend(fitted(point));
             }
         }
@@ -232,7 +228,7 @@ pub fn unstopped(fitter: &Fitter, model: &Model, play: Term, effort: Effort) -> 
     unit.terms[i] = play;
     let mut point = fit.point.clone();
     point.values[i] = [2.0 * gap, 0.0, 0.0, 0.0];
-    point.base[track][0] = stiffness * point.base[track][2];
+    point.base[track].kappa = stiffness * point.base[track].per_mass;
     let fitted = fitter.fit(&unit, point, &fit.noise_models, effort)?;
     Some(model.with(fitted))
 }

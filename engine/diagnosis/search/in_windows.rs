@@ -99,7 +99,7 @@ impl<'a> InWindows<'a> {
         let (known, _) = self.search.plain.carried(&unit);
         let starts = STIFFER.map(|stiffer| {
             let mut point = known.clone();
-            point.base[0][0] *= stiffer;
+            point.base[0].kappa *= stiffer;
             point
         });
         self.best(unit, starts.to_vec())

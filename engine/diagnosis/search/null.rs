@@ -12,7 +12,7 @@ use crate::report::diagnosis::Place;
 
 /// Replicates of the largest gain, a multiple of [`LANES`].
 const REPLICATES: usize = 2000;
-/// Least p value that these can show; no other test here is good for less.
+/// Least p value that these can give; no other test here is good for less.
 pub const FINEST: f64 = 1.0 / (1 + REPLICATES) as f64;
 
 /// Added to the diagonal so that directions that lie in each other's span do no harm.

@@ -1,4 +1,4 @@
-//! Exact refits of what the signatures predict.
+//! Exact refits of what the signatures predict to gain.
 
 use rayon::prelude::*;
 
@@ -14,7 +14,7 @@ use crate::diagnosis::fit::{COARSE, Model, Term, Unit, motions};
 use crate::diagnosis::residual::omnibus::remainder;
 use crate::report::diagnosis::Place;
 
-/// Share of a significant gain below which a linear predict is not followed up.
+/// Share of a significant gain below which a linear prediction is not followed up.
 pub const HOPE: f64 = 0.4;
 /// Refits between which the budget is looked at.
 const GROUP: usize = 8;
@@ -71,8 +71,8 @@ impl Search<'_> {
             .collect()
     }
 
-    /// Whether any offer may turn out significant: its linear predict comes near to that, or the model
-    /// is too far from the ride for linear predicts to mean anything.
+    /// Whether any offer may turn out significant: its linear prediction comes near to that, or the model
+    /// is too far from the ride for linear predictions to mean anything.
     pub fn promising(&self, model: &Model, offers: &[Signatures], null: &Null) -> bool {
         let dataset = self.fitter.dataset;
         let most = offers
@@ -84,7 +84,7 @@ impl Search<'_> {
             || model.fits.iter().any(|f| is_far(dataset, model, &f.unit))
     }
 
-    /// Exact refits of the offers that predict anything, best first.
+    /// Exact refits of the offers that predict any gain, best first.
     pub fn refits(&self, model: &Model, offers: &[Signatures], reach: Reach) -> Vec<Model> {
         let dataset = self.fitter.dataset;
         let most = offers

@@ -29,113 +29,137 @@ pub struct Named {
     pub rivals: Vec<Model>,
 }
 
+/// Where the rounds have come to.
+struct SearchState {
+    model: Model,
+    /// The last model whose every effect proved itself on the held-out part.
+    proven: Model,
+    rounds: Vec<Round>,
+    rivals: Vec<Model>,
+    /// Effects that came near to the best of some round.
+    near: Vec<Term>,
+}
+
 impl Search<'_> {
     /// All rounds from the plain model on.
     pub fn run(&self) -> Result<Named, EngineError> {
-        let mut model = self.plain.clone();
-        let mut rounds = Vec::new();
-        let mut rivals: Vec<Model> = Vec::new();
-        // Effects that came near to the best of some round.
-        let mut near: Vec<Term> = Vec::new();
-        // The last model whose every effect proved itself on the held-out part.
-        let mut proven = self.plain.clone();
-        // The model with the noise under which predicts are looked for, where that is not its own.
+        let mut state = SearchState {
+            model: self.plain.clone(),
+            proven: self.plain.clone(),
+            rounds: Vec::new(),
+            rivals: Vec::new(),
+            near: Vec::new(),
+        };
+        // The model with the noise under which effects are looked for, where that is not its own.
         let mut prewhitened: Option<Model> = None;
-        while has_room(&model.terms) && !self.is_spent() {
+        while has_room(&state.model.terms) && !self.is_spent() {
             self.check()?;
             self.report_progress();
-            let goes_on = 'round: {
-                let offers = self.offers(prewhitened.as_ref().unwrap_or(&model), &model.terms);
-                let null = Null::new(&offers, self.seed, rounds.len());
-                if !self.promising(&model, &offers, &null) {
-                    break 'round false;
-                }
-                let found = self.refits(&model, &offers, Reach::Far);
-                // What noise of the road channel brings leads to nothing.
-                let real = |m: &&Model| self.beats_road_noise(&model, m);
-                let Some(best) = found.iter().take(LEADERS).find(real) else {
-                    break 'round false;
-                };
-                let least = 0.5 * (best.likelihood - model.likelihood);
-                let leaders: Vec<&Model> = found
-                    .iter()
-                    .take(LEADERS)
-                    .filter(|m| m.likelihood <= best.likelihood)
-                    .filter(|m| m.likelihood - model.likelihood >= least)
-                    .collect();
-                near.extend(leaders.iter().map(|m| added(&model, m)));
-                // Of those that explain the ride as well, the one that a bicycle can be and that says least.
-                let mut accepted: Vec<&Model> = Vec::new();
-                for leader in leaders {
-                    if (accepted.first())
-                        .is_some_and(|first| is_behind(leader.likelihood, first.likelihood))
-                    {
-                        break;
-                    }
-                    if self.accepts(&proven, &model, leader, &null)
-                        && (std::ptr::eq(leader, best) || real(&leader))
-                    {
-                        accepted.push(leader);
-                    }
-                }
-                let choice = accepted
-                    .into_iter()
-                    .max_by(|a, b| self.merit(a).total_cmp(&self.merit(b)));
-                let tell = |m: &Model, accepted: bool| Round {
-                    term: added(&model, m),
-                    p_value: null.p_value(m.likelihood - model.likelihood),
-                    accepted,
-                };
-                if let Some(choice) = choice {
-                    rounds.push(tell(choice, true));
-                    model = self.pruned(
-                        polish(&self.fitter, choice, self.thorough(choice))
-                            .unwrap_or_else(|| choice.clone()),
-                    );
-                    rivals = if model.terms.len() == 1 {
-                        found
-                    } else {
-                        let tried = self.exchanged(&mut model, &near)?;
-                        model = self.pruned(model);
-                        tried
-                    };
-                    proven = model.clone();
-                    true
-                } else {
-                    rounds.push(tell(best, false));
-                    // Far from the ride one effect alone may mislead where two together explain it.
-                    let far = best
-                        .fits
-                        .iter()
-                        .any(|f| is_far(self.fitter.dataset, best, &f.unit));
-                    if !far || model.terms.len() > proven.terms.len() {
-                        break 'round false;
-                    }
-                    model = best.clone();
-                    true
-                }
-            };
+            let goes_on = self.round(&mut state, prewhitened.as_ref())?;
             prewhitened = match (goes_on, prewhitened) {
                 (true, _) => None,
-                (false, None) => self.prewhitening(&model),
+                (false, None) => self.prewhitening(&state.model),
                 (false, Some(_)) => break,
             };
             if !goes_on && prewhitened.is_none() {
                 break;
             }
         }
-        let model = proven;
-        for round in &mut rounds {
-            round.accepted &= model.terms.contains(&round.term);
+        Ok(state.named())
+    }
+
+    /// One round; whether it led to another model.
+    fn round(
+        &self,
+        state: &mut SearchState,
+        prewhitened: Option<&Model>,
+    ) -> Result<bool, EngineError> {
+        let model = &state.model;
+        let offers = self.offers(prewhitened.unwrap_or(model), &model.terms);
+        let null = Null::new(&offers, self.seed, state.rounds.len());
+        if !self.promising(model, &offers, &null) {
+            return Ok(false);
         }
-        rivals.retain(|m| m.terms.len() <= model.terms.len() && m.terms != model.terms);
-        rivals.sort_by(|a, b| b.likelihood.total_cmp(&a.likelihood));
-        rivals.dedup_by(|a, b| a.terms == b.terms);
-        Ok(Named {
-            model,
-            rounds,
-            rivals,
-        })
+        let found = self.refits(model, &offers, Reach::Far);
+        // What noise of the road channel brings leads to nothing.
+        let real = |m: &&Model| self.beats_road_noise(model, m);
+        let Some(best) = found.iter().take(LEADERS).find(real) else {
+            return Ok(false);
+        };
+        let leaders = leaders(model, best, &found);
+        state.near.extend(leaders.iter().map(|m| added(model, m)));
+        let seen = |m: &Model, accepted: bool| Round {
+            term: added(model, m),
+            p_value: null.p_value(m.likelihood - model.likelihood),
+            accepted,
+        };
+        if let Some(choice) = self.choice(state, leaders, best, &null) {
+            state.rounds.push(seen(choice, true));
+            let polished = polish(&self.fitter, choice, self.thorough(choice));
+            let extended = self.pruned(polished.unwrap_or_else(|| choice.clone()));
+            self.settle(state, extended, found)?;
+            return Ok(true);
+        }
+        state.rounds.push(seen(best, false));
+        // Far from the ride one effect alone may mislead where two together explain it.
+        let far = best
+            .fits
+            .iter()
+            .any(|f| is_far(self.fitter.dataset, best, &f.unit));
+        if !far || model.terms.len() > state.proven.terms.len() {
+            return Ok(false);
+        }
+        state.model = best.clone();
+        Ok(true)
+    }
+
+    /// Of the leaders that explain the ride as well as the first accepted, the one that a bicycle can be and that says
+    /// least.
+    fn choice<'m>(
+        &self,
+        state: &SearchState,
+        leaders: Vec<&'m Model>,
+        best: &Model,
+        null: &Null,
+    ) -> Option<&'m Model> {
+        let model = &state.model;
+        let mut accepted: Vec<&Model> = Vec::new();
+        for leader in leaders {
+            if accepted
+                .first()
+                .is_some_and(|first| is_behind(leader.likelihood, first.likelihood))
+            {
+                break;
+            }
+            if self.accepts(&state.proven, model, leader, null)
+                && (std::ptr::eq(leader, best) || self.beats_road_noise(model, leader))
+            {
+                accepted.push(leader);
+            }
+        }
+        accepted
+            .into_iter()
+            .max_by(|a, b| self.merit(a).total_cmp(&self.merit(b)))
+    }
+
+    /// Goes on from an extended model that was chosen among those `found`, once other effects were tried in the place of
+    /// each of its own.
+    fn settle(
+        &self,
+        state: &mut SearchState,
+        mut extended: Model,
+        found: Vec<Model>,
+    ) -> Result<(), EngineError> {
+        state.rivals = if extended.terms.len() == 1 {
+            found
+        } else {
+            let tried = self.exchanged(&mut extended, &state.near)?;
+            extended = self.pruned(extended);
+            tried
+        };
+        state.proven = extended.clone();
+        state.model = extended;
+        Ok(())
     }
 
     /// The model with white noise on the axles whose residual goes with what drives them, if any does: a model
@@ -266,6 +290,35 @@ fn instead(slow: bool) -> f64 {
         policy::SLOWLY
     } else {
         policy::ADEQUATE
+    }
+}
+
+/// Those at the front of the `found` ones that gain at least half of what the best does.
+fn leaders<'m>(model: &Model, best: &Model, found: &'m [Model]) -> Vec<&'m Model> {
+    let least = 0.5 * (best.likelihood - model.likelihood);
+    found
+        .iter()
+        .take(LEADERS)
+        .filter(|m| m.likelihood <= best.likelihood)
+        .filter(|m| m.likelihood - model.likelihood >= least)
+        .collect()
+}
+
+impl SearchState {
+    /// The last model that proved itself, with the rounds and the rivals seen from there.
+    fn named(self) -> Named {
+        let (model, mut rounds, mut rivals) = (self.proven, self.rounds, self.rivals);
+        for round in &mut rounds {
+            round.accepted &= model.terms.contains(&round.term);
+        }
+        rivals.retain(|m| m.terms.len() <= model.terms.len() && m.terms != model.terms);
+        rivals.sort_by(|a, b| b.likelihood.total_cmp(&a.likelihood));
+        rivals.dedup_by(|a, b| a.terms == b.terms);
+        Named {
+            model,
+            rounds,
+            rivals,
+        }
     }
 }
 

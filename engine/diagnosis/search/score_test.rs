@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::fit::COARSE;
-use crate::diagnosis::fit::fitter::whitened;
+use crate::diagnosis::fit::normal_equations::whitened;
 use crate::diagnosis::fit::tangent::{Tangent, spread, tangent_for};
 use crate::diagnosis::fit::{Fitter, Model, Point, Term, Unit};
 use crate::diagnosis::law::{MAX_PARAMETERS, Values};
@@ -180,7 +180,7 @@ impl Along<'_> {
     }
 }
 
-/// What starts with one direction each predict together; `columns` by ride.
+/// What starts with one direction each are predicted to gain together; `columns` by ride.
 fn predicted_gain(
     rides: &[Along],
     (unit, at): (&Unit, usize),

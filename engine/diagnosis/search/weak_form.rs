@@ -10,6 +10,7 @@ use crate::diagnosis::fit::{Fitter, Point, Unit};
 use crate::diagnosis::law::{Crank, MAX_STATES, Motion, Values};
 use crate::numerics::lanes::Lanes;
 use crate::numerics::modulating::window;
+use crate::plant::Coefficients;
 use crate::simulate::linear::Input;
 
 /// Half widths of the windows (s) that are tried, as parts of the plain axle's period.
@@ -196,25 +197,21 @@ impl<'a> Rows<'a> {
             return None;
         }
         let own = &mut point.base[0];
-        (own[0], own[1], own[2]) = (found[1], found[2], per_mass);
+        (own.kappa, own.beta, own.per_mass) = (found[1], found[2], per_mass);
         if unknown.contains(&4) {
-            own[3] = found[4];
+            own.constant = found[4];
         }
         // The factor belongs to a mass of one.
         values[slot] *= found[5] / per_mass;
         point.values[at] = values;
-        point
-            .base
-            .iter()
-            .flatten()
-            .all(|x| x.is_finite())
-            .then_some((solution.left, point))
+        let finite = point.base.iter().all(Coefficients::is_finite);
+        finite.then_some((solution.left, point))
     }
 
     /// Which columns the plain model has to find: k/m, B/m, 1/m, a constant.
     fn unknown(&self, track: &Track) -> Vec<usize> {
         let free = |q: &usize| match q {
-            1 => track.has_spring,
+            1 => track.plant.has_spring(),
             3 => track.free_mass && self.input.force.is_some(),
             4 => track.rest_point,
             _ => true,

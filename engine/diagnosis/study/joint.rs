@@ -9,6 +9,7 @@ use crate::diagnosis::fit::fitter::expected;
 use crate::diagnosis::fit::{Effort, Fitted, Fitter, Point, Slot, Unit};
 use crate::numerics::autoregressive::NoiseModel;
 use crate::numerics::lanes::LANES;
+use crate::plant::Coefficient;
 
 /// What the rides have in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -140,7 +141,10 @@ impl Together<'_> {
     fn is_common(&self, slot: Slot) -> bool {
         match slot {
             Slot::Value(..) => true,
-            Slot::Base(_, q) => self.common == Common::EffectsAndAxles && q < 3,
+            Slot::Base(_, Coefficient::Kappa | Coefficient::Beta | Coefficient::PerMass) => {
+                self.common == Common::EffectsAndAxles
+            }
+            Slot::Base(..) => false,
             Slot::Initial(..) => false,
         }
     }
@@ -148,7 +152,7 @@ impl Together<'_> {
     /// k/m and B/m of a ride for those of the first where k and B are the same.
     fn per_first(&self, ride: &Fitter, slot: Slot) -> f64 {
         match slot {
-            Slot::Base(a, 0 | 1) => {
+            Slot::Base(a, Coefficient::Kappa | Coefficient::Beta) => {
                 let track = self.unit.tracks[a];
                 let [first, own] = [self.rides[0], ride].map(|r| &r.dataset.tracks[track]);
                 match first.free_mass || own.free_mass {
@@ -289,7 +293,7 @@ mod tests {
         moved[at] *= 1.5;
         assert_eq!(first, 1.0);
         for (found, start) in layout.points(&starts, &moved).iter().zip(&starts) {
-            let slot = Slot::Base(0, 0);
+            let slot = Slot::Base(0, Coefficient::Kappa);
             assert!((found.get(slot) / start.get(slot) - 1.5).abs() < 1e-12);
         }
     }
@@ -299,7 +303,10 @@ mod tests {
         let dataset = example::dataset();
         let start = |value: f64, z: f64| {
             let point = example::point(&dataset, &unit(), vec![[0.0; 4]]);
-            point.with(&[Slot::Value(0, 0), Slot::Base(0, 4)], &[value, z])
+            point.with(
+                &[Slot::Value(0, 0), Slot::Base(0, Coefficient::Height)],
+                &[value, z],
+            )
         };
         let mean = shared().mean(&[start(3.0, 0.1), start(4.0, 0.2)]);
         assert_eq!(mean, [(3.0 + 4.0 / 0.5) / 2.0, 0.1, 0.2]);
@@ -308,7 +315,7 @@ mod tests {
     /// A layout of two rides with one common number, half as large on the second, and one of each one's own.
     fn shared() -> Layout {
         Layout {
-            slots: vec![vec![Slot::Value(0, 0), Slot::Base(0, 4)]; 2],
+            slots: vec![vec![Slot::Value(0, 0), Slot::Base(0, Coefficient::Height)]; 2],
             places: vec![vec![(0, 1.0), (1, 1.0)], vec![(0, 0.5), (2, 1.0)]],
             count: 3,
         }
@@ -355,7 +362,10 @@ mod tests {
         let together = together(&fitters, Common::EffectsAndAxles);
         let starts = datasets.each_ref().map(|dataset| {
             let mut point = example::point(dataset, &unit(), vec![[0.0; 4]]);
-            for (slot, times) in [(Slot::Base(0, 0), 1.2), (Slot::Base(0, 1), 0.7)] {
+            for (slot, times) in [
+                (Slot::Base(0, Coefficient::Kappa), 1.2),
+                (Slot::Base(0, Coefficient::Beta), 0.7),
+            ] {
                 point.set(slot, times * point.get(slot));
             }
             point
@@ -369,7 +379,7 @@ mod tests {
         let fits = together.fit(&starts, &white, effort).unwrap();
         let of = |q: usize| {
             let each = fits.iter().zip([example::FRONT, 2.0 * example::FRONT]);
-            each.map(move |(fit, mass)| mass * fit.point.get(Slot::Base(0, q)))
+            each.map(move |(fit, mass)| mass * fit.point.get(Slot::Base(0, Coefficient::ALL[q])))
         };
         let [k, same] = of(0).collect::<Vec<_>>()[..] else {
             panic!("two rides");

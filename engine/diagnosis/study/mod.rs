@@ -1,11 +1,11 @@
 //! Several rides of one bicycle as one: effects too weak for one ride are found in many, and k and B are common where the rides
 //! bear that.
 
+mod assemble;
 mod joint;
 mod ready;
 mod rounds;
 mod run;
-mod tell;
 
 pub use ready::Ready;
 pub use run::study;

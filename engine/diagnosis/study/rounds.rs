@@ -51,7 +51,7 @@ pub struct Rides<'a> {
     pub seed: u64,
 }
 
-/// Share of the best predict from which an effect is fitted.
+/// Share of the best predicted gain from which an effect is fitted.
 const WORTH: f64 = 0.1;
 
 /// Why a study does not look for an effect.

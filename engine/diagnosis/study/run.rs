@@ -2,15 +2,15 @@
 
 use super::ready::Ready;
 use super::rounds::Rides;
-use super::tell::tell;
-use crate::EngineError;
 use crate::diagnosis::dataset::Budget;
 use crate::diagnosis::fit::Fitter;
 use crate::diagnosis::search::Search;
 use crate::diagnosis::search::extend::candidates;
+use crate::diagnosis::study::assemble::assemble;
 use crate::progress::Progress;
 use crate::report::study::{LeftAside, StudyReport};
 use crate::settings::{Settings, within};
+use crate::{EngineError, SettingProblem};
 
 /// Rides that one study takes.
 const MOST: usize = 64;
@@ -37,10 +37,10 @@ pub fn study(
     if let Some(other) = rides.iter().find(|r| axles(r) != axles(&rides[0])) {
         return Err(EngineError::Setting {
             name: "rides of a study",
-            problem: format!(
-                "{} and {} were recorded on different axles",
-                rides[0].name, other.name
-            ),
+            problem: SettingProblem::DifferentAxles {
+                first: rides[0].name.clone(),
+                second: other.name.clone(),
+            },
         });
     }
     let searches = rides.iter().map(|ride| search(ride, settings, progress));
@@ -50,7 +50,7 @@ pub fn study(
         seed: settings.seed,
     };
     let found = study.run()?;
-    tell(&study, rides, found, left_aside, settings)
+    assemble(&study, rides, found, left_aside, settings)
 }
 
 fn search<'a>(ride: &'a Ready, settings: &Settings, progress: &'a dyn Progress) -> Search<'a> {

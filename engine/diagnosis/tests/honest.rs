@@ -6,6 +6,7 @@ use super::*;
 fn noisy() -> (SimulatedRide, Bike) {
     let simulated_ride = SimulatedRide {
         noise_displacement_m: 50e-6,
+        seed: SimulatedRide::default().seed + 10,
         ..SimulatedRide::default()
     };
     let bike = Bike {

@@ -1,7 +1,6 @@
 //! Laws of the user's own.
 
 use super::*;
-use crate::diagnosis::dataset::Track;
 use crate::diagnosis::effects::Shape;
 use crate::diagnosis::law::{OwnLaw, Values};
 use crate::diagnosis::search::extend::candidates;
@@ -112,7 +111,7 @@ fn val_a_law_of_the_library_moves_the_same_when_it_is_written() {
                 }],
             };
             let point = Point {
-                base: vec![base(&dataset.tracks[1])],
+                base: vec![dataset.tracks[1].plain()],
                 values: vec![values],
                 initial: vec![[0.0; 2]],
             };
@@ -127,9 +126,4 @@ fn val_a_law_of_the_library_moves_the_same_when_it_is_written() {
             assert!((a - b).abs() < 1e-9 * most, "{id}: {a} and {b}");
         }
     }
-}
-
-fn base(track: &Track) -> [f64; 6] {
-    let s = &track.scale;
-    [s.k / s.mass, s.b / s.mass, 1.0 / s.mass, 0.0, 0.0, 0.0]
 }

@@ -11,7 +11,7 @@ const SWINGS: usize = 100;
 /// A free decay with dry friction: k/m = (2 pi)^2 in units of its period, damping ratio 0.002.
 fn decay() -> Vec<f64> {
     const FINE: usize = 20;
-    let mut noise = Normal::new(5);
+    let mut noise = Normal::new(15);
     let h = 1.0 / (SAMPLES * FINE) as f64;
     let (mut z, mut v) = (1.0, 0.0);
     (0..SAMPLES * SWINGS)

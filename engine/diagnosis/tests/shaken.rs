@@ -145,7 +145,7 @@ fn val_a_sled_without_a_spring_has_friction() {
         }
     }
     let force = (0..ride.samples).map(|i| push(ride.step_s * i as f64));
-    let d = diagnosed(&bench(ride.clone(), force.collect(), positions, 7));
+    let d = diagnosed(&bench(ride.clone(), force.collect(), positions, 17));
     assert_eq!(d.base, Base::Damper, "{}", d.sentence);
     assert_named_alone(&d, "coulomb_friction");
     let reported = &d.effects[0].parameters["friction"];

@@ -6,6 +6,7 @@ use crate::diagnosis::dataset::windows::dominant_period;
 use crate::diagnosis::fit::physical::has_physical_effects;
 use crate::diagnosis::fit::shooting::{Prediction, Shooting};
 use crate::diagnosis::policy;
+use crate::plant::Coefficients;
 
 /// N/m^3
 const K3: f64 = 3e9;
@@ -19,6 +20,16 @@ fn stiffening(k3: f64) -> Dataset {
     let fits = output_error::fit(&ride, &bike(), &settings, &[start]).unwrap();
     let end = Split::of(&ride, &settings).train.end;
     Dataset::new(&ride, &bike(), &fits, end)
+}
+
+/// The base model with this stiffness (N/m).
+fn axle(k: f64) -> Coefficients {
+    Coefficients {
+        kappa: k / MASS,
+        beta: B / MASS,
+        per_mass: 1.0 / MASS,
+        ..Coefficients::default()
+    }
 }
 
 #[test]
@@ -39,7 +50,7 @@ fn windows_show_a_law_and_predict_what_they_were_not_fitted_to() {
     };
     let held_out = |terms: Vec<Term>| {
         let start = Point {
-            base: vec![[1.2 * K / MASS, B / MASS, 1.0 / MASS, 0.0, 0.0, 0.0]],
+            base: vec![axle(1.2 * K)],
             values: terms.iter().map(|_| [0.3 * K3, 0.0, 0.0, 0.0]).collect(),
             initial: terms.iter().map(|_| [0.0; 2]).collect(),
         };
@@ -58,7 +69,7 @@ fn windows_show_a_law_and_predict_what_they_were_not_fitted_to() {
     let (plain, _) = held_out(Vec::new());
     let (with, point) = held_out(vec![cubic]);
     assert!(with < 0.1 * plain, "{with} of {plain}");
-    let [kappa, beta, ..] = point.base[0];
+    let Coefficients { kappa, beta, .. } = point.base[0];
     for (found, truth) in [
         (point.values[0][0], K3),
         (kappa, K / MASS),
@@ -97,14 +108,7 @@ fn a_tyre_that_relaxes_keeps_a_part_of_its_stiffness() {
     let is_physical = |stiffness: f64| {
         let branch = 0.2 * K;
         let point = Point {
-            base: vec![[
-                stiffness * branch / MASS,
-                B / MASS,
-                1.0 / MASS,
-                0.0,
-                0.0,
-                0.0,
-            ]],
+            base: vec![axle(stiffness * branch)],
             values: vec![[branch, 0.05, 0.0, 0.0]],
             initial: vec![[0.0; 2]],
         };

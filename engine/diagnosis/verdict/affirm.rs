@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use crate::bicycle::{Axle, PerAxle};
 use crate::numerics::autoregressive::NoiseModel;
 use crate::numerics::finite::finite;
+use crate::plant::Coefficient;
 
 use super::general_laws::generalised;
 use crate::diagnosis::dataset::Dataset;
@@ -346,11 +347,13 @@ impl Jackknife {
         let mut errors = PerAxle::default();
         for (fit, folds) in model.fits.iter().zip(&self.0) {
             for (a, t) in fit.unit.tracks.iter().enumerate() {
-                let error = |q: usize| {
+                let error = |number: Coefficient| {
                     let base = folds.iter().map(|f| f.point.base[a]);
-                    jackknife(&base.map(|base| base[q] / base[2]).collect::<Vec<_>>())
+                    let all: Vec<f64> = base.map(|b| b.get(number) / b.per_mass).collect();
+                    jackknife(&all)
                 };
-                errors.set(dataset.tracks[*t].axle, [error(0), error(1)]);
+                let both = [error(Coefficient::Kappa), error(Coefficient::Beta)];
+                errors.set(dataset.tracks[*t].axle, both);
             }
         }
         errors

@@ -13,6 +13,7 @@ use crate::diagnosis::search::Search;
 use crate::diagnosis::search::in_windows::Seen;
 use crate::diagnosis::search::weak_form;
 use crate::numerics::finite::finite;
+use crate::plant::Coefficient;
 use crate::report::diagnosis::Support;
 
 /// What windows see of every track where something is left and that no road passes below: what a tyre does to a road is damped, so that one
@@ -100,7 +101,7 @@ fn leave_as_little(simple: &[Seen], known: &[Seen]) -> bool {
 /// The model with what windows see on one axle in the place of a fit.
 fn beside(search: &Search, model: &Model, fit: &Fitted, seen: &Seen) -> Option<Model> {
     let mut point = seen.point.clone();
-    [point.base[0][4], point.base[0][5]] = [fit.point.base[0][4], fit.point.base[0][5]];
+    point.base[0] = point.base[0].starting_as(&fit.point.base[0]);
     let effort = Effort {
         substeps: (seen.unit).fine_substeps(search.fitter.dataset, &seen.point),
         ..search.thorough(model)
@@ -176,7 +177,7 @@ pub fn uncontradicted(mut found: Partly, record: &Dataset, sighted: &[Option<Sig
 fn whole(again: &Search, plain: &Fitted, seen: &Seen) -> Option<Fitted> {
     let dataset = again.fitter.dataset;
     let mut point = seen.point.clone();
-    [point.base[0][4], point.base[0][5]] = [plain.point.base[0][4], plain.point.base[0][5]];
+    point.base[0] = point.base[0].starting_as(&plain.point.base[0]);
     let effort = Effort {
         iterations: 8,
         gain: 1e-2,
@@ -247,7 +248,10 @@ fn effect_error(dataset: &Dataset, fit: &Fitted, term: Term, models: &[Seen]) ->
 
 /// The same of k (N/m) and B (N s/m).
 fn base_error(models: &[Seen]) -> [f64; 2] {
-    [0, 1].map(|q| spread(points(models).map(|p| p.base[0][q] / p.base[0][2])))
+    [Coefficient::Kappa, Coefficient::Beta].map(|number| {
+        let per_mass = |p: &Point| p.base[0].get(number) / p.base[0].per_mass;
+        spread(points(models).map(per_mass))
+    })
 }
 
 #[cfg(test)]

@@ -59,7 +59,7 @@ fn unsized_effects(d: &Diagnosis) -> Option<String> {
     })
 }
 
-/// Whether the record shows the size of an effect, or that is expected of any bicycle and said so.
+/// Whether the record determines the size of an effect, or that is expected of any bicycle and said so.
 pub fn has_size(effect: &EffectReport) -> bool {
     let expected = |kind: Kind| !kind.spec().expected.is_empty();
     Kind::by_id(&effect.id).is_some_and(expected)

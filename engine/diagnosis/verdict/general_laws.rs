@@ -6,36 +6,12 @@ use crate::diagnosis::effects::Kind;
 use crate::diagnosis::fit::polish::{polish, reduce};
 use crate::diagnosis::fit::tangent::tangent_for;
 use crate::diagnosis::fit::{Effort, FINE, Model, Term};
+use crate::diagnosis::law::Family;
 use crate::diagnosis::policy;
 use crate::diagnosis::search::Search;
 use crate::diagnosis::search::criteria::explains_nearly_all;
 use crate::diagnosis::search::extend::{Reach, extend};
 use crate::diagnosis::search::score_test::{Along, signatures};
-
-const SPRINGS: [Kind; 5] = [
-    Kind::CubicStiffness,
-    Kind::ProgressiveStiffness,
-    Kind::BumpStop,
-    Kind::FreePlay,
-    Kind::WheelLift,
-];
-pub const DAMPERS: [Kind; 4] = [
-    Kind::CoulombFriction,
-    Kind::Hysteresis,
-    Kind::QuadraticDamping,
-    Kind::AsymmetricDamping,
-];
-/// General dampers, each held against all dampers that are named.
-pub const CURVES: [Kind; 3] = [
-    Kind::PowerDamping,
-    Kind::PositionDamping,
-    Kind::FrictionCurve,
-];
-/// Named laws with states of their own, and the laws of which they are the case with the last parameter zero.
-pub const WIDER: [(Kind, Kind); 2] = [
-    (Kind::Hysteresis, Kind::RateHysteresis),
-    (Kind::SprungMass, Kind::HardeningMass),
-];
 
 /// Whether on every axle that has a name one effect alone takes nearly all off the held-out squares: what a
 /// general curve adds to that is physics of another size.
@@ -59,21 +35,21 @@ pub fn dominates(search: &Search, model: &Model) -> bool {
 /// Whether the model's names stand for a curve that is not in the library.
 pub fn is_curve(search: &Search, model: &Model) -> bool {
     [Axle::Front, Axle::Rear].into_iter().any(|axle| {
-        let own = |family: &[Kind]| -> Vec<Term> {
+        let own = |family: Family| -> Vec<Term> {
             let terms = model.terms.iter().copied();
             terms
-                .filter(|t| t.acts_on(axle) && family.contains(&t.kind))
+                .filter(|t| t.acts_on(axle) && t.kind.is_named(family))
                 .collect()
         };
         // Three laws of one variable draw a curve, they are not three causes.
-        let dampers = own(&DAMPERS);
+        let dampers = own(Family::Damper);
         let all: Vec<Term> = model
             .terms
             .iter()
             .copied()
             .filter(|t| t.acts_on(axle))
             .collect();
-        own(&SPRINGS).len() >= 3
+        own(Family::Spring).len() >= 3
             || !dampers.is_empty()
                 && (led(search, model, &dampers)
                     || all.len() > dampers.len() && led(search, model, &all))
@@ -89,11 +65,11 @@ pub fn is_outgrown(search: &Search, model: &Model) -> bool {
         gain: 0.05,
         substeps: model.substeps(fitter.dataset, FINE),
     };
-    WIDER.iter().any(|(named, wider)| {
-        let Some(wide) = widened(model, *named, *wider) else {
+    cases(model).any(|(named, wider)| {
+        let Some(wide) = widened(model, named, wider) else {
             return false;
         };
-        let mut named = model.terms.iter().filter(|t| t.kind == *named);
+        let mut named = model.terms.iter().filter(|t| t.kind == named);
         let noisy = named.any(|t| search.has_noisy_road(*t));
         let settled = |m: &Model| polish(fitter, m, effort);
         settled(model)
@@ -102,6 +78,14 @@ pub fn is_outgrown(search: &Search, model: &Model) -> bool {
                 leads(search, &model, &wide) && (!noisy || search.shows(&model, &wide))
             })
     })
+}
+
+/// The effects of a model that are cases of general laws, in the library's order, and these.
+fn cases(model: &Model) -> impl Iterator<Item = (Kind, Kind)> {
+    let mut kinds: Vec<Kind> = model.terms.iter().map(|t| t.kind).collect();
+    kinds.sort();
+    kinds.dedup();
+    (kinds.into_iter()).filter_map(|kind| Some((kind, kind.case_of()?)))
 }
 
 /// Whether a wider model leads by a clear gain, and on the held-out part too.
@@ -148,9 +132,9 @@ fn curves(search: &Search, model: &Model, named: &[Term]) -> Vec<Model> {
     let Some(less) = reduce(fitter, model, &rest, effort) else {
         return Vec::new();
     };
-    let in_place = |kind: &Kind| {
+    let in_place = |kind: Kind| {
         let term = Term {
-            kind: *kind,
+            kind,
             place: named[0].place,
         };
         let tangent = tangent_for(fitter, &less, term, substeps);
@@ -166,16 +150,17 @@ fn curves(search: &Search, model: &Model, named: &[Term]) -> Vec<Model> {
         let found = extend(fitter, &less, &offer, effort, Reach::Near)?;
         polish(fitter, &found, effort)
     };
-    CURVES.iter().filter_map(in_place).collect()
+    Kind::general(Family::Damper).filter_map(in_place).collect()
 }
 
 /// The model with the general laws that hold one of its effects as a case of theirs in its place.
 pub fn generalised(search: &Search, model: &Model, term: Term) -> Vec<Model> {
-    let wider = WIDER.iter().filter(|(named, _)| *named == term.kind);
+    let wider = term.kind.case_of();
     let mut found: Vec<Model> = wider
-        .filter_map(|(named, wider)| widened(model, *named, *wider))
+        .and_then(|wider| widened(model, term.kind, wider))
+        .into_iter()
         .collect();
-    if DAMPERS.contains(&term.kind) {
+    if term.kind.is_named(Family::Damper) {
         found.extend(curves(search, model, &[term]));
     }
     found

@@ -2,7 +2,7 @@
 
 use super::partly::Predictions;
 use crate::bicycle::PerAxle;
-use crate::diagnosis::dataset::Dataset;
+use crate::diagnosis::dataset::{Dataset, Track};
 use crate::diagnosis::fit::{COARSE, Fitter, Model, Motion};
 use crate::diagnosis::policy;
 use crate::diagnosis::residual::omnibus::{Remainder, remainder};
@@ -13,6 +13,7 @@ use crate::numerics::finite::finite;
 use crate::numerics::spectrum::deviation;
 use crate::numerics::statistics::normal_tail;
 use crate::output_error::{self, Split, rms_valid};
+use crate::plant::Coefficients;
 use crate::report::diagnosis::HeldOut;
 use crate::settings::Settings;
 
@@ -41,16 +42,27 @@ impl Judged {
     }
 }
 
-/// `shown` is the model as it is measured on the record itself, where that is another than was searched.
+/// A model with its motions, and the same model as it is measured on the record itself, where that is another than was
+/// searched.
+pub struct Candidate<'a> {
+    pub model: &'a Model,
+    pub motions: &'a [Motion],
+    pub shown: Option<(&'a Dataset, &'a Model)>,
+}
+
 pub fn judge(
     fitter: &Fitter,
     fits: &PerAxle<output_error::AxleFit>,
-    (model, motions): (&Model, &[Motion]),
-    shown: Option<(&Dataset, &Model)>,
+    candidate: &Candidate,
     t: usize,
     split: &Split,
     settings: &Settings,
 ) -> Judged {
+    let Candidate {
+        model,
+        motions,
+        shown,
+    } = *candidate;
     let dataset = fitter.dataset;
     let track = &dataset.tracks[t];
     let found = remainder(fitter, model, motions, t, &split.held);
@@ -61,52 +73,22 @@ pub fn judge(
         Some(shown) => held_rms(shown, t, split),
         None => found.held_before,
     };
-    let (fit, a) = model.of_track(t);
-    // What springs named effects add is part of how the axle resonates: on the whole as the plain
-    // model's, whose stiffness is the mean one.
-    let mean = fits.get(track.axle).map(|f| (f.plain.kappa, f.plain.beta));
-    let [kappa, beta, per_mass, ..] = fit.point.base[a];
-    let inputs = Inputs {
-        road: track.road_most,
-        force: track.force_most * per_mass * per_mass,
+    let axle = OnAxle {
+        dataset,
+        model,
+        t,
+        mean: fits.get(track.axle).map(|f| (f.plain.kappa, f.plain.beta)),
+        seed: settings.seed,
     };
-    let resonates = |residual: &[f64]| {
-        if track.input.prescribed {
-            return Resonance::default();
-        }
-        [Some((kappa, beta)), mean]
-            .into_iter()
-            .flatten()
-            .map(|(k, b)| resonance(residual, dataset.step, k, b, &inputs))
-            .min_by(|a, b| a.gain.total_cmp(&b.gain))
-            .unwrap_or_default()
-    };
-    let resonance = resonates(&found.residual);
-    // How the noise of the road comes through an axle that is not linear, only replicates show.
-    let on_replicate = |dataset: &Dataset| {
-        let again = Fitter {
-            dataset,
-            samples: dataset.samples,
-        };
-        let substeps = model.substeps(dataset, COARSE);
-        let mut residuals = again.residuals(&fit.unit, &fit.point, substeps);
-        residuals.swap_remove(a)
-    };
-    let stands_out = |own: f64, score: &(dyn Fn(&[f64]) -> f64 + Sync)| {
-        !is_noisy(track)
-            || exceeds(own, &[(dataset, model)], settings.seed, |again| {
-                score(&on_replicate(&again[0]))
-            })
-    };
+    let resonance = axle.resonance(&found.residual);
     let structured = found.is_structured(settings.alpha);
     let forced = is_forced(&resonance, named)
-        && stands_out(resonance.gain, &|residual| resonates(residual).gain);
-    let road = &track.input.road_slope;
-    let rate: Vec<f64> = road.iter().zip(&motions[t].w).map(|(u, w)| u - w).collect();
+        && axle.stands_out(resonance.gain, &|residual| axle.resonance(residual).gain);
+    let rate = axle.deflection_rate(&motions[t]);
     let comes_and_goes =
         |residual: &[f64]| bursts::score(residual, &rate, &track.valid, dataset.step);
     let bursts = comes_and_goes(&found.residual);
-    let bursting = is_bursting(bursts) && stands_out(bursts, &comes_and_goes);
+    let bursting = is_bursting(bursts) && axle.stands_out(bursts, &comes_and_goes);
     let driven = coherence::of_track(track, &found.residual);
     let goes_along = driven.is_no_noise();
     // A model that runs away on the held-out part explains nothing.
@@ -114,37 +96,20 @@ pub fn judge(
     let remains = structured || forced || bursting || goes_along || runs_away;
     let known = if goes_along { driven.share } else { 0.0 };
     let floor = if remains {
-        (extended * (1.0 - resonance.share.max(known)).max(0.0).sqrt())
-            .min(found.held_after)
-            .max(deviation(track.sensor_floor, dataset.step))
-            .min(extended)
+        let forces = resonance.share.max(known);
+        let sensor = deviation(track.sensor_floor, dataset.step);
+        floor(extended, forces, found.held_after, sensor)
     } else {
         extended
     };
-    let explainable = plain * plain - floor * floor;
-    let removed = plain * plain - extended * extended;
-    let share = if explainable > 1e-4 * plain * plain {
-        (removed / explainable).clamp(-1.0, 1.0)
-    } else {
-        0.0
-    };
     let record = shown.map_or(track, |(record, _)| &record.tracks[t]);
-    let noise = record.sensor_noise();
-    let at = |i: usize| dataset.step * i as f64;
+    let window_s = [split.held.start, split.held.end].map(|i| dataset.step * i as f64);
     Judged {
         p_value: found.p_value.min(normal_tail(bursts.max(driven.score))),
         remains,
         floor,
-        share,
-        held_out: HeldOut {
-            plain_rms_m: finite(plain),
-            extended_rms_m: finite(extended),
-            noise_floor_m: noise,
-            predicted: record.predicted(),
-            explained_share: noise.and_then(|noise| explained(plain, extended, noise)),
-            window_s: [at(split.held.start), at(split.held.end)],
-            horizon_s: None,
-        },
+        share: removed(plain, extended, floor),
+        held_out: held_out(record, plain, extended, window_s),
         remainder: found,
     }
 }
@@ -157,6 +122,107 @@ fn is_forced(resonance: &Resonance, named: bool) -> bool {
 /// Whether a residual comes and goes as no noise of a sensor does.
 fn is_bursting(score: f64) -> bool {
     score > policy::BURSTS
+}
+
+/// One axle under a model.
+struct OnAxle<'a> {
+    dataset: &'a Dataset,
+    model: &'a Model,
+    t: usize,
+    /// k/m and B/m of the plain model.
+    mean: Option<(f64, f64)>,
+    seed: u64,
+}
+
+impl OnAxle<'_> {
+    fn track(&self) -> &Track {
+        &self.dataset.tracks[self.t]
+    }
+
+    fn resonance(&self, residual: &[f64]) -> Resonance {
+        let track = self.track();
+        let (fit, a) = self.model.of_track(self.t);
+        let Coefficients {
+            kappa,
+            beta,
+            per_mass,
+            ..
+        } = fit.point.base[a];
+        let inputs = Inputs {
+            road: track.road_most,
+            force: track.force_most * per_mass * per_mass,
+        };
+        if track.input.prescribed {
+            return Resonance::default();
+        }
+        // What springs named effects add is part of how the axle resonates: on the whole as the plain
+        // model's, whose stiffness is the mean one.
+        [Some((kappa, beta)), self.mean]
+            .into_iter()
+            .flatten()
+            .map(|(k, b)| resonance(residual, self.dataset.step, k, b, &inputs))
+            .min_by(|a, b| a.gain.total_cmp(&b.gain))
+            .unwrap_or_default()
+    }
+
+    /// Whether a score of the residual is more than the noise of the road makes of it. How that comes through an axle
+    /// that is not linear, only replicates show.
+    fn stands_out(&self, own: f64, score: &(dyn Fn(&[f64]) -> f64 + Sync)) -> bool {
+        !is_noisy(self.track())
+            || exceeds(own, &[(self.dataset, self.model)], self.seed, |again| {
+                score(&self.on_replicate(&again[0]))
+            })
+    }
+
+    fn on_replicate(&self, dataset: &Dataset) -> Vec<f64> {
+        let again = Fitter {
+            dataset,
+            samples: dataset.samples,
+        };
+        let (fit, a) = self.model.of_track(self.t);
+        let substeps = self.model.substeps(dataset, COARSE);
+        let mut residuals = again.residuals(&fit.unit, &fit.point, substeps);
+        residuals.swap_remove(a)
+    }
+
+    fn deflection_rate(&self, motion: &Motion) -> Vec<f64> {
+        let road = &self.track().input.road_slope;
+        road.iter().zip(&motion.w).map(|(u, w)| u - w).collect()
+    }
+}
+
+/// What noise would leave of the held-out error `extended` (m), of whose square `forces` take a share; no less than the
+/// displacement sensor's own noise.
+fn floor(extended: f64, forces: f64, held_after: f64, sensor: f64) -> f64 {
+    (extended * (1.0 - forces).max(0.0).sqrt())
+        .min(held_after)
+        .max(sensor)
+        .min(extended)
+}
+
+/// Share of the held-out variance above the floor that the model removed.
+fn removed(plain: f64, extended: f64, floor: f64) -> f64 {
+    let explainable = plain * plain - floor * floor;
+    let removed = plain * plain - extended * extended;
+    if explainable > 1e-4 * plain * plain {
+        (removed / explainable).clamp(-1.0, 1.0)
+    } else {
+        0.0
+    }
+}
+
+/// The held-out errors as they are reported.
+fn held_out(record: &Track, plain: f64, extended: f64, window_s: [f64; 2]) -> HeldOut {
+    let noise = record.sensor_noise();
+    HeldOut {
+        plain_rms_m: finite(plain),
+        extended_rms_m: finite(extended),
+        noise_floor_m: noise,
+        predicted: record.predicted(),
+        explained_share: noise.and_then(|noise| explained(plain, extended, noise)),
+        window_s,
+        horizon_s: None,
+    }
 }
 
 /// Share of the explainable held-out variance that an extension removed, where a sensor's `noise` (m) was measured and

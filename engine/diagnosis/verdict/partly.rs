@@ -270,9 +270,9 @@ fn examined(search: &Search, model: &Model, tried: &[Model], outgrown: f64) -> O
     let supported = claims.iter().filter(|c| c.holds).map(|c| c.term).collect();
     let jackknife = Jackknife::new(&search.fitter, &model);
     for claim in &mut claims {
-        let tells = jackknife.determines(&model, claim.term);
-        claim.holds &= tells;
-        claim.holds_as_limit &= tells;
+        let determines = jackknife.determines(&model, claim.term);
+        claim.holds &= determines;
+        claim.holds_as_limit &= determines;
     }
     Some(Examined {
         model,

@@ -3,12 +3,12 @@
 use rayon::prelude::*;
 
 use super::affirm::{self, is_material};
-use super::general_laws::{CURVES, DAMPERS, WIDER};
 use crate::EngineError;
 use crate::diagnosis::dataset::{Track, Windows};
 use crate::diagnosis::effects::Kind;
 use crate::diagnosis::fit::shooting::Prediction;
 use crate::diagnosis::fit::{Fitted, Term};
+use crate::diagnosis::law::Family;
 use crate::diagnosis::law::{MAX_PARAMETERS, Scale};
 use crate::diagnosis::policy;
 use crate::diagnosis::search::Search;
@@ -163,20 +163,6 @@ fn divided(track: &Track, samples: usize) -> Option<[Windows; 2]> {
     Some([ordinary, others])
 }
 
-/// Laws of the deflection and of its rate that are alike in both directions. Two of one kind on an axle draw a curve that has no
-/// name; one of them beside a law that differs between the directions does not, since a curve has one odd and one even part.
-const ODD_SPRINGS: [Kind; 4] = [
-    Kind::CubicStiffness,
-    Kind::BumpStop,
-    Kind::FreePlay,
-    Kind::WheelLift,
-];
-const ODD_DAMPERS: [Kind; 3] = [
-    Kind::CoulombFriction,
-    Kind::Hysteresis,
-    Kind::QuadraticDamping,
-];
-
 /// The effects that explain most together and are no parts of a curve without a name, which a general law in their place may be too.
 fn upheld(
     axle: &InWindows,
@@ -184,8 +170,10 @@ fn upheld(
     mut agreed: Vec<Supported>,
     noise: f64,
 ) -> Vec<Supported> {
-    for laws in [&ODD_SPRINGS[..], &ODD_DAMPERS[..]] {
-        let is_one = |e: &Supported| laws.contains(&e.term.kind);
+    // Two odd laws of one variable on an axle draw a curve that has no name; one of them beside a law that differs between the directions
+    // does not, since a curve has one odd and one even part.
+    for family in [Family::Spring, Family::Damper] {
+        let is_one = |e: &Supported| e.term.kind.is_named(family) && e.term.kind.spec().is_odd;
         if agreed.iter().filter(|e| is_one(e)).count() > 1 {
             agreed.retain(|e| !is_one(e));
         }
@@ -207,12 +195,13 @@ fn upheld(
         terms.extend(all.first().map(|t| Term { kind: law, ..*t }));
         set(&terms).is_some_and(|general| takes_more(general, left, noise))
     };
-    let damps = |term: &Term| DAMPERS.contains(&term.kind);
-    let is_curve = all.iter().any(damps) && CURVES.iter().any(|law| outgrown(&damps, *law));
+    let damps = |term: &Term| term.kind.is_named(Family::Damper);
+    let is_curve =
+        all.iter().any(damps) && Kind::general(Family::Damper).any(|law| outgrown(&damps, law));
     agreed.retain(|e| {
-        let mut wider = WIDER.iter().filter(|(named, _)| *named == e.term.kind);
+        let wider = e.term.kind.case_of();
         let is_part = is_curve && damps(&e.term);
-        !(is_part || wider.any(|(_, law)| outgrown(&|t| *t == e.term, *law)))
+        !(is_part || wider.is_some_and(|law| outgrown(&|t| *t == e.term, law)))
     });
     agreed
 }
@@ -377,7 +366,7 @@ impl Look<'_> {
     }
 }
 
-/// Numbers that are reported of effects: what only shapes a corner does not count.
+/// Coefficients that are reported of effects: what only shapes a corner does not count.
 pub fn parameters(terms: &[Term]) -> usize {
     let reported = |t: &Term| (t.kind.spec().report)(&[0.0; MAX_PARAMETERS], &Scale::TYPICAL).len();
     terms.iter().map(reported).sum()
@@ -423,7 +412,7 @@ mod tests {
     /// What single effects leave of a plain model that leaves 1.
     fn sight(single: &[(Kind, f64)]) -> Sight {
         let point = Point {
-            base: vec![[0.0; 6]],
+            base: vec![crate::plant::Coefficients::default()],
             values: Vec::new(),
             initial: Vec::new(),
         };
@@ -601,7 +590,8 @@ mod tests {
         };
         let mut of = |samples: u32| {
             track.set_road(&vec![0.0; samples as usize]);
-            (track.has_road, track.has_spring) = (false, false);
+            track.has_road = false;
+            track.plant = &crate::plant::Damper::MOVING;
             track.measured = swing(samples);
             track.valid = vec![true; samples as usize];
             divided(&track, samples as usize).unwrap()

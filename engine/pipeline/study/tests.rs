@@ -72,7 +72,7 @@ fn studied(rides: &[(Ride, Bike)]) -> Result<StudyReport, EngineError> {
 #[test]
 fn val_a_spring_too_weak_for_one_ride_is_found_in_eight_and_measured() {
     let k3 = 3e8;
-    let rides: Vec<_> = (0..8)
+    let rides: Vec<_> = (20..28)
         .map(|seed| (stiffening(seed, k3), bike(23.0)))
         .collect();
     let (ride, bike) = &rides[0];

@@ -105,7 +105,7 @@ fn end_slope(x: &[f64], y: &[f64], at: f64) -> f64 {
 }
 
 /// How rough samples are when placed at `knots`: mean square deviation from the cubic through two
-/// neighbours on either side. Used to show stamps that jitter from sampling that does.
+/// neighbours on either side. Used to distinguish stamps that jitter from sampling that does.
 pub fn roughness(knots: &[f64], values: &[f64]) -> f64 {
     let stride = (knots.len() / 20_000).max(1);
     let (mut sum, mut n) = (0.0, 0usize);

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::document::format_number::Quantity;
 use crate::ride::clocks::clock::Grid;
 
-/// Offsets (s) and drifts (ppm) that the clocks of two files are reported within, where the road is rough enough.
+/// Offsets (s) and drifts (ppm) within which the clocks of two files are found, where the road is rough enough.
 const PROMISED_S: f64 = 1e-3;
 const PROMISED_PPM: f64 = 5.0;
 
@@ -76,7 +76,7 @@ impl ClockOffset {
         }
     }
 
-    /// What two sensors on one clock show of it, each counting as it is sure.
+    /// What two sensors on one clock say of it, each counting as it is sure.
     pub fn together(&self, other: &Self) -> Self {
         let mean = |[a, a_std]: [f64; 2], [b, b_std]: [f64; 2]| {
             let [wa, wb] = [a_std, b_std].map(|std| 1.0 / (std * std).max(f64::MIN_POSITIVE));

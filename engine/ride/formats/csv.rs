@@ -3,7 +3,8 @@
 use crate::ride::channels::table::{LARGEST, Spec, Table};
 use crate::ride::channels::unit::Unit;
 use crate::ride::error::{Problem, ReadError};
-use crate::ride::formats::dialect::{Decimal, Dialect, Separator, is_comment, sniff};
+use crate::ride::formats::cells::Separator;
+use crate::ride::formats::dialect::{Decimal, Dialect, is_comment, sniff};
 use crate::ride::formats::header::Offered;
 use crate::ride::formats::moment::Moment;
 use crate::ride::formats::source::{Source, binary};
@@ -89,7 +90,7 @@ struct Rows<'a> {
     names: &'a [String],
     /// The output column of the time; a row may then be left out when all its cells are blank.
     time: Option<usize>,
-    /// The first time stamp, where they are times of day: what all of them are reported since.
+    /// The first time stamp, where they are times of day: what all of them are counted from.
     first: Option<Moment>,
     /// Whether a cell that begins with a number is one.
     plain: bool,

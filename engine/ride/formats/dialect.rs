@@ -2,10 +2,11 @@
 
 use std::borrow::Cow;
 
-use crate::ride::channels::channel::heading;
-use crate::ride::channels::unit::Unit;
+use crate::ride::channels::channel::{Channel, heading};
 use crate::ride::error::{Problem, ReadError};
-use crate::ride::formats::moment::Moment;
+use crate::ride::formats::cells::{
+    Separator, is_number, is_numeric, is_two_numbers, is_units, split,
+};
 use crate::ride::options::ReadOptions;
 
 /// Data lines looked at before deciding.
@@ -15,13 +16,6 @@ const SAMPLE_BYTES: usize = 128 << 10;
 const SHOWN: usize = 40;
 /// Lines of other text that may stand above the header.
 const PREAMBLE: usize = 64;
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Separator {
-    Byte(u8),
-    /// Runs of blanks and tabs.
-    Blanks,
-}
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Decimal {
@@ -61,7 +55,7 @@ pub fn is_comment(line: &[u8]) -> bool {
 /// Looks at the beginning of a file.
 pub fn sniff(head: &[u8], options: &ReadOptions) -> Result<Dialect, ReadError> {
     let (lines, comments) = sample(head, options.limits.line_bytes)?;
-    let Some(first) = lines.first() else {
+    if lines.is_empty() {
         let nothing = head.trim_ascii().is_empty();
         return Err(if nothing {
             Problem::EmptyFile
@@ -69,25 +63,9 @@ pub fn sniff(head: &[u8], options: &ReadOptions) -> Result<Dialect, ReadError> {
             Problem::HeaderOnly
         }
         .into());
-    };
-    let known = |cell: &String| {
-        let mapped = options
-            .map
-            .values()
-            .any(|c| c.parse::<usize>().is_err() && c == cell);
-        mapped || heading(cell).channel.is_some()
-    };
-    let hits = |line: &Line<'_>| {
-        let count = |s: &Separator| split(&line.text, *s).iter().filter(|c| known(c)).count();
-        CANDIDATES.iter().map(count).max().unwrap_or(0)
-    };
-    let start = if hits(first) > 0 || is_numeric(&split(&first.text, separator_of(&lines))) {
-        0
-    } else {
-        let known = lines.iter().take(PREAMBLE).position(|l| hits(l) > 1);
-        known.or_else(|| above_numbers(&lines)).unwrap_or(0)
-    };
-    let lines = &lines[start..];
+    }
+    let preamble = preamble(&lines, options);
+    let lines = &lines[preamble..];
     let separator = separator_of(lines);
     let mut dialect = Dialect {
         separator,
@@ -97,58 +75,109 @@ pub fn sniff(head: &[u8], options: &ReadOptions) -> Result<Dialect, ReadError> {
         header_line: None,
         offset: lines[0].start,
         lines_before: lines[0].number - 1,
-        preamble: start,
+        preamble,
     };
     let mut rows: Vec<Vec<String>> = lines.iter().map(|l| split(&l.text, separator)).collect();
-    let mut used = 0;
-    if !is_numeric(&rows[0]) {
-        dialect.names = rows[0].clone();
-        while dialect.names.last().is_some_and(String::is_empty) {
-            dialect.names.pop();
+    let used = if is_numeric(&rows[0]) {
+        let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+        dialect.take_names_above(&comments, columns, options);
+        0
+    } else {
+        dialect.take_header(lines, &mut rows)
+    };
+    let rows = &rows[used..];
+    dialect.check(lines, rows, options)?;
+    dialect.decimal = decimal_of(rows);
+    Ok(dialect)
+}
+
+/// Lines of other text above the header.
+fn preamble(lines: &[Line<'_>], options: &ReadOptions) -> usize {
+    let hits = |line: &Line<'_>| {
+        let known = |cell: &String| is_known(cell, options);
+        let count = |s: &Separator| split(&line.text, *s).iter().filter(|c| known(c)).count();
+        CANDIDATES.iter().map(count).max().unwrap_or(0)
+    };
+    let first = &lines[0];
+    if hits(first) > 0 || is_numeric(&split(&first.text, separator_of(lines))) {
+        0
+    } else {
+        let known = lines.iter().take(PREAMBLE).position(|l| hits(l) > 1);
+        known.or_else(|| above_numbers(lines)).unwrap_or(0)
+    }
+}
+
+/// Whether a cell is the name of a channel, its own or the mapping's.
+fn is_known(cell: &str, options: &ReadOptions) -> bool {
+    let mapped = options
+        .map
+        .values()
+        .any(|c| c.parse::<usize>().is_err() && c == cell);
+    mapped || heading(cell).channel.is_some()
+}
+
+impl Dialect {
+    /// Takes names and units from the rows above the numbers; how many these are.
+    fn take_header(&mut self, lines: &[Line<'_>], rows: &mut [Vec<String>]) -> usize {
+        self.names = rows[0].clone();
+        while self.names.last().is_some_and(String::is_empty) {
+            self.names.pop();
         }
-        dialect.header_line = Some(lines[0].number);
-        used = 1;
+        self.header_line = Some(lines[0].number);
+        let mut used = 1;
         if rows.get(1).is_some_and(|row| is_units(row)) {
-            dialect.units = std::mem::take(&mut rows[1]);
+            self.units = std::mem::take(&mut rows[1]);
             used = 2;
         }
-        dialect.offset = lines[used - 1].end;
-        dialect.lines_before = lines[used - 1].number;
-    } else {
-        let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
-        dialect.names = vec![String::new(); columns];
+        self.offset = lines[used - 1].end;
+        self.lines_before = lines[used - 1].number;
+        used
+    }
+
+    /// Takes names from the last comment that holds as many as there are columns.
+    fn take_names_above(&mut self, comments: &[Line<'_>], columns: usize, options: &ReadOptions) {
+        self.names = vec![String::new(); columns];
         let above = comments.iter().rev().find_map(|line| {
             let text = line.text.trim_start_matches(['#', '%', ' ', '\t']);
-            [separator, Separator::Blanks, Separator::Byte(b',')]
+            let known = |cell: &String| is_known(cell, options);
+            [self.separator, Separator::Blanks, Separator::Byte(b',')]
                 .into_iter()
                 .map(|s| split(text, s))
                 .find(|cells| cells.len() == columns && cells.iter().any(known))
                 .map(|cells| (cells, line.number))
         });
         if let Some((names, line)) = above {
-            dialect.names = names;
-            dialect.header_line = Some(line);
+            self.names = names;
+            self.header_line = Some(line);
         }
     }
-    let numbers = |row: &Vec<String>| row.iter().any(|cell| is_number(cell));
-    if rows.len() > used && !rows[used..].iter().any(numbers) {
-        let first: String = lines[0].text.chars().take(SHOWN).collect();
-        let rows = rows.len() - used;
-        return Err(ReadError::from(Problem::NoTable { first, rows }));
+
+    /// Refuses what is no table of channels. `rows`: those below the header.
+    fn check(
+        &self,
+        lines: &[Line<'_>],
+        rows: &[Vec<String>],
+        options: &ReadOptions,
+    ) -> Result<(), ReadError> {
+        let numbers = |row: &Vec<String>| row.iter().any(|cell| is_number(cell));
+        if !rows.is_empty() && !rows.iter().any(numbers) {
+            let first: String = lines[0].text.chars().take(SHOWN).collect();
+            let rows = rows.len();
+            return Err(ReadError::from(Problem::NoTable { first, rows }));
+        }
+        if self.header_line.is_none() && options.map.is_empty() {
+            let known = Channel::known();
+            return Err(ReadError::from(Problem::NoHeader { known }).at_line(lines[0].number));
+        }
+        if self.names.len() > options.limits.columns {
+            let too_many = Problem::TooMany {
+                what: "columns",
+                limit: options.limits.columns,
+            };
+            return Err(ReadError::from(too_many).at_line(lines[0].number));
+        }
+        Ok(())
     }
-    if dialect.header_line.is_none() && options.map.is_empty() {
-        let known = crate::ride::channels::channel::Channel::known();
-        return Err(ReadError::from(Problem::NoHeader { known }).at_line(lines[0].number));
-    }
-    if dialect.names.len() > options.limits.columns {
-        let too_many = Problem::TooMany {
-            what: "columns",
-            limit: options.limits.columns,
-        };
-        return Err(ReadError::from(too_many).at_line(lines[0].number));
-    }
-    dialect.decimal = decimal_of(&rows[used..]);
-    Ok(dialect)
 }
 
 /// The first lines that are neither blank nor comments, and the comments above them.
@@ -240,71 +269,6 @@ fn above_numbers(lines: &[Line<'_>]) -> Option<usize> {
         let fits = columns > 1 && rows > 1 && first > 0;
         (fits && split(&lines[first - 1].text, *separator).len() == columns).then(|| first - 1)
     })
-}
-
-/// `01 0`: what is left where blanks separate and a comma is the decimal sign.
-fn is_two_numbers(cell: &str) -> bool {
-    let mut parts = cell.split_ascii_whitespace();
-    matches!((parts.next(), parts.next()), (Some(a), Some(b)) if is_number(a) && is_number(b))
-}
-
-/// The cells of a line, trimmed and without quotes.
-pub fn split(line: &str, separator: Separator) -> Vec<String> {
-    match separator {
-        Separator::Byte(b) => split_at(line, b),
-        Separator::Blanks => split_blanks(line),
-    }
-}
-
-fn split_at(line: &str, separator: u8) -> Vec<String> {
-    let (mut cells, mut cell, mut quoted) = (Vec::new(), String::new(), false);
-    for c in line.chars() {
-        if c == '"' && (quoted || cell.trim().is_empty()) {
-            quoted = !quoted;
-        } else if c == separator as char && !quoted {
-            cells.push(cell.trim().to_owned());
-            cell.clear();
-        } else {
-            cell.push(c);
-        }
-    }
-    cells.push(cell.trim().to_owned());
-    cells
-}
-
-/// `t [s]  z_f [mm]` has two cells: a bracket belongs to the name before it.
-fn split_blanks(line: &str) -> Vec<String> {
-    let mut cells: Vec<String> = Vec::new();
-    for word in line.split_ascii_whitespace() {
-        let word = word.trim_matches('"');
-        match cells.last_mut() {
-            Some(name) if word.starts_with(['[', '(']) => {
-                name.push(' ');
-                name.push_str(word);
-            }
-            _ => cells.push(word.to_owned()),
-        }
-    }
-    cells
-}
-
-/// A number with either decimal sign, `nan` and `inf` too, or a time of day.
-fn is_number(cell: &str) -> bool {
-    if Moment::parse(cell.as_bytes()).is_some() {
-        return true;
-    }
-    let text = cell.replacen(',', ".", 1);
-    fast_float2::parse::<f64, _>(text.trim_start_matches('+')).is_ok()
-}
-
-fn is_numeric(cells: &[String]) -> bool {
-    cells.iter().all(|c| c.is_empty() || is_number(c))
-}
-
-fn is_units(cells: &[String]) -> bool {
-    let bare = |c: &String| c.trim_matches(['[', ']', '(', ')', ' ']).to_owned();
-    cells.iter().all(|c| c.is_empty() || !is_number(c))
-        && cells.iter().any(|c| Unit::is_one(&bare(c)))
 }
 
 fn decimal_of(rows: &[Vec<String>]) -> Decimal {

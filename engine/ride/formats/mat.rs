@@ -1,27 +1,16 @@
 //! MATLAB level 5 files (saved with -v6 or -v7): vectors, columns of matrices and fields of
-//! structures become columns (`m#2` is the second of a matrix m). Format: "MAT-File Format", MathWorks, 2022, chapter 1.
+//! structures become columns (`m#2` is the second of a matrix m).
 //!
 //! Read with bounds on everything, in two passes: names and shapes first, then only the columns
 //! that hold channels.
 
-use std::io::Read;
+use std::ops::Range;
 
-use crate::ride::channels::table::{Table, measured};
+use crate::ride::channels::table::{Spec, Table, measured};
 use crate::ride::error::{Problem, ReadError};
-use crate::ride::formats::header::Offered;
+use crate::ride::formats::header::{Offered, Recognised};
+use crate::ride::formats::level5::{File, HEADER, Offer, corrupt};
 use crate::ride::options::ReadOptions;
-
-const HEADER: usize = 128;
-const DEEPEST: usize = 4;
-/// Data types of elements.
-const MATRIX: u32 = 14;
-const COMPRESSED: u32 = 15;
-/// Array classes.
-const STRUCTURE: u8 = 2;
-const NUMERIC: std::ops::RangeInclusive<u8> = 6..=15;
-const OPAQUE: u8 = 17;
-/// Flag of an array with an imaginary part.
-const COMPLEX: u32 = 0x800;
 
 pub fn is_mat(bytes: &[u8]) -> bool {
     bytes.starts_with(b"MATLAB ") && matches!(bytes.get(126..HEADER), Some(b"IM" | b"MI"))
@@ -41,6 +30,44 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadError> {
     }
     let big_endian = &bytes[126..HEADER] == b"MI";
     let file = File { bytes, big_endian };
+    let offered = offered(&file, options)?;
+    let recognised = recognised(&offered, options)?;
+    let rows = rows(&offered, &recognised.specs)?;
+    let most = options
+        .limits
+        .rows
+        .min(((2 << 20) + bytes.len() / 2) / recognised.specs.len().max(1));
+    let taken = taken(rows, most, options)?;
+    let mut table = Table {
+        rows: taken.len(),
+        warnings: recognised.warnings,
+        unfound: recognised.unfound,
+        format: "MATLAB level 5".to_owned(),
+        ignored: (offered.iter().enumerate())
+            .filter(|(i, _)| recognised.specs.iter().all(|s| s.number != i + 1))
+            .map(|(_, offer)| offer.name.clone())
+            .collect(),
+        ..Table::default()
+    };
+    let mut number = 0;
+    file.columns(&mut |_, numbers| {
+        number += 1;
+        let Some(spec) = recognised.specs.iter().find(|s| s.number == number) else {
+            return Ok(());
+        };
+        let values: Vec<f64> = (numbers.iter().skip(taken.start))
+            .take(taken.len())
+            .collect();
+        measured(&values, options.is_missing(b"NaN"))
+            .map_err(|(at, problem)| spec.blame(problem).at_sample(taken.start + at + 1))?;
+        table.columns.push((spec.clone(), values));
+        Ok(())
+    })?;
+    Ok(table)
+}
+
+/// All columns of the file.
+fn offered(file: &File, options: &ReadOptions) -> Result<Vec<Offer>, ReadError> {
     let mut offered = Vec::new();
     file.columns(&mut |column, _| {
         offered.push(column.clone());
@@ -56,7 +83,11 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadError> {
         }
         .into());
     }
-    let names: Vec<String> = offered.iter().map(|o| o.name.clone()).collect();
+    Ok(offered)
+}
+
+/// The columns that hold channels.
+fn recognised(offered: &[Offer], options: &ReadOptions) -> Result<Recognised, ReadError> {
     // Scalars and texts cannot be channels: unnamed, they are not recognised.
     let vectors: Vec<String> = (offered.iter())
         .map(|o| {
@@ -67,19 +98,22 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadError> {
             }
         })
         .collect();
-    let recognised = Offered {
+    Offered {
         names: &vectors,
         units: &[],
         line: None,
     }
-    .recognise(options)?;
-    let rows = recognised
-        .specs
+    .recognise(options)
+}
+
+/// Rows of the channels, of which all hold equally many real numbers.
+fn rows(offered: &[Offer], specs: &[Spec]) -> Result<usize, ReadError> {
+    let rows = specs
         .iter()
         .map(|s| offered[s.number - 1].length)
         .max()
         .unwrap_or(0);
-    for spec in &recognised.specs {
+    for spec in specs {
         let Offer {
             name,
             length: found,
@@ -99,10 +133,11 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadError> {
             return Err(ReadError::from(problem).in_column(spec.number, &spec.header));
         }
     }
-    let most = options
-        .limits
-        .rows
-        .min(((2 << 20) + bytes.len() / 2) / recognised.specs.len().max(1));
+    Ok(rows)
+}
+
+/// The rows that are read, of at most so many.
+fn taken(rows: usize, most: usize, options: &ReadOptions) -> Result<Range<usize>, ReadError> {
     if rows > most {
         return Err(Problem::TooMany {
             what: "rows",
@@ -115,318 +150,7 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadError> {
         return Err(Problem::BadRows { from, to, rows }.into());
     }
     let to = to.min(rows);
-    let mut table = Table {
-        rows: to - from.min(to),
-        warnings: recognised.warnings,
-        unfound: recognised.unfound,
-        format: "MATLAB level 5".to_owned(),
-        ignored: (names.iter().enumerate())
-            .filter(|(i, _)| recognised.specs.iter().all(|s| s.number != i + 1))
-            .map(|(_, name)| name.clone())
-            .collect(),
-        ..Table::default()
-    };
-    let mut number = 0;
-    file.columns(&mut |_, numbers| {
-        number += 1;
-        let Some(spec) = recognised.specs.iter().find(|s| s.number == number) else {
-            return Ok(());
-        };
-        let values: Vec<f64> = numbers.iter().skip(from).take(to - from).collect();
-        measured(&values, options.is_missing(b"NaN"))
-            .map_err(|(at, problem)| spec.blame(problem).at_sample(from + at + 1))?;
-        table.columns.push((spec.clone(), values));
-        Ok(())
-    })?;
-    Ok(table)
-}
-
-/// A column that the file offers; of length 0 if it does not hold numbers.
-#[derive(Clone)]
-struct Offer {
-    name: String,
-    length: usize,
-    /// Whether an imaginary part goes with it, which no channel has.
-    complex: bool,
-}
-
-impl Offer {
-    /// Something that is no column of numbers.
-    fn other(name: String) -> Self {
-        Self {
-            name,
-            length: 0,
-            complex: false,
-        }
-    }
-}
-
-/// The numbers of a column as they lie in the file.
-struct Numbers<'a> {
-    kind: u32,
-    bytes: &'a [u8],
-    big_endian: bool,
-}
-
-type Visit<'v> = dyn FnMut(&Offer, &Numbers<'_>) -> Result<(), ReadError> + 'v;
-
-struct File<'a> {
-    bytes: &'a [u8],
-    big_endian: bool,
-}
-
-impl File<'_> {
-    /// Visits every column in the order of the file.
-    fn columns(&self, visit: &mut Visit<'_>) -> Result<(), ReadError> {
-        let mut elements = Elements {
-            rest: &self.bytes[HEADER..],
-            big_endian: self.big_endian,
-        };
-        // As for packed text: a bound on what is unpacked, whatever is in it.
-        let most = (32 << 20) + 4 * self.bytes.len() as u64;
-        let mut unpacked = 0;
-        while let Some((kind, data)) = elements.next()? {
-            match kind {
-                COMPRESSED => {
-                    let inside = unpack(data, most - unpacked, self.big_endian)
-                        .map_err(|e| corrupt(&e.to_string()))?;
-                    unpacked += inside.len() as u64;
-                    if unpacked > most {
-                        return Err(Problem::GzipBomb {
-                            packed: self.bytes.len(),
-                            what: "bytes",
-                            limit: most,
-                        }
-                        .into());
-                    }
-                    let mut inner = Elements {
-                        rest: &inside,
-                        big_endian: self.big_endian,
-                    };
-                    if let Some((MATRIX, data)) = inner.next()? {
-                        matrix(inner.of(data), None, 0, visit)?;
-                    }
-                }
-                MATRIX => matrix(elements.of(data), None, 0, visit)?,
-                _ => {}
-            }
-        }
-        Ok(())
-    }
-}
-
-/// A packed element, as long as its tag says, up to `most` bytes and one.
-fn unpack(packed: &[u8], most: u64, big_endian: bool) -> std::io::Result<Vec<u8>> {
-    let mut decoder = flate2::read::ZlibDecoder::new(packed).take(most + 1);
-    let mut inside = Vec::new();
-    decoder.by_ref().take(8).read_to_end(&mut inside)?;
-    let tag = Elements {
-        rest: &[],
-        big_endian,
-    };
-    let said = (inside.get(4..8))
-        .and_then(|size| tag.u32(size))
-        .unwrap_or(0);
-    // Once and whole: a buffer that doubles is there twice while it grows.
-    inside.reserve_exact(u64::from(said).min(most + 1) as usize);
-    decoder.take(said.into()).read_to_end(&mut inside)?;
-    Ok(inside)
-}
-
-/// One array: a numeric one is visited, a structure is entered, others are only named.
-fn matrix(
-    mut parts: Elements<'_>,
-    field: Option<&str>,
-    depth: usize,
-    visit: &mut Visit<'_>,
-) -> Result<(), ReadError> {
-    let Some((_, flags)) = parts.next()? else {
-        return Ok(());
-    };
-    let flags = parts.u32(flags).unwrap_or(0);
-    let (class, complex) = (flags as u8, flags & COMPLEX != 0);
-    if class == OPAQUE {
-        let name = parts
-            .next()?
-            .map(|(_, name)| text(name))
-            .unwrap_or_default();
-        let name = format!("{name} (an object or table: save table2struct(T, 'ToScalar', true))");
-        return visit(&Offer::other(name), &Numbers::none());
-    }
-    let shape: Vec<usize> = (parts.expect("its size")?.chunks_exact(4))
-        .map(|b| parts.u32(b).unwrap_or(0) as usize)
-        .collect();
-    let own_name = text(parts.expect("its name")?);
-    let name = field.map_or(own_name, str::to_owned);
-    if class == STRUCTURE && depth < DEEPEST && shape.iter().all(|n| *n == 1) {
-        let width = parts.expect("its fields")?;
-        let width = parts.u32(width).unwrap_or(0) as usize;
-        let names = parts.expect("its fields")?;
-        if width == 0 || width > 1024 {
-            return Err(corrupt("field names of impossible length").into());
-        }
-        for name in names.chunks(width) {
-            let field = parts.expect("a field")?;
-            matrix(parts.of(field), Some(&text(name)), depth + 1, visit)?;
-        }
-        return Ok(());
-    }
-    if !NUMERIC.contains(&class) || shape.len() != 2 {
-        return visit(&Offer::other(name), &Numbers::none());
-    }
-    let Some((kind, bytes)) = parts.next()? else {
-        return visit(&Offer::other(name), &Numbers::none());
-    };
-    let numbers = Numbers {
-        kind,
-        bytes,
-        big_endian: parts.big_endian,
-    };
-    let (rows, columns) = (shape[0], shape[1]);
-    if rows.checked_mul(columns) != Some(numbers.len()) {
-        return Err(corrupt(&format!("{name} does not hold {rows} x {columns} numbers")).into());
-    }
-    if rows == 1 || columns == 1 {
-        let length = rows * columns;
-        let offer = Offer {
-            name,
-            length,
-            complex,
-        };
-        return visit(&offer, &numbers);
-    }
-    for column in 0..columns.min(1024) {
-        let offer = Offer {
-            name: format!("{name}#{}", column + 1),
-            length: rows,
-            complex,
-        };
-        visit(&offer, &numbers.part(column * rows, rows))?;
-    }
-    Ok(())
-}
-
-/// Data elements one after the other.
-struct Elements<'a> {
-    rest: &'a [u8],
-    big_endian: bool,
-}
-
-impl<'a> Elements<'a> {
-    fn of(&self, data: &'a [u8]) -> Elements<'a> {
-        Elements {
-            rest: data,
-            big_endian: self.big_endian,
-        }
-    }
-
-    fn u32(&self, bytes: &[u8]) -> Option<u32> {
-        let bytes: [u8; 4] = bytes.get(..4)?.try_into().ok()?;
-        Some(if self.big_endian {
-            u32::from_be_bytes(bytes)
-        } else {
-            u32::from_le_bytes(bytes)
-        })
-    }
-
-    /// Type and data of the next element.
-    fn next(&mut self) -> Result<Option<(u32, &'a [u8])>, Problem> {
-        if self.rest.len() < 8 {
-            return Ok(None);
-        }
-        let (Some(tag), Some(size)) = (self.u32(self.rest), self.u32(&self.rest[4..])) else {
-            return Ok(None);
-        };
-        let (kind, start, size, whole) = if tag >> 16 != 0 {
-            let size = (tag >> 16) as usize;
-            (tag & 0xffff, 4, size.min(4), 8)
-        } else {
-            let size = size as usize;
-            let padded = if tag == COMPRESSED {
-                size
-            } else {
-                size.next_multiple_of(8)
-            };
-            (tag, 8, size, 8 + padded)
-        };
-        let data = (self.rest.get(start..start + size))
-            .ok_or_else(|| corrupt("it ends within a variable"))?;
-        self.rest = self.rest.get(whole..).unwrap_or_default();
-        Ok(Some((kind, data)))
-    }
-
-    fn expect(&mut self, what: &str) -> Result<&'a [u8], Problem> {
-        let element = self.next()?;
-        element
-            .map(|(_, data)| data)
-            .ok_or_else(|| corrupt(&format!("a variable without {what}")))
-    }
-}
-
-impl<'a> Numbers<'a> {
-    fn none() -> Self {
-        Numbers {
-            kind: 1,
-            bytes: &[],
-            big_endian: false,
-        }
-    }
-
-    fn width(&self) -> usize {
-        match self.kind {
-            1 | 2 => 1,
-            3 | 4 => 2,
-            5..=7 => 4,
-            _ => 8,
-        }
-    }
-
-    fn len(&self) -> usize {
-        self.bytes.len() / self.width()
-    }
-
-    fn part(&self, from: usize, length: usize) -> Numbers<'a> {
-        let width = self.width();
-        Numbers {
-            bytes: &self.bytes[from * width..(from + length) * width],
-            ..*self
-        }
-    }
-
-    fn iter(&self) -> impl Iterator<Item = f64> {
-        self.bytes.chunks_exact(self.width()).map(|chunk| {
-            let mut b = [0; 8];
-            b[..chunk.len()].copy_from_slice(chunk);
-            if self.big_endian {
-                b[..chunk.len()].reverse();
-            }
-            let [b0, b1, b2, b3, ..] = b;
-            match self.kind {
-                1 => f64::from(b0 as i8),
-                2 => f64::from(b0),
-                3 => f64::from(i16::from_le_bytes([b0, b1])),
-                4 => f64::from(u16::from_le_bytes([b0, b1])),
-                5 => f64::from(i32::from_le_bytes([b0, b1, b2, b3])),
-                6 => f64::from(u32::from_le_bytes([b0, b1, b2, b3])),
-                7 => f64::from(f32::from_le_bytes([b0, b1, b2, b3])),
-                12 => i64::from_le_bytes(b) as f64,
-                13 => u64::from_le_bytes(b) as f64,
-                _ => f64::from_le_bytes(b),
-            }
-        })
-    }
-}
-
-fn text(bytes: &[u8]) -> String {
-    let end = bytes.iter().position(|b| *b == 0).unwrap_or(bytes.len());
-    String::from_utf8_lossy(&bytes[..end]).trim().to_owned()
-}
-
-fn corrupt(cause: &str) -> Problem {
-    Problem::Corrupt {
-        format: "MATLAB",
-        cause: cause.to_owned(),
-    }
+    Ok(from.min(to)..to)
 }
 
 #[cfg(test)]

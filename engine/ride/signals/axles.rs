@@ -1,6 +1,7 @@
 //! What each axle did, on the common clock: measured, or made from what was measured.
 
 use crate::bicycle::{Axle, Bike, PerAxle};
+use crate::plant::PlantRef;
 use crate::ride::AxleRecord;
 use crate::ride::channels::channel::Channel;
 use crate::ride::channels::values::is_constant;
@@ -267,6 +268,7 @@ impl Parts {
             acceleration: self.acceleration,
             valid,
             prescribed,
+            plant: PlantRef::default(),
         })
     }
 
@@ -312,7 +314,7 @@ impl Parts {
     }
 }
 
-/// Says whether the force answers to a prescribed motion, where that is open or reported by the channels, and which way it counts.
+/// Says whether the force answers to a prescribed motion, where that is open or shown by the channels, and which way it counts.
 fn settle(record: &mut AxleRecord, axle: Axle, common: &mut Common<'_>, bike: &Bike) {
     let Some(force) = record.force.as_mut().filter(|f| !is_constant(f)) else {
         return;

@@ -35,7 +35,7 @@ pub fn basis(has: impl Fn(Channel) -> bool, axle: Axle) -> Option<Channel> {
     }
 }
 
-/// Whether no axle's displacement can be reported, but accelerometers and the speed can show k and B without it.
+/// Whether no axle's displacement can be reported, but accelerometers and the speed can determine k and B without it.
 pub fn has_only_accelerometers(has: impl Fn(Channel) -> bool) -> bool {
     let axles = Axle::BOTH.into_iter();
     has(Channel::Speed)

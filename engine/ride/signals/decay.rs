@@ -1,4 +1,4 @@
-//! What of a free decay says something: from its release to where the swing has faded. What comes later is reported by its phase
+//! What of a free decay says something: from its release to where the swing has faded. What comes later is known by its phase
 //! alone, and after many swings every model that is not perfect has lost that.
 
 use std::ops::Range;

@@ -45,6 +45,7 @@ pub fn decimated(ride: &Ride, fastest_hz: f64) -> Option<Ride> {
             })
             .collect(),
         prescribed: record.prescribed,
+        plant: record.plant,
     };
     Some(Ride {
         start_s: ride.start_s,

@@ -5,7 +5,7 @@ use crate::ride::channels::channel::Channel;
 use crate::ride::channels::sensor::{SensorKind, SensorRecord, channel};
 use crate::ride::signals::common::{Common, Lapse};
 
-/// Accelerometers and lasers of a ride whose road, displacement and force were not recorded, where they show k and B together with
+/// Accelerometers and lasers of a ride whose road, displacement and force were not recorded, where they determine k and B together with
 /// the speed, or each other's clock. The laser's sign is the options'.
 pub fn recorded(common: &Common<'_>, deflection_sign: f64) -> Vec<SensorRecord> {
     let kinds = [SensorKind::Acceleration, SensorKind::Deflection];
@@ -21,9 +21,9 @@ pub fn recorded(common: &Common<'_>, deflection_sign: f64) -> Vec<SensorRecord> 
     if driven || !moved {
         return Vec::new();
     }
-    let tells = |axle| common.has(Channel::Speed) || kinds.iter().all(|kind| has(*kind, axle));
+    let suffices = |axle| common.has(Channel::Speed) || kinds.iter().all(|kind| has(*kind, axle));
     (kinds.into_iter().flat_map(of))
-        .filter(|(_, axle)| tells(*axle))
+        .filter(|(_, axle)| suffices(*axle))
         .filter_map(|(kind, axle)| {
             let channel = channel(kind, axle);
             let own = common.clock(channel)?.grid;

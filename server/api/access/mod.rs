@@ -29,7 +29,7 @@ pub use token::Token;
 
 /// Attempts to sign in per minute and address, of which ten seconds' worth may come at once.
 const ATTEMPTS: u32 = 60;
-/// Addresses whose attempts are counted; beyond it all start again.
+/// Addresses whose attempts are counted; beyond it all counts start again.
 const ADDRESSES: usize = 10_000;
 /// The last use of a key is noted this often at most (ms).
 const NOTED_EVERY_MS: i64 = 60_000;

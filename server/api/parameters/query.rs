@@ -9,8 +9,9 @@ use veloid_engine::report::diagnosis::Verdict;
 use crate::api::names::{EFFECTS, PARAMETERS};
 use crate::api::problem::{Kind, Problem};
 use crate::api::{Server, names};
-use crate::store::parameter::{self, AXLES, Filter, Key, METHODS, ParameterRow};
+use crate::store::parameter::{self, AXLES, Filter, Key, ParameterRow};
 use crate::time;
+use veloid_engine::report::Method;
 
 /// Most rows of one answer.
 pub const MOST: i64 = 100_000;
@@ -104,7 +105,7 @@ impl Params {
     pub fn filter<'a>(&'a self, group: &'a str) -> Result<Filter<'a>, Problem> {
         let (method, axle, name) = (&self.method, &self.axle, &self.name);
         let (effect, verdict) = (&self.effect, &self.verdict);
-        names::one_of("method", method.as_deref(), &METHODS)?;
+        names::one_of("method", method.as_deref(), &Method::NAMES)?;
         names::one_of("axle", axle.as_deref(), &AXLES)?;
         names::one_of("verdict", verdict.as_deref(), &Verdict::NAMES)?;
         let (from_ms, to_ms) = time::span(self.from.as_deref(), self.to.as_deref())?;

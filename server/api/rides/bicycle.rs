@@ -8,7 +8,7 @@ use crate::api::problem::{Kind, Problem};
 use crate::bicycle::{Chosen, Fault, Given, of_fields};
 use crate::store::bike;
 
-/// The bicycle that is reported, or what is wrong with the parts that show it.
+/// The bicycle that is given, or what is wrong with the parts that describe it.
 pub async fn looked_at(
     server: &Server,
     caller: &Caller,
@@ -38,7 +38,7 @@ pub async fn looked_at(
     })
 }
 
-/// The bicycle that is reported.
+/// The bicycle that is given.
 pub async fn the_bike(server: &Server, caller: &Caller, given: &Given) -> Result<Bike, Problem> {
     looked_at(server, caller, given).await?.map_err(|faults| {
         let details: Vec<String> = faults.into_iter().map(|fault| fault.detail).collect();

@@ -4,10 +4,11 @@ use std::collections::BTreeSet;
 use std::io;
 use std::sync::Arc;
 
+use serde_json::{Map, Value};
 use sha2::{Digest, Sha256};
 use uuid::Uuid;
 use veloid_engine::bicycle::Bike;
-use veloid_engine::ride::sha256_of;
+use veloid_engine::ride::{RideSummary, sha256_of};
 
 use super::bicycle::the_bike;
 use super::facts::Given;
@@ -47,14 +48,7 @@ pub async fn submit(
     mut received: Received,
     key: Option<&str>,
 ) -> Result<Submitted, Problem> {
-    let options = Options::try_from(std::mem::take(&mut received.options))?;
-    options.validate()?;
-    let bike = the_bike(server, caller, &received.bicycle).await?;
-    let request = Request { bike, options };
-    let given = std::mem::take(&mut received.facts);
-    Facts::default().patched(given.clone())?;
-
-    let name = fleet_name(&request.bike);
+    let (request, given) = asked(server, caller, &mut received).await?;
 
     let sources = received.sources().await?;
     let checked = server.readers.check(sources, request.clone()).await?;
@@ -67,25 +61,11 @@ pub async fn submit(
         given,
     };
     facts.of_new()?;
-
-    let sums: Vec<String> = (received.files.iter())
-        .map(|(_, file)| file.sha256())
-        .collect();
-    let (sha256, ride_name) = (sha256_of(&sums), received.name());
-    let fingerprint = match sums.len() {
-        1 => fingerprint(&sha256, &request),
-        _ => fingerprint(&format!("{sha256} {ride_name}"), &request),
-    };
-    let again = received.again;
-    let of_key = async |tx: &mut Tx| job_of_key(tx, caller, key, &fingerprint).await;
-    let equal = async |tx: &mut Tx| match again {
-        true => Ok(None),
-        false => job::find_equal(tx, &caller.group, &fingerprint).await,
-    };
+    let upload = Upload::new(caller, key, &received, request, facts);
 
     // Before it is kept: what is refused must not stay on disk.
     let mut tx = server.db.begin_lax().await?;
-    if of_key(&mut tx).await?.is_none() && equal(&mut tx).await?.is_none() {
+    if upload.job_of_key(&mut tx).await?.is_none() && upload.equal_job(&mut tx).await?.is_none() {
         caller.may_queue(&mut tx).await?;
     }
     drop(tx);
@@ -95,67 +75,157 @@ pub async fn submit(
 
     // Others may have sent something meanwhile, or erased a ride with the same bytes.
     let mut tx = server.db.begin().await?;
-    // In one order, so that no two wait for each other.
-    let names: BTreeSet<&str> = files.iter().map(|file| file.sha256.as_str()).collect();
-    for sha256 in names {
-        ride::lock_file(&mut tx, sha256).await?;
-        if !server.files.has(sha256).await? {
-            let detail = "the same bytes were just erased with another ride; try again";
-            return Err(Problem::new(Kind::Unavailable, detail));
-        }
-    }
-    if let Some(id) = of_key(&mut tx).await? {
+    lock(&server.files, &mut tx, &files).await?;
+    if let Some(id) = upload.job_of_key(&mut tx).await? {
         return Ok(Submitted::known(id));
     }
-    let submitted = match equal(&mut tx).await? {
+    let submitted = match upload.equal_job(&mut tx).await? {
         Some(id) => {
-            facts.add_to_job(&mut tx, &caller.group, id).await?;
+            (upload.facts.add_to_job(&mut tx, &caller.group, id)).await?;
             Submitted::known(id)
         }
         None => {
             caller.may_queue(&mut tx).await?;
-            let (bytes, group) = (files.iter().map(|file| file.bytes).sum(), &caller.group);
-            let known = facts.known(&mut tx, group, &sha256, &ride_name).await?;
-            // After the jobs are locked, as by those who delete.
-            bike::upsert(&mut tx, group, name, &request.bike).await?;
-            let ride = ride::upsert(&mut tx, group, &sha256, &ride_name, bytes).await?;
-            if files.len() > 1 {
-                ride::add_files(&mut tx, ride, &files).await?;
-            }
-            let new = NewJob {
-                id: Uuid::now_v7(),
-                group: &caller.group,
-                key: caller.key,
-                ride,
-                bike: name,
-                fingerprint: &fingerprint,
-                request: &request,
-                summary: &checked.summary,
-                ridden_at: known.ridden_ms(),
-            };
-            job::insert(&mut tx, &new).await?;
-            store::facts::put(&mut tx, ride, &known).await?;
-            let row = server.queue.observe(&mut tx, new.id).await?;
-            job::enter(&mut tx, new.id, job::Stage::Observe, row).await?;
-            turn::take(&mut tx, new.id).await?;
-            Submitted {
-                id: new.id,
-                known: false,
-            }
+            upload
+                .queue(server, &mut tx, &files, &checked.summary)
+                .await?
         }
     };
-    if let Some(key) = key {
-        idempotency_key::insert(&mut tx, &caller.group, key, &fingerprint, submitted.id).await?;
-    }
+    upload.remember_key(&mut tx, submitted.id).await?;
     crash::point("before_commit");
     tx.commit().await?;
     crash::point("after_commit");
     if let Some(ride) = checked.ride {
-        let ride = Arc::new(ride);
-        server.rides.put(&sha256, &ride_name, &request, ride);
+        let (ride, request) = (Arc::new(ride), &upload.request);
+        (server.rides).put(&upload.sha256, &upload.name, request, ride);
     }
     server.queue.wake(jobs::QUICK);
     Ok(submitted)
+}
+
+/// What is asked of which bicycle, and what the sender says of the ride.
+async fn asked(
+    server: &Server,
+    caller: &Caller,
+    received: &mut Received,
+) -> Result<(Request, Map<String, Value>), Problem> {
+    let options = Options::try_from(std::mem::take(&mut received.options))?;
+    options.validate()?;
+    let bike = the_bike(server, caller, &received.bicycle).await?;
+    let request = Request { bike, options };
+    let given = std::mem::take(&mut received.facts);
+    Facts::default().patched(given.clone())?;
+    Ok((request, given))
+}
+
+/// An upload that can be identified.
+struct Upload<'a> {
+    caller: &'a Caller,
+    key: Option<&'a str>,
+    request: Request,
+    facts: Given,
+    /// Of the ride.
+    sha256: String,
+    name: String,
+    fingerprint: String,
+    again: bool,
+}
+
+impl<'a> Upload<'a> {
+    fn new(
+        caller: &'a Caller,
+        key: Option<&'a str>,
+        received: &Received,
+        request: Request,
+        facts: Given,
+    ) -> Self {
+        let sums: Vec<String> = (received.files.iter())
+            .map(|(_, file)| file.sha256())
+            .collect();
+        let (sha256, name) = (sha256_of(&sums), received.name());
+        let fingerprint = match sums.len() {
+            1 => fingerprint(&sha256, &request),
+            _ => fingerprint(&format!("{sha256} {name}"), &request),
+        };
+        Self {
+            caller,
+            key,
+            request,
+            facts,
+            sha256,
+            name,
+            fingerprint,
+            again: received.again,
+        }
+    }
+
+    /// The job that the idempotency key was used for.
+    async fn job_of_key(&self, tx: &mut Tx) -> Result<Option<Uuid>, Problem> {
+        let Some(key) = self.key else { return Ok(None) };
+        match idempotency_key::find(tx, &self.caller.group, key).await? {
+            Some((used_for, id)) if used_for != self.fingerprint => Err(Problem::new(
+                Kind::IdempotencyKeyReused,
+                format!("the key was used for job {id} with another file, bike or options"),
+            )),
+            used => Ok(used.map(|(_, id)| id)),
+        }
+    }
+
+    /// The job of the same request, unless it is to be identified again.
+    async fn equal_job(&self, tx: &mut Tx) -> Result<Option<Uuid>, Problem> {
+        match self.again {
+            true => Ok(None),
+            false => Ok(job::find_equal(tx, &self.caller.group, &self.fingerprint).await?),
+        }
+    }
+
+    /// Puts bicycle, ride and job into the store, and the job into the queue.
+    async fn queue(
+        &self,
+        server: &Server,
+        tx: &mut Tx,
+        files: &[FileRow],
+        summary: &RideSummary,
+    ) -> Result<Submitted, Problem> {
+        let (bytes, group) = (
+            files.iter().map(|file| file.bytes).sum(),
+            &self.caller.group,
+        );
+        let known = (self.facts.known(tx, group, &self.sha256, &self.name)).await?;
+        let bicycle = fleet_name(&self.request.bike);
+        // After the jobs are locked, as by those who delete.
+        bike::upsert(tx, group, bicycle, &self.request.bike).await?;
+        let ride = ride::upsert(tx, group, &self.sha256, &self.name, bytes).await?;
+        if files.len() > 1 {
+            ride::add_files(tx, ride, files).await?;
+        }
+        let new = NewJob {
+            id: Uuid::now_v7(),
+            group,
+            key: self.caller.key,
+            ride,
+            bike: bicycle,
+            fingerprint: &self.fingerprint,
+            request: &self.request,
+            summary,
+            ridden_at: known.ridden_ms(),
+        };
+        job::insert(tx, &new).await?;
+        store::facts::put(tx, ride, &known).await?;
+        let row = server.queue.observe(tx, new.id).await?;
+        job::enter(tx, new.id, job::Stage::Observe, row).await?;
+        turn::take(tx, new.id).await?;
+        Ok(Submitted {
+            id: new.id,
+            known: false,
+        })
+    }
+
+    async fn remember_key(&self, tx: &mut Tx, id: Uuid) -> Result<(), Problem> {
+        let Some(key) = self.key else { return Ok(()) };
+        idempotency_key::insert(tx, &self.caller.group, key, &self.fingerprint, id).await?;
+        Ok(())
+    }
 }
 
 /// Makes the files durable.
@@ -173,21 +243,18 @@ async fn keep(files: &Files, received: Vec<(String, Incoming)>) -> io::Result<Ve
     Ok(rows)
 }
 
-/// The job that the idempotency key was used for.
-async fn job_of_key(
-    tx: &mut Tx,
-    caller: &Caller,
-    key: Option<&str>,
-    fingerprint: &str,
-) -> Result<Option<Uuid>, Problem> {
-    let Some(key) = key else { return Ok(None) };
-    match idempotency_key::find(tx, &caller.group, key).await? {
-        Some((used_for, id)) if used_for != fingerprint => Err(Problem::new(
-            Kind::IdempotencyKeyReused,
-            format!("the key was used for job {id} with another file, bike or options"),
-        )),
-        used => Ok(used.map(|(_, id)| id)),
+/// Locks the files against those who erase the same bytes.
+async fn lock(files: &Files, tx: &mut Tx, kept: &[FileRow]) -> Result<(), Problem> {
+    // In one order, so that no two wait for each other.
+    let names: BTreeSet<&str> = kept.iter().map(|file| file.sha256.as_str()).collect();
+    for sha256 in names {
+        ride::lock_file(tx, sha256).await?;
+        if !files.has(sha256).await? {
+            let detail = "the same bytes were just erased with another ride; try again";
+            return Err(Problem::new(Kind::Unavailable, detail));
+        }
     }
+    Ok(())
 }
 
 /// The bike's name in the fleet.

@@ -33,7 +33,7 @@ pub struct Upload {
     bike: Option<String>,
     /// Name of a bike of the fleet, as a form's list has it; `bike`, where it is given, goes before.
     fleet: Option<String>,
-    /// Which of the ways to show the bicycle counts, where a form's fields for several are filled.
+    /// Which of the ways to give the bicycle counts, where a form's fields for several are filled.
     bicycle: Option<Way>,
     /// File name, in place of the one that came with the only file.
     name: Option<String>,

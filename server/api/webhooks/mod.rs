@@ -1,4 +1,4 @@
-//! Who is reported when jobs end and bicycles change. For keys of the scope `admin`.
+//! Who is notified when jobs end and bicycles change. For keys of the scope `admin`.
 
 pub mod create;
 pub mod delete;

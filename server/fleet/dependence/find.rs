@@ -16,7 +16,7 @@ use crate::time;
 const POINTS: usize = 1000;
 /// Of so many rides a fact has to be known to be taken by itself, as a share.
 const USUAL: f64 = 0.75;
-/// Places at which a line is reported.
+/// Places at which a progress line is written.
 const PLACES: usize = 21;
 
 /// What is asked: facts, or those that most rides have, and where to predict.

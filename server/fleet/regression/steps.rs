@@ -1,5 +1,5 @@
 //! Steps that single bicycles show beside the facts, as a new tyre makes one. Left out, one is taken for whatever fact
-//! goes with the season, and no standard error shows so.
+//! goes with the season, and no standard error shows it.
 
 use nalgebra::DVector;
 

@@ -67,10 +67,10 @@ impl Child {
             .build()?;
         let orders = orders();
         let (mut held, drawn) = (None, Drawn::default());
-        let telling = Sender::default();
+        let sender = Sender::default();
         while let Ok(order) = orders.recv() {
-            let word = carry_out(&threads, &mut held, &drawn, order, &telling);
-            telling.finish(word)?;
+            let word = carry_out(&threads, &mut held, &drawn, order, &sender);
+            sender.finish(word)?;
         }
         Ok(())
     }

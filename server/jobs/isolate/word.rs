@@ -1,4 +1,4 @@
-//! What a child shows its parent, which shows it orders.
+//! What a child sends its parent, which sends it orders.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,12 +1,13 @@
 //! The report's numbers as tables.
 
-use veloid_engine::bicycle::{Axle, PerAxle};
+use veloid_engine::bicycle::Axle;
 use veloid_engine::document::format_number::{Quantity, fixed, significant};
-use veloid_engine::report::{Estimate, LatentRoad, Report};
+use veloid_engine::report::{Estimate, Report};
 
 use super::latent;
 use crate::pages::estimate::{best, without_road};
 use crate::pages::words;
+use veloid_engine::report::Method;
 
 pub struct ReportView {
     pub version: String,
@@ -108,48 +109,36 @@ impl ResultRow {
 }
 
 fn methods(report: &Report) -> Vec<MethodRow> {
-    let swarm = PerAxle {
-        front: report.swarm.front.clone(),
-        rear: report.swarm.rear.clone(),
-    };
-    let latent = report.latent_road.as_ref().map(LatentRoad::axles);
-    let latent = latent.unwrap_or_default();
     let percent =
         |bias: Option<f64>| bias.map_or_else(|| "–".to_owned(), |p| format!("{} %", fixed(p, 2)));
-    [
-        ("least_squares", &report.least_squares),
-        ("instrumental", &report.instrumental),
-        ("swarm", &swarm),
-        ("output_error", &report.output_error),
-        ("latent_road", &latent),
-    ]
-    .into_iter()
-    .flat_map(|(method, estimates)| {
-        estimates
-            .iter()
-            .map(move |(axle, e)| (method, axle, e.clone()))
-    })
-    .map(|(method, axle, e)| {
-        let (k, b) = match method {
-            "swarm" => (
-                Quantity::scattered(e.k_n_m, e.k_scatter_n_m, "N/m"),
-                Quantity::scattered(e.b_n_s_m, e.b_scatter_n_s_m, "N s/m"),
-            ),
-            _ => (k(&e), b(&e)),
-        };
-        let note = |why: &Option<String>| why.is_some().then_some("not identifiable");
-        MethodRow {
-            method: words::title(&words::method(method)),
-            axle: axle.name(),
-            k,
-            b,
-            k_note: note(&e.k_not_identifiable),
-            b_note: note(&e.b_not_identifiable),
-            k_bias: percent(e.k_bias_percent),
-            b_bias: percent(e.b_bias_percent),
-        }
-    })
-    .collect()
+    let plain = (Method::ALL.into_iter().rev()).filter(|m| *m != Method::Extended);
+    plain
+        .flat_map(|method| {
+            let estimates = report.estimates(method);
+            let of = |axle| Some((method, axle, estimates.get(axle)?.clone()));
+            Axle::BOTH.into_iter().filter_map(of).collect::<Vec<_>>()
+        })
+        .map(|(method, axle, e)| {
+            let (k, b) = match method {
+                Method::Swarm => (
+                    Quantity::scattered(e.k_n_m, e.k_scatter_n_m, "N/m"),
+                    Quantity::scattered(e.b_n_s_m, e.b_scatter_n_s_m, "N s/m"),
+                ),
+                _ => (k(&e), b(&e)),
+            };
+            let note = |why: &Option<String>| why.is_some().then_some("not identifiable");
+            MethodRow {
+                method: words::title(method.title()),
+                axle: axle.name(),
+                k,
+                b,
+                k_note: note(&e.k_not_identifiable),
+                b_note: note(&e.b_not_identifiable),
+                k_bias: percent(e.k_bias_percent),
+                b_bias: percent(e.b_bias_percent),
+            }
+        })
+        .collect()
 }
 
 fn comparison(report: &Report) -> Vec<[String; 8]> {

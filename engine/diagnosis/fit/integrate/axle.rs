@@ -3,6 +3,7 @@
 use crate::diagnosis::effects::Kind;
 use crate::diagnosis::law::{LaneValues, MAX_STATES, States, Values};
 use crate::numerics::lanes::Lanes;
+use crate::plant::Coefficients;
 
 /// Effects on one axle at most.
 pub const MAX_EFFECTS: usize = 6;
@@ -10,8 +11,8 @@ pub(super) const STATES: usize = 2 + MAX_EFFECTS * MAX_STATES;
 
 #[derive(Clone, Debug)]
 pub struct AxleLanes {
-    /// k/m, B/m, 1/m, constant force over m, z(0), z'(0).
-    pub base: [Lanes; 6],
+    /// Those of the base model.
+    pub base: Coefficients<Lanes>,
     pub effects: Vec<EffectLanes>,
 }
 

@@ -6,6 +6,8 @@ mod laws;
 mod road;
 mod runner;
 mod sensed;
+#[cfg(test)]
+mod tests;
 
 pub use axle::{AxleLanes, EffectLanes, Motions};
 pub use sensed::sensed;

@@ -9,6 +9,7 @@ use crate::diagnosis::dataset::{Dataset, Track};
 use crate::diagnosis::law::{Crank, Motion};
 use crate::numerics::lanes::Lanes;
 use crate::numerics::spline::cubic;
+use crate::plant::Coefficients;
 
 /// An axle in eight variants.
 pub(super) struct Runner<'a> {
@@ -59,9 +60,9 @@ impl<'a> Runner<'a> {
     }
 
     pub fn start<const S: usize>(&self, x: &mut [Lanes; S]) {
-        if !self.track.input.prescribed {
-            x[0] = self.lanes.base[4];
-            x[1] = self.lanes.base[5];
+        if self.track.plant.moves() {
+            x[0] = self.lanes.base.height;
+            x[1] = self.lanes.base.velocity;
         }
         let mut at = 2;
         for e in self.lanes.effects.iter().take(MAX_EFFECTS) {
@@ -109,7 +110,13 @@ impl<'a> Runner<'a> {
         x: &[Lanes; S],
         out: &mut [Lanes; S],
     ) {
-        let [kappa, beta, per_mass, constant, _, _] = self.lanes.base;
+        let Coefficients {
+            kappa,
+            beta,
+            per_mass,
+            constant,
+            ..
+        } = self.lanes.base;
         let u = &piece.road;
         let road = u[0] + (u[1] + (u[2] + u[3] * s) * s) * s;
         let v = &piece.slope;
@@ -163,7 +170,9 @@ fn rest(track: &Track, lanes: &AxleLanes) -> Lanes {
     if !track.rest_point || track.input.prescribed {
         return Lanes::ZERO;
     }
-    let [kappa, _, _, constant, _, _] = lanes.base;
+    let Coefficients {
+        kappa, constant, ..
+    } = lanes.base;
     let reach = track.scale.d_peak;
     let least = track.scale.as_good_as_none()[0] / track.scale.mass;
     Lanes(std::array::from_fn(|lane| {

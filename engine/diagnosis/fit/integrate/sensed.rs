@@ -24,27 +24,41 @@ pub fn sensed(
     }
     let sharp = if prescribed { &motions.a } else { &motions.z };
     let mut out = sharp.clone();
+    let simulated = Simulated {
+        motions: &motions,
+        sharp,
+        first,
+        step: dataset.step,
+    };
     widest(
         #[inline(always)]
         || {
             for lane in 0..LANES {
-                read_lane(dataset, first, &effects, &motions, sharp, lane, &mut out);
+                read_lane(&simulated, &effects, lane, &mut out);
             }
         },
     );
     out
 }
 
-#[inline(always)]
-fn read_lane(
-    dataset: &Dataset,
+/// What a sensor reads from.
+struct Simulated<'a> {
+    motions: &'a Motions,
+    /// What a sensor without fault reads of it.
+    sharp: &'a [Lanes],
+    /// The sample that it starts at.
     first: usize,
-    effects: &[&EffectLanes],
-    motions: &Motions,
-    sharp: &[Lanes],
-    lane: usize,
-    out: &mut [Lanes],
-) {
+    step: f64,
+}
+
+#[inline(always)]
+fn read_lane(simulated: &Simulated, effects: &[&EffectLanes], lane: usize, out: &mut [Lanes]) {
+    let Simulated {
+        motions,
+        sharp,
+        first,
+        step,
+    } = *simulated;
     let values: Vec<Values> = effects.iter().map(|e| e.of_lane(lane)).collect();
     // What a sensor without a lag would have read before, and what this one read.
     let mut before: Option<(f64, f64)> = None;
@@ -56,23 +70,15 @@ fn read_lane(
             lag: 0.0,
         };
         for (e, v) in effects.iter().zip(&values) {
-            e.kind
-                .sensor(v, (first + i) as f64 * dataset.step, &mut pickup);
+            e.kind.sensor(v, (first + i) as f64 * step, &mut pickup);
         }
         let z = if pickup.delay == 0.0 {
             sharp[i].0[lane]
         } else {
-            earlier(
-                motions,
-                lane,
-                i as f64 - pickup.delay / dataset.step,
-                dataset.step,
-            )
+            earlier(motions, lane, i as f64 - pickup.delay / step, step)
         };
         let prompt = pickup.gain * z + pickup.offset;
-        let late = before.map_or(prompt, |before| {
-            followed(before, prompt, pickup.lag, dataset.step)
-        });
+        let late = before.map_or(prompt, |before| followed(before, prompt, pickup.lag, step));
         read.0[lane] = late;
         before = Some((prompt, late));
     }

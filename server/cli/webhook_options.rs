@@ -2,9 +2,9 @@ use clap::Args;
 
 use crate::webhooks::Targets;
 
-/// Where others may be reported of what ends.
+/// Where webhooks may go.
 #[derive(Args, Clone)]
-pub struct Telling {
+pub struct WebhookOptions {
     /// Host that webhooks may go to, as in its address; several with commas between or given several times.
     #[arg(
         long = "webhook-allow",
@@ -18,7 +18,7 @@ pub struct Telling {
     private: bool,
 }
 
-impl Telling {
+impl WebhookOptions {
     pub fn targets(&self) -> Targets {
         Targets::new(&self.hosts, self.private)
     }

@@ -1,17 +1,18 @@
 //! The decision as a report.
 
-use super::axle::{AxleReporter, OnAxle};
-use super::dataset::Dataset;
-use super::decide::Decision;
-use super::explain::detectable::detectable;
-use super::explain::{next_ride, show, windows, words};
-use super::fit::{Fitted, Model, Term, motions};
-use super::prepare::Prepared;
-use super::search::Search;
-use super::search::null::FINEST;
-use super::verdict::carries::why_not;
-use super::verdict::judge::held_rms;
 use crate::bicycle::{Axle, Bike, PerAxle};
+use crate::diagnosis::axle::{AxleReporter, OnAxle};
+use crate::diagnosis::dataset::Dataset;
+use crate::diagnosis::decide::Decision;
+use crate::diagnosis::explain::detectable::detectable;
+use crate::diagnosis::explain::{next_ride, show, windows, words};
+use crate::diagnosis::fit::{Fitted, Model, Term, motions};
+use crate::diagnosis::prepare::Prepared;
+use crate::diagnosis::search::Search;
+use crate::diagnosis::search::null::FINEST;
+use crate::diagnosis::verdict::carries::why_not;
+use crate::diagnosis::verdict::effect_report;
+use crate::diagnosis::verdict::judge::held_rms;
 use crate::document::format_number::significant;
 use crate::numerics::finite::finite;
 use crate::output_error::spread_valid;
@@ -24,7 +25,7 @@ use crate::uncertainty::identifiable::NO_VERDICT;
 const LOST: f64 = 0.1;
 
 /// The diagnosis as it is reported.
-pub fn tell(
+pub fn assemble(
     prepared: &Prepared,
     search: &Search,
     decision: &Decision,
@@ -173,7 +174,7 @@ fn tested(
         let p = round.and_then(|r| finite(r.p_value.max(FINEST)));
         let separation = less.map(|less| model.likelihood - less.likelihood);
         let record = prepared.record();
-        let mut effect = show::effect(record, &decision.corrected, term, separation, p)?;
+        let mut effect = effect_report::effect(record, &decision.corrected, term, separation, p)?;
         let less = less.unwrap_or(&search.plain);
         effect.material = is_material(prepared, term, model, less, settings.materiality);
         Some((*term, effect))
@@ -208,7 +209,7 @@ fn warnings(
     let mut warnings = prepared.warnings.clone();
     let record = prepared.record();
     for fit in &decision.shown.fits {
-        for (term, name, value, deviation) in show::unlearned(record, fit) {
+        for (term, name, value, deviation) in effect_report::unlearned(record, fit) {
             warnings.push(format!(
                 "{} ({}): {name} is not identifiable beyond what is expected of any bicycle, {value} ± {:.1} (95 %); k, B and \
                  the effect's other parameters rest on that and have no intervals",
@@ -258,7 +259,7 @@ fn warnings(
 
 /// That other numbers explain an axle in exactly the same way.
 fn twin(record: &Dataset, fit: &Fitted) -> Option<String> {
-    let (term, [kappa, beta], values) = show::twin(fit)?;
+    let (term, [kappa, beta], values) = effect_report::twin(fit)?;
     let track = fit.unit.tracks.first().map(|t| &record.tracks[*t])?;
     let mass = track.scale.mass;
     let reported = (term.kind.spec().report)(&values, &track.scale);

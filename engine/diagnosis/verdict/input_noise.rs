@@ -34,16 +34,16 @@ fn noises(dataset: &Dataset, fit: &Fitted) -> Vec<f64> {
     let axles = fit.unit.tracks.iter().zip(&fit.point.base);
     axles
         .zip(&fit.residuals)
-        .map(|((t, [kappa, beta, per_mass, ..]), residual)| {
+        .map(|((t, base), residual)| {
             let track = &dataset.tracks[*t];
             if !track.has_road {
                 return 0.0;
             }
             let inputs = Inputs {
                 road: track.road_floor,
-                force: track.force_most * per_mass * per_mass,
+                force: track.force_most * base.per_mass * base.per_mass,
             };
-            let density = road_noise(residual, dataset.step, *kappa, *beta, &inputs);
+            let density = road_noise(residual, dataset.step, base.kappa, base.beta, &inputs);
             deviation(density, dataset.step)
         })
         .collect()

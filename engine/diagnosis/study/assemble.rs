@@ -4,9 +4,6 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::joint::Common;
-use super::ready::Ready;
-use super::rounds::{Found, Joint, Rides, settled, sum};
 use crate::EngineError;
 use crate::bicycle::PerAxle;
 use crate::diagnosis::explain::show;
@@ -15,14 +12,19 @@ use crate::diagnosis::fit::{Effort, FINE, Fitted, Model, Slot, Term};
 use crate::diagnosis::search::Search;
 use crate::diagnosis::search::criteria::cost;
 use crate::diagnosis::search::null::FINEST;
+use crate::diagnosis::study::joint::Common;
+use crate::diagnosis::study::ready::Ready;
+use crate::diagnosis::study::rounds::{Found, Joint, Rides, settled, sum};
+use crate::diagnosis::verdict::effect_report;
 use crate::numerics::finite::finite;
 use crate::numerics::statistics::chi_square_tail;
+use crate::plant::Coefficient;
 use crate::report::diagnosis::{EffectName, EffectReport, ParameterReport, Verdict};
 use crate::report::study::{LeftAside, StudyAxle, StudyEffect, StudyReport, StudyRide};
 use crate::settings::Settings;
 
 /// The report of a study.
-pub fn tell(
+pub fn assemble(
     study: &Rides,
     rides: &[Ready],
     found: Found,
@@ -115,7 +117,15 @@ fn as_one(study: &Rides, own: &Joint) -> (Joint, Vec<Option<f64>>) {
         else {
             continue;
         };
-        let base = |s: &Slot| matches!(s, Slot::Base(_, 0..=2));
+        let base = |s: &Slot| {
+            matches!(
+                s,
+                Slot::Base(
+                    _,
+                    Coefficient::Kappa | Coefficient::Beta | Coefficient::PerMass
+                )
+            )
+        };
         let slots = fit.unit.slots(study.searches[0].fitter.dataset);
         let freedom = slots.iter().filter(|s| base(s)).count() * (study.searches.len() - 1);
         let p = chi_square_tail(2.0 * (sum(&apart) - sum(&one)).max(0.0), freedom as f64);
@@ -183,10 +193,11 @@ fn effect(
     let rest = total - gains[at];
     let alone = differs < study.alpha && rest < cost(&[term], study.samples());
     let dataset = study.searches[0].fitter.dataset;
-    let mut reported = show::effect(dataset, &whole.models[0], &term, Some(total), p_value)?;
+    let mut reported =
+        effect_report::effect(dataset, &whole.models[0], &term, Some(total), p_value)?;
     reported.affirmed = !is_tied && !alone;
     let parameters = |(search, model): (&Search, &Model)| -> BTreeMap<String, ParameterReport> {
-        show::effect(search.fitter.dataset, model, &term, None, None)
+        effect_report::effect(search.fitter.dataset, model, &term, None, None)
             .map_or_else(BTreeMap::new, |e| e.parameters)
     };
     Some(StudyEffect {
