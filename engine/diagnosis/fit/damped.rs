@@ -138,7 +138,7 @@ mod tests {
         Normal {
             cost: errors.iter().map(|e| e * e).sum(),
             gradient: DVector::from_fn(2, |i, _| slope(i)),
-            matrix: DMatrix::from_fn(2, 2, |i, j| entry(i, j)),
+            matrix: DMatrix::from_fn(2, 2, entry),
         }
     }
 

@@ -255,8 +255,8 @@ mod tests {
     #[test]
     fn effects_are_added_up_to_the_most() {
         let term = example::term(Kind::CubicStiffness, Axle::Front);
-        assert!(has_room(&vec![term; policy::MOST_TERMS - 1]));
-        assert!(!has_room(&vec![term; policy::MOST_TERMS]));
+        assert!(has_room(&[term; policy::MOST_TERMS - 1]));
+        assert!(!has_room(&[term; policy::MOST_TERMS]));
     }
 
     #[test]

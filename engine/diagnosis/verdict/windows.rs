@@ -577,8 +577,8 @@ mod tests {
     #[test]
     fn windows_find_so_many_effects_on_an_axle() {
         let term = term(Kind::CubicStiffness);
-        assert!(has_room(&vec![term; policy::MOST_BY_WINDOWS - 1]));
-        assert!(!has_room(&vec![term; policy::MOST_BY_WINDOWS]));
+        assert!(has_room(&[term; policy::MOST_BY_WINDOWS - 1]));
+        assert!(!has_room(&[term; policy::MOST_BY_WINDOWS]));
     }
 
     #[test]
