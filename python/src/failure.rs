@@ -2,6 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
+use veloid_engine::bicycle::BikeError;
 use veloid_engine::ride::{Problem, ReadError};
 use veloid_engine::{Bike, EngineError};
 
@@ -23,6 +24,12 @@ impl From<ReadError> for Failure {
 impl From<EngineError> for Failure {
     fn from(error: EngineError) -> Self {
         Self::Engine(error)
+    }
+}
+
+impl From<BikeError> for Failure {
+    fn from(error: BikeError) -> Self {
+        Self::Engine(error.into())
     }
 }
 

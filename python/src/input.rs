@@ -6,8 +6,9 @@ use pyo3::buffer::PyBuffer;
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 use serde_json::Value;
+use veloid_engine::document::json;
 use veloid_engine::ride::{Arrays, Content, ReadOptions, RideFile};
-use veloid_engine::{Bike, Imposed, Ride, json};
+use veloid_engine::{Bike, Imposed, Ride};
 
 use crate::failure::Failure;
 

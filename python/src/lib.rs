@@ -78,7 +78,7 @@ fn series<'py>(
 ) -> PyResult<Columns<'py>> {
     let quantity: Quantity = input::word("quantity", quantity)?;
     let report: Report = serde_json::from_str(report).map_err(Failure::from)?;
-    let series = py.detach(|| report::Series::of(&record.0, &report, quantity));
+    let series = py.detach(|| veloid_engine::replay::Series::of(&record.0, &report, quantity));
     Ok(columns::of_series(py, &record.0, &series))
 }
 

@@ -97,7 +97,7 @@ pub async fn find(db: &Db, group: &str, id: Uuid) -> sqlx::Result<Option<RideRow
 
 /// Keeps others from recording or removing a file until the transaction ends.
 pub async fn lock_file(tx: &mut Tx, sha256: &str) -> sqlx::Result<()> {
-    // SQLite has one writer at a time; PostgreSQL has to be reported.
+    // SQLite has one writer at a time; PostgreSQL many, so it takes a lock.
     const LOCK: &str = "SELECT pg_advisory_xact_lock(hashtextextended($1, 0))";
     if let Some(t) = tx.postgres() {
         sqlx::query(LOCK).bind(sha256).execute(&mut **t).await?;
