@@ -68,6 +68,7 @@ pub fn identify(
     settings: &Settings,
     progress: &dyn Progress,
 ) -> Result<Report, EngineError> {
+    settings.validate()?;
     progress.stage("observe");
     let observed = observe(ride, bike, settings)?;
     progress.stage("trials");

@@ -64,6 +64,7 @@ pub fn study(
     settings: &Settings,
     progress: &dyn Progress,
 ) -> Result<StudyReport, EngineError> {
+    settings.validate()?;
     if let Some([first, second]) = given_twice(rides) {
         return Err(EngineError::Setting {
             name: "rides of a study",
