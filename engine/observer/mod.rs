@@ -16,7 +16,7 @@
 //! v1 = 0. That makes one cubic equation in |v1|^(1/3), which has exactly one root, and v1 = 0 is
 //! reached and held without chatter (Brogliato, Polyakov, Efimov, "The implicit discretization of
 //! the supertwisting sliding-mode control algorithm", IEEE TAC 65, 2020). Between two samples y is
-//! the cubic spline, taken in [`SUB_STEPS`] steps. In sliding an implicit step gives backward
+//! the cubic spline, taken in two steps. In sliding an implicit step gives backward
 //! differences: x2^ is half a step late and x3^ a whole one, so both are read that much later.
 //!
 //! **Noise.** For noise of size e on y and a jerk bound f the errors of x1^, x2^, x3^ are of the
