@@ -40,6 +40,16 @@ const K: f64 = 60e3;
 const B: f64 = 500.0;
 const MASS: f64 = 40.0;
 
+/// The base model with this stiffness (N/m).
+fn axle(k: f64) -> Coefficients {
+    Coefficients {
+        kappa: k / MASS,
+        beta: B / MASS,
+        per_mass: 1.0 / MASS,
+        ..Coefficients::default()
+    }
+}
+
 fn bike() -> Bike {
     Bike {
         mass_front_kg: Some(MASS),
@@ -243,12 +253,7 @@ fn friction_with_little_give_moves_an_axle_by_finite_amounts() {
     };
     let give = 0.01 * dataset.tracks[0].scale.d_rms;
     let point = Point {
-        base: vec![Coefficients {
-            kappa: K / MASS,
-            beta: B / MASS,
-            per_mass: 1.0 / MASS,
-            ..Coefficients::default()
-        }],
+        base: vec![axle(K)],
         values: vec![[100.0 / give, give, 0.0, 0.0]],
         initial: vec![[0.0; 2]],
     };

@@ -10,7 +10,7 @@ use crate::diagnosis::fit::{Fitter, Point, Unit};
 use crate::diagnosis::law::{Crank, MAX_STATES, Motion, Values};
 use crate::numerics::lanes::Lanes;
 use crate::numerics::modulating::window;
-use crate::plant::Coefficients;
+use crate::plant::{Coefficient, Coefficients};
 use crate::simulate::linear::Input;
 
 /// Half widths of the windows (s) that are tried, as parts of the plain axle's period.
@@ -211,9 +211,9 @@ impl<'a> Rows<'a> {
     /// Which columns the plain model has to find: k/m, B/m, 1/m, a constant.
     fn unknown(&self, track: &Track) -> Vec<usize> {
         let free = |q: &usize| match q {
-            1 => track.plant.has_spring(),
-            3 => track.free_mass && self.input.force.is_some(),
-            4 => track.rest_point,
+            1 => track.is_free(Coefficient::Kappa),
+            3 => track.is_free(Coefficient::PerMass) && self.input.force.is_some(),
+            4 => track.is_free(Coefficient::Constant),
             _ => true,
         };
         (1..5).filter(free).collect()

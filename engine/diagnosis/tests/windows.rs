@@ -22,16 +22,6 @@ fn stiffening(k3: f64) -> Dataset {
     Dataset::new(&ride, &bike(), &fits, end)
 }
 
-/// The base model with this stiffness (N/m).
-fn axle(k: f64) -> Coefficients {
-    Coefficients {
-        kappa: k / MASS,
-        beta: B / MASS,
-        per_mass: 1.0 / MASS,
-        ..Coefficients::default()
-    }
-}
-
 #[test]
 fn windows_show_a_law_and_predict_what_they_were_not_fitted_to() {
     let dataset = stiffening(K3);
