@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use crate::bicycle::Axle;
 use crate::document::format_number::WIDE;
-use crate::plant::{Of, Quantity};
+use crate::plant::{Of, Plant, PlantRef, Quantity};
+use crate::report::diagnosis::Base;
 use crate::report::{Estimate, Method, Report, ReportedParameter};
-use crate::ride::Ride;
+use crate::ride::{AxleRecord, Ride};
 
 /// Why a mass has no standard error.
 const WEIGHED: &str = "it is the bike file's";
@@ -21,15 +22,23 @@ pub fn parameters(ride: &Ride, report: &Report) -> BTreeMap<String, ReportedPara
         let Some((method, estimate)) = Method::ALL.into_iter().find_map(of) else {
             continue;
         };
-        let record = ride.axles.get(axle);
-        let plant = record.map(|record| record.base_model());
-        let plant = plant.unwrap_or_else(|| crate::plant::PlantRef::default().0);
+        let base = report.diagnosis.as_ref().map(|diagnosis| diagnosis.base);
+        let plant = base_model(ride.axles.get(axle), base);
         for quantity in plant.quantities() {
             let key = format!("{axle}.{}", quantity.name);
             found.insert(key, reported(quantity, &estimate, method));
         }
     }
     found
+}
+
+/// The base model of an axle, without its spring where the diagnosis builds on none.
+fn base_model(record: Option<&AxleRecord>, base: Option<Base>) -> &'static dyn Plant {
+    let plant = record.map_or(PlantRef::default().0, AxleRecord::base_model);
+    match base {
+        Some(Base::Damper) => plant.without_spring().unwrap_or(plant),
+        Some(Base::SpringAndDamper) | None => plant,
+    }
 }
 
 fn reported(quantity: &Quantity, e: &Estimate, method: Method) -> ReportedParameter {
@@ -55,7 +64,7 @@ fn reported(quantity: &Quantity, e: &Estimate, method: Method) -> ReportedParame
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plant::{Axle as AxlePlant, Plant};
+    use crate::plant::Axle as AxlePlant;
 
     #[test]
     fn an_interval_is_1_96_standard_errors_wide_and_a_missing_one_has_its_reason() {
@@ -80,5 +89,17 @@ mod tests {
             (None, Some("it is noise"))
         );
         assert_eq!((mass.value, mass.why.as_deref()), (23.0, Some(WEIGHED)));
+    }
+
+    #[test]
+    fn a_base_without_a_spring_has_no_stiffness() {
+        let names = |base| -> Vec<&str> {
+            let quantities = base_model(None, base).quantities();
+            quantities.iter().map(|q| q.name).collect()
+        };
+        assert_eq!(names(Some(Base::Damper)), ["damping", "mass"]);
+        for sprung in [None, Some(Base::SpringAndDamper)] {
+            assert_eq!(names(sprung), ["stiffness", "damping", "mass"]);
+        }
     }
 }
