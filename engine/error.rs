@@ -66,7 +66,7 @@ pub enum SettingProblem {
     #[error("at least one must be positive")]
     NoWeight,
     /// More simulations of the whole ride than the swarm may do.
-    #[error("{simulations} simulations asked for, at most {most} allowed")]
+    #[error("{simulations} simulations requested, at most {most} allowed")]
     TooManySimulations {
         /// Trials times particles times iterations.
         simulations: usize,
@@ -77,13 +77,13 @@ pub enum SettingProblem {
     #[error("{0}")]
     Law(String),
     /// The user's own law is called as an effect of the library is.
-    #[error("id: '{id}' is an effect of the library already")]
+    #[error("id: '{id}' is already an effect of the library")]
     LawTaken {
         /// Its id.
         id: String,
     },
     /// One record among the rides of a study twice, where it would count twice.
-    #[error("{first} and {second} are the same record; a ride counts once")]
+    #[error("{first} and {second} are the same record; each ride counts once")]
     SameRecord {
         /// Name of the ride that comes first.
         first: String,
@@ -91,7 +91,7 @@ pub enum SettingProblem {
         second: String,
     },
     /// Fewer than two rides of a study can take part.
-    #[error("{ready} of {given} can take part, 2 are needed. {}", .left_aside.iter().map(|(name, why)| format!("{name}: {why}")).collect::<Vec<_>>().join("; "))]
+    #[error("{ready} of {given} can be used, at least 2 are needed. {}", .left_aside.iter().map(|(name, why)| format!("{name}: {why}")).collect::<Vec<_>>().join("; "))]
     TooFewRides {
         /// Rides that can.
         ready: usize,
@@ -123,7 +123,7 @@ pub enum SettingProblem {
         problem: ImposedProblem,
     },
     /// The effects that were put into a simulated ride make it run away.
-    #[error("the motion grows beyond all bounds")]
+    #[error("the motion grows without bound")]
     RunsAway,
 }
 
@@ -131,7 +131,7 @@ pub enum SettingProblem {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ImposedProblem {
     /// The library has no such effect.
-    #[error("there is only {}", .known.join(", "))]
+    #[error("no such effect, expected one of {}", .known.join(", "))]
     Unknown {
         /// Ids of all that exist.
         known: Vec<&'static str>,
@@ -163,7 +163,7 @@ pub enum ImposedProblem {
         known: Vec<String>,
     },
     /// A parameter that was not given.
-    #[error("{name} is missing; it takes {}", .known.join(", "))]
+    #[error("{name} is missing; expected {}", .known.join(", "))]
     MissingParameter {
         /// Its name.
         name: String,
@@ -189,6 +189,12 @@ pub enum RideProblem {
         /// Method that finds no estimate: `least squares` or `instrumental variables`.
         method: &'static str,
     },
+    /// k and B do not show because the record was read wrongly.
+    #[error("{sentence}")]
+    Misread {
+        /// What is wrong and how to fix it.
+        sentence: String,
+    },
     /// The swarm has nothing to compare with.
     #[error("the {signal} does not vary over the samples that the swarm compares")]
     NoVariation {
@@ -207,14 +213,14 @@ pub enum RideProblem {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Divergence {
     /// Every particle's simulation leaves the numbers' range.
-    #[error("no particle of trial {trial} moves within the numbers' range")]
+    #[error("no particle of trial {trial} gives a finite simulation")]
     NoParticle {
         /// Index of the swarm's trial (from 0).
         trial: usize,
     },
     /// The plain model's simulation leaves the numbers' range wherever the fit starts.
     #[error(
-        "the plain model comes to no finite error from any of {starts} starts: is a channel's sign or unit wrong?"
+        "the plain model reaches no finite error from any of {starts} starts: is a channel's sign or unit wrong?"
     )]
     NoStart {
         /// Number of starts that were tried.
@@ -248,7 +254,7 @@ mod tests {
         };
         assert_eq!(
             setting("rides of a study", few),
-            "setting rides of a study: 1 of 3 can take part, 2 are needed. a: a is short; b: b is short"
+            "setting rides of a study: 1 of 3 can be used, at least 2 are needed. a: a is short; b: b is short"
         );
         let effect = |problem| {
             let id = "bump_stop".to_owned();
@@ -261,7 +267,7 @@ mod tests {
         };
         assert_eq!(
             effect(missing),
-            "setting effect: bump_stop: gap is missing; it takes gap, side"
+            "setting effect: bump_stop: gap is missing; expected gap, side"
         );
         let name = "hue".to_owned();
         assert_eq!(
@@ -289,7 +295,7 @@ mod tests {
         };
         assert_eq!(
             diverged.to_string(),
-            "output error: the plain model comes to no finite error from any of 4 starts: is a channel's sign or unit wrong?"
+            "output error: the plain model reaches no finite error from any of 4 starts: is a channel's sign or unit wrong?"
         );
         assert!(ride.is_input() && !diverged.is_input());
     }

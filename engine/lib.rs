@@ -41,7 +41,9 @@ pub use bicycle::Bike;
 pub use diagnosis::impose::{Imposed, ride as simulate};
 pub use document::is_unseen;
 pub use error::{Divergence, EngineError, ImposedProblem, RideProblem, SettingProblem};
-pub use pipeline::{Ridden, assemble, conclude, diagnose, identify, observe, read, study};
+pub use pipeline::{
+    Ridden, assemble, best_method, conclude, diagnose, identify, observe, read, result_of, study,
+};
 pub use progress::{Progress, Silent};
 pub use report::Report;
 pub use report::diagnosis::Diagnosis;

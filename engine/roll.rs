@@ -103,7 +103,7 @@ pub fn roll(ride: &Ride, bike: &Bike, front_load: Option<&[f64]>) -> Option<Roll
         .map(|(v, r)| steady_roll(*v, *r))
         .collect();
     if ride.roll.is_none() {
-        notes.push("no roll channel: eq. (4) takes the steady roll angle of eq. (3)".to_owned());
+        notes.push("no roll channel: eq. (4) uses the steady roll angle of eq. (3)".to_owned());
     }
     let angle = ride.roll.as_ref().unwrap_or(&steady);
     let measured = Measured {
@@ -117,7 +117,7 @@ pub fn roll(ride: &Ride, bike: &Bike, front_load: Option<&[f64]>) -> Option<Roll
         .roll
         .as_ref()
         .map(|r| states(r, ride.step_s).acceleration);
-    let errors = acceleration.as_ref().zip(observed).map(|(a, b)| {
+    let errors = acceleration.as_ref().zip(observed.as_ref()).map(|(a, b)| {
         let after = (1.0 / ride.step_s) as usize;
         let e = a.iter().zip(b).skip(after).map(|(a, b)| a - b);
         let (largest, sum, count) = e.fold((0.0_f64, 0.0, 0_usize), |(l, s, c), e| {
@@ -135,6 +135,7 @@ pub fn roll(ride: &Ride, bike: &Bike, front_load: Option<&[f64]>) -> Option<Roll
         steady_roll_rad: thin(&steady),
         measured_roll_rad: ride.roll.as_ref().map(thin),
         roll_acceleration_rad_s2: acceleration.as_ref().map(thin),
+        observed_roll_acceleration_rad_s2: observed.as_ref().map(thin),
         acceleration_error_max_rad_s2: errors.map(|e| e.0),
         acceleration_error_rms_rad_s2: errors.map(|e| e.1),
         notes,
@@ -170,7 +171,7 @@ fn acceleration(
     }
     let weight = bike.static_load(Axle::Front);
     if front_load.is_none() && weight.is_none() {
-        lacking.push("the front wheel's load is not known");
+        lacking.push("the front wheel's load is unknown");
     }
     if !lacking.is_empty() {
         notes.push(format!(
@@ -185,10 +186,10 @@ fn acceleration(
     let yaw = states(measured.yaw_rate, ride.step_s);
     let lateral = ride.lateral_speed.as_ref().map(|v| states(v, ride.step_s));
     if lateral.is_none() {
-        notes.push("no v_lat channel: lateral acceleration taken as 0 in eq. (4)".to_owned());
+        notes.push("no v_lat channel: lateral acceleration set to 0 in eq. (4)".to_owned());
     }
     if front_load.is_none() {
-        notes.push("no front axle: its static load taken as F_nF in eq. (6)".to_owned());
+        notes.push("no front axle: its static load is used as F_nF in eq. (6)".to_owned());
     }
     let at = |i: usize| Moment {
         roll: measured.angle[i],

@@ -2,8 +2,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{EngineError, SettingProblem};
 
-/// What the swarm minimises: paper, eqs. (25), (26), with three readings of its velocity and
-/// acceleration errors.
+/// Objective of the swarm: paper, eqs. (25), (26), with three interpretations of its velocity and acceleration errors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
@@ -17,12 +16,12 @@ pub enum Objective {
     Gradient,
 }
 
-/// Everything that steers an identification besides the ride and the bike.
+/// Everything that controls an identification apart from the ride and the bike.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
-    /// Seed of the first swarm trial; trial i uses `seed + i`. The bootstrap derives its own from it.
+    /// Seed of the first swarm trial; trial i uses `seed + i`. The bootstrap's seed is derived from it.
     pub seed: u64,
     /// Swarm trials (1 to 100).
     pub trials: usize,
@@ -53,17 +52,18 @@ pub struct Settings {
     pub jerk_bound_m_s3: Option<f64>,
     /// Whether to look for missing physics.
     pub diagnosis: bool,
-    /// Family-wise false-alarm rate of the diagnosis (0.001 to 0.2).
+    /// Significance level of the diagnosis's tests, family-wise (0.001 to 0.2). Clean rides are given an effect more rarely, since the
+    /// held-out part has to confirm it.
     pub alpha: f64,
     /// Share of the ride, at its end, on which nothing is fitted (0.1 to 0.7).
     pub held_out: f64,
     /// Effects that remove less than this share of the plain model's held-out error (RMS) are
     /// called immaterial in the report (0 to 1).
     pub materiality: f64,
-    /// Steps of the integrator, each for eight parameter sets, that the search for missing physics may take for every
-    /// sample of an axle (100 to 1 000 000). When they are spent it reports what it has.
+    /// Steps of the integrator, each for eight parameter sets, that the search for missing physics may take per sample of an
+    /// axle (100 to 1 000 000). When they are used up, the search reports its best result so far.
     pub search_budget: f64,
-    /// A law of one's own that is looked for beside those of the library: TOML, see docs/own-law.md.
+    /// A custom law (TOML) to test in addition to the library: see docs/own-law.md.
     pub law: Option<String>,
 }
 

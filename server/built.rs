@@ -6,7 +6,7 @@ pub const VERSION: &str = match cfg!(debug_assertions) {
         env!("CARGO_PKG_VERSION"),
         "\nfeatures: ",
         env!("VELOID_FEATURES"),
-        "\nwith points to fail at, for tests"
+        "\nwith failure points, for tests"
     ),
     false => concat!(
         env!("CARGO_PKG_VERSION"),
@@ -18,7 +18,7 @@ pub const VERSION: &str = match cfg!(debug_assertions) {
 /// Something that needs a Cargo feature which this program was built without.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error(
-    "{what}: this veloid is built without the feature `{feature}`; `cargo build --release --features {feature}` builds one with it"
+    "{what}: this veloid is built without the feature `{feature}`; build it with `cargo build --release --features {feature}`"
 )]
 pub struct NotBuilt {
     what: String,

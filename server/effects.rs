@@ -2,6 +2,7 @@
 
 use veloid_engine::diagnosis::effects::catalogue::{Entry, catalogue, typical};
 use veloid_engine::document::format_number::significant;
+use veloid_engine::report::simulation::Law;
 
 pub struct EffectView {
     pub id: &'static str,
@@ -20,9 +21,9 @@ pub fn library() -> Vec<EffectView> {
 /// How to read laws and limits.
 pub fn preface() -> String {
     format!(
-        "d = u - z is the deflection, w = u' - z' its rate, V the speed, t the time from the first sample. A law is a force that \
-         comes to the tyre's k d + B w unless it says otherwise. Limits are those of the fit for a typical bicycle, {}; they go \
-         with the ride.",
+        "d = u - z is the deflection, w = u' - z' its rate, V the speed, t the time from the first sample. Unless stated \
+         otherwise, a law is a force added to the tyre's k d + B w. Limits are those of the fit for a typical bicycle, {}; they \
+         depend on the ride.",
         typical()
     )
 }
@@ -34,6 +35,7 @@ impl EffectView {
         let others: Vec<String> = others.map(|id| id.replace('_', " ")).collect();
         let mut facts = vec![
             ("Law", entry.law.to_owned()),
+            ("In exports", expressions(&entry.written)),
             ("Acts on", entry.acts.to_owned()),
             ("Parameters", parameters.join("; ")),
             ("Needs", entry.needs.join(", ")),
@@ -48,6 +50,28 @@ impl EffectView {
             is_named: entry.is_named,
         }
     }
+}
+
+/// A law as the scripts compute it.
+fn expressions(law: &Law) -> String {
+    let hooks = [
+        ("tyre +", &law.tyre),
+        ("body +", &law.body),
+        ("acceleration =", &law.acceleration),
+        ("shift +", &law.shift),
+        ("half_window +", &law.half_window),
+        ("height +", &law.height),
+        ("slope +", &law.slope),
+        ("delay +", &law.delay),
+        ("gain *", &law.gain),
+        ("offset +", &law.offset),
+        ("lag +", &law.lag),
+    ];
+    let hooks = hooks.into_iter().filter(|(_, text)| !text.is_empty());
+    let hooks = hooks.map(|(name, text)| format!("`{name} {text}`"));
+    let states = law.states.iter();
+    let states = states.map(|state| format!("`{}' = {}`", state.name, state.rate));
+    hooks.chain(states).collect::<Vec<_>>().join("; ")
 }
 
 fn parameter((name, unit, limits): &(String, String, Option<[f64; 2]>)) -> String {

@@ -36,9 +36,9 @@ const ROOM: usize = 64 << 10;
 /// Why a raw file cannot be had.
 #[derive(Debug, thiserror::Error)]
 pub enum FileError {
-    #[error("raw file {0} is missing in the store")]
+    #[error("raw file {0} is missing from the store")]
     Missing(String),
-    #[error("raw file {sha256} was altered in the store: its bytes have the SHA-256 {found}")]
+    #[error("raw file {sha256} was altered in the store: the SHA-256 of its bytes is {found}")]
     Altered { sha256: String, found: String },
     #[error("file store: {0}")]
     Store(#[from] io::Error),

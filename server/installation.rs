@@ -18,25 +18,25 @@ const PAGE: usize = 500;
 #[derive(Debug, thiserror::Error)]
 pub enum InstallationError {
     #[error(
-        "the database belongs to installation {database}, the store of raw files to {store}: name the two that belong \
-         together (DATABASE_URL, VELOID_DATA, VELOID_FILES); if these are copies of both, `veloid adopt --new` makes them an \
-         installation of their own"
+        "the database belongs to installation {database}, the store of raw files to {store}: give the two that belong \
+         together (DATABASE_URL, VELOID_DATA, VELOID_FILES); if these are copies of both, `veloid adopt --new` makes them a \
+         separate installation"
     )]
     Differ { database: Uuid, store: Uuid },
     #[error(
-        "the database has {rides} rides and the store of raw files has no id, as an unmounted folder has none: mount or name \
-         the store that belongs to it (VELOID_DATA, VELOID_FILES); if this is that store, `veloid adopt` makes both one \
+        "the database has {rides} rides, but the store of raw files has no id; it may be an unmounted folder: mount or give the \
+         store that belongs to the database (VELOID_DATA, VELOID_FILES); if this is that store, `veloid adopt` makes both one \
          installation"
     )]
     Unmarked { rides: i64 },
     #[error(
-        "the store holds raw files and the database has no ride: name the database that belongs to it (DATABASE_URL, \
-         VELOID_DATA) or an empty store; if that database is lost, `veloid adopt` goes on without it and keeps the files"
+        "the store contains raw files, but the database has no rides: give the database that belongs to it (DATABASE_URL, \
+         VELOID_DATA) or an empty store; if that database is lost, `veloid adopt` continues without it and keeps the files"
     )]
     NoRides,
     #[error(
         "{unknown} of {files} raw files in the store belong to no ride of this database, so they may be another \
-         installation's: name the database and the store that belong together; if these do, `veloid adopt` makes both one \
+         installation's: give the database and the store that belong together; if these do, `veloid adopt` makes both one \
          installation"
     )]
     Unknown { unknown: usize, files: usize },

@@ -10,8 +10,10 @@ mod columns;
 #[cfg(test)]
 mod conformance;
 mod crash;
+mod decimal;
 mod effects;
 mod erasure;
+mod export;
 mod facts;
 mod files;
 mod fleet;
@@ -19,6 +21,7 @@ mod http;
 mod installation;
 mod jobs;
 mod lru;
+mod memo;
 mod metrics;
 mod options;
 mod pages;

@@ -13,6 +13,7 @@ use veloid_engine::document::json;
 use veloid_engine::ride::ReadOptions;
 use veloid_engine::{EngineError, Settings};
 
+use crate::decimal::with_point;
 use crate::unique::{Unique, shown};
 
 /// Settings of the identification and of reading the file, side by side.
@@ -71,7 +72,7 @@ pub enum OptionsError {
     Band(String),
     #[error("map: '{0}', expected CHANNEL=COLUMN such as z_f=V2")]
     Map(String),
-    #[error("offset_s: '{0}', expected FILE:SECONDS, the file that begins so much later")]
+    #[error("offset_s: '{0}', expected FILE:SECONDS, the time by which the file begins later")]
     Offset(String),
     #[error(transparent)]
     Range(#[from] EngineError),
@@ -193,7 +194,9 @@ fn parsed(key: &str, text: &str) -> Result<Value, OptionsError> {
         }
         "missing" => Value::from(vec![text.to_owned()]),
         _ if BOOLEAN.iter().any(|name| name == key) => Value::Bool(boolean(key, text)?),
-        _ => serde_json::from_str(text).unwrap_or_else(|_| Value::String(text.to_owned())),
+        _ => serde_json::from_str(text)
+            .or_else(|_| serde_json::from_str(&with_point(text)))
+            .unwrap_or_else(|_| Value::String(text.to_owned())),
     })
 }
 
@@ -288,10 +291,8 @@ pub fn rows(text: &str) -> Result<(usize, usize), OptionsError> {
 /// `LOW:HIGH` as two frequencies.
 fn band(text: &str) -> Result<(f64, f64), OptionsError> {
     let number = |text: &str| {
-        text.trim()
-            .parse()
-            .ok()
-            .filter(|number: &f64| number.is_finite())
+        let number = with_point(text.trim()).parse().ok();
+        number.filter(|number: &f64| number.is_finite())
     };
     text.split_once(':')
         .and_then(|(low, high)| Some((number(low)?, number(high)?)))
@@ -382,6 +383,22 @@ mod tests {
     }
 
     #[test]
+    fn a_decimal_comma_is_a_point() {
+        let options = parse(&[
+            ("alpha", "0,02"),
+            ("rate_hz", "610,35"),
+            ("rate_hz", "laser.csv:30,5"),
+            ("offset_s", "laser.csv:-1,5"),
+        ]);
+        let options = options.unwrap();
+        assert_eq!(options.settings.alpha, 0.02);
+        assert_eq!(options.reading.rate_hz, Some(610.35));
+        let laser = &options.reading.files["laser.csv"];
+        assert_eq!((laser.rate_hz, laser.offset_s), (Some(30.5), Some(-1.5)));
+        assert!(parse(&[("trials", "1,5")]).is_err());
+    }
+
+    #[test]
     fn booleans_are_true_or_false() {
         assert_eq!(*BOOLEAN, ["diagnosis"]);
         for (text, meant) in [
@@ -459,7 +476,7 @@ mod tests {
         for text in ["7", "low:high", "1:inf", ":"] {
             assert!(message(&[("band_hz", text)]).contains("LOW:HIGH"), "{text}");
         }
-        for text in ["0.5:40", " 0.5 : 40", "[0.5, 40]"] {
+        for text in ["0.5:40", " 0.5 : 40", "[0.5, 40]", "0,5:40,0"] {
             let band = parse(&[("band_hz", text.trim())]).unwrap().reading.band_hz;
             assert_eq!(band, Some((0.5, 40.0)));
         }

@@ -18,7 +18,9 @@ use utoipa::openapi::OpenApi as Document;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use utoipa_swagger_ui::{Config, SwaggerUi};
+use veloid_engine::report::ResultQuantity;
 use veloid_engine::report::diagnosis::{Excerpt, Predicted, ResidualSpectrum, Surface};
+use veloid_engine::report::simulation::{ActingEffect, Law, LawState, Pitch};
 use veloid_engine::report::windows::{SingleEffect, WindowEffect, WindowStart};
 
 use crate::api::problem::{Kind, Problem};
@@ -34,17 +36,17 @@ use security::secured;
 #[openapi(
     info(
         title = "veloid",
-        description = "A ride goes in, a verdict comes out: the bicycle's stiffness and damping, how \
-                       sure they are, and the physics that the model leaves out. Units are SI and \
-                       stand in the names. Errors are RFC 9457 problems with a stable `type`.",
+        description = "Identifies a bicycle's stiffness and damping from ride logs, with their \
+                       uncertainty, and the physics that the model leaves out. Units are SI and \
+                       part of the names. Errors are RFC 9457 problems with a stable `type`.",
         license(name = "MIT OR Apache-2.0", identifier = "MIT OR Apache-2.0"),
     ),
     // What only stands inside of a generic type is not found by itself.
-    components(schemas(Excerpt, Predicted, ResidualSpectrum, SingleEffect, Surface, WindowEffect, WindowStart)),
+    components(schemas(ActingEffect, Excerpt, Law, LawState, Pitch, Predicted, ResidualSpectrum, ResultQuantity, SingleEffect, Surface, WindowEffect, WindowStart)),
     tags(
         (name = "rides", description = "Upload and fetch rides"),
         (name = "jobs", description = "Follow, cancel and retry identifications; fetch their results"),
-        (name = "fleet", description = "Bicycles and everything that was identified about them"),
+        (name = "fleet", description = "Bicycles and everything identified about them"),
         (name = "operations", description = "For operators"),
     )
 )]
@@ -75,6 +77,11 @@ fn routes() -> OpenApiRouter<Arc<Server>> {
         .routes(routes!(bikes::restore::restore))
         .routes(routes!(bikes::history::history))
         .routes(routes!(bikes::course::course))
+        .routes(routes!(
+            bikes::events::list::list,
+            bikes::events::create::create
+        ))
+        .routes(routes!(bikes::events::delete::delete))
         .routes(routes!(fleet::fleet))
         .routes(routes!(fleet::effect))
         .routes(routes!(dependence::dependence))
@@ -133,7 +140,7 @@ async fn not_found(uri: Uri, headers: HeaderMap) -> Response {
 }
 
 async fn method_not_allowed(method: Method, uri: Uri, headers: HeaderMap) -> Response {
-    let detail = format!("{} does not know {method}", uri.path());
+    let detail = format!("{} does not support {method}", uri.path());
     readable(&headers, Problem::new(Kind::MethodNotAllowed, detail))
 }
 

@@ -2,6 +2,7 @@
 
 use jiff::Timestamp;
 use jiff::civil::{Date, date};
+use jiff::tz::TimeZone;
 use utoipa::openapi::schema::{AnyOfBuilder, ObjectBuilder, Schema, Type};
 use utoipa::openapi::{KnownFormat, SchemaFormat};
 
@@ -13,6 +14,25 @@ const DAY_MS: i64 = 86_400_000;
 /// As RFC 3339 in UTC.
 pub fn text(epoch_ms: i64) -> String {
     Timestamp::from_millisecond(epoch_ms).map_or_else(|_| epoch_ms.to_string(), |t| t.to_string())
+}
+
+/// An RFC 3339 time as epoch milliseconds.
+pub fn epoch_ms(time: &str) -> Option<i64> {
+    time.parse().ok().map(Timestamp::as_millisecond)
+}
+
+/// The day of an RFC 3339 time in words, with its year where that is not the present one: "12 June", "3 May 2024".
+pub fn day_in_words(time: &str) -> String {
+    let Some(day) = time.get(..10).and_then(|day| day.parse::<Date>().ok()) else {
+        return time.to_owned();
+    };
+    let this_year = Timestamp::now().to_zoned(TimeZone::UTC).year();
+    let form = if day.year() == this_year {
+        "%-d %B"
+    } else {
+        "%-d %B %Y"
+    };
+    day.strftime(form).to_string()
 }
 
 /// Why times of a query mean nothing.
@@ -114,6 +134,14 @@ mod tests {
         ] {
             assert_eq!(ms(bad, Bound::To), None, "{bad}");
         }
+    }
+
+    #[test]
+    fn days_are_told_in_words() {
+        assert_eq!(day_in_words("2024-05-03T23:00:00Z"), "3 May 2024");
+        assert_eq!(day_in_words("soon"), "soon");
+        let today = text(Timestamp::now().as_millisecond());
+        assert!(!day_in_words(&today).contains(&today[..4]));
     }
 
     #[test]

@@ -536,8 +536,8 @@ async fn keys_that_open_nothing_are_not_made_and_what_lacks_is_said() {
     }
     server.kill();
     for (listen, args, said) in [
-        ("127.0.0.1:0", &["--keys"][..], "leave `--keys` out"),
-        ("[::1]:0", &["--keys"], "leave `--keys` out"),
+        ("127.0.0.1:0", &["--keys"][..], "omit `--keys`"),
+        ("[::1]:0", &["--keys"], "omit `--keys`"),
         ("0.0.0.0:0", &[], "reached from other machines"),
         ("0.0.0.0:0", &["--keys"], "reached from other machines"),
     ] {

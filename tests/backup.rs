@@ -63,7 +63,10 @@ async fn a_backup_of_a_server_at_work_holds_all_that_was_acknowledged() {
     assert!(output.status.success(), "{output:?}");
     let again = veloid(&restore);
     assert_eq!(again.status.code(), Some(1), "what is there stays");
-    assert!(String::from_utf8_lossy(&again.stderr).contains("something is there already"));
+    assert!(
+        String::from_utf8_lossy(&again.stderr)
+            .contains("not empty, expected a new or an empty folder")
+    );
 
     let restored = Server::in_folder(folder, &["--workers", "2"]);
     assert_eq!(restored.json(&long).await["state"], "running");

@@ -519,7 +519,7 @@ fn the_command_line_says_it_in_one_line_and_exits_with_2() {
         (
             ride::BIKE,
             &["--map", "z_f=V2"],
-            "z_f=V2 finds no such column",
+            "z_f=V2 names no column of the file",
         ),
     ] {
         let bike = folder.write("other.json", bike);

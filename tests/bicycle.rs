@@ -70,11 +70,11 @@ async fn parts_that_are_no_bicycle_are_refused_by_name() {
         ),
         (
             &[("mass_front_kg", "23"), ("bike", ride::BIKE)],
-            "told by `bike` and by `mass_front_kg`",
+            "given by `bike` and by `mass_front_kg`",
         ),
         (
             &[("mass_front_kg", "23"), ("fleet", "x")],
-            "told by `fleet` and by `mass_front_kg`",
+            "given by `fleet` and by `mass_front_kg`",
         ),
         (
             &[("bicycle", "json"), ("bike", ride::BIKE)],
@@ -161,9 +161,9 @@ async fn a_bicycle_is_looked_at_without_being_kept() {
     assert_eq!(parts, ["mass_front_kg", "l_rear_m"], "{seen}");
     assert!(seen["bike"].is_null());
     for (part, text, said) in [
-        ("bike", "{", "no JSON"),
+        ("bike", "{", "invalid JSON"),
         ("bike", r#"{"owner": 1}"#, "unknown key 'owner'"),
-        ("fleet", "lab-9", "is no bike of the fleet"),
+        ("fleet", "lab-9", "is not a bike of the fleet"),
     ] {
         let (status, seen) = look(&[(part, text)]).await;
         assert_eq!((status, &seen["faults"][0]["part"]), (200, &json!(part)));

@@ -5,6 +5,8 @@ mod bicycle;
 mod chromium;
 mod columns;
 mod forms;
+mod loggers;
+mod outcomes;
 
 use fantoccini::Locator;
 use fantoccini::wd::PrintConfiguration;
@@ -49,7 +51,7 @@ async fn rides_are_previewed_uploaded_and_followed() {
     browser.click("[name=bicycle][value=file]").await;
     browser.fill("#bike", "no bike").await;
     browser.click("button.primary").await;
-    browser.sees("#bike-fault", "no bike of the fleet").await;
+    browser.sees("#bike-fault", "not a bike of the fleet").await;
     browser.fill("#bike", ride::BIKE).await;
     browser.choose("#diagnosis", "false").await;
     browser.click("button.primary").await;
@@ -58,7 +60,7 @@ async fn rides_are_previewed_uploaded_and_followed() {
         browser.sees(&link, "see the result").await;
     }
     browser.click("#rides li:nth-child(2) a").await;
-    browser.sees("main", "Stiffness and damping").await;
+    browser.sees("#result", "axle").await;
     browser.sees("h1", "lab-7: two.csv").await;
     browser.stop().await;
 }
@@ -266,13 +268,9 @@ async fn a_result_can_be_read_without_scripts_and_keeps_to_the_policy() {
     };
     let id = finished(&server, "1").await;
     browser.goto(&server.address(&format!("/jobs/{id}"))).await;
-    let table = browser
-        .client
-        .find(Locator::Css("main table"))
-        .await
-        .unwrap();
+    let result = browser.client.find(Locator::Css("#result")).await.unwrap();
     assert!(
-        table.text().await.unwrap().contains("N/m"),
+        result.text().await.unwrap().contains("N/m"),
         "before any script has run"
     );
     browser.settled().await;
@@ -306,7 +304,7 @@ async fn the_fleet_leads_to_a_bicycles_history() {
         .await;
     browser.click("tbody tr:nth-child(1) a").await;
     browser.sees("h1", "season-001").await;
-    browser.sees("main", "k front drifts by").await;
+    browser.sees("main", "Front stiffness is falling by").await;
     browser.scroll("#history-front").await;
     let drawn = "return document.querySelector('#history-front .plot').data?.map((trace) => trace.name) ?? []";
     let names = browser
@@ -317,6 +315,7 @@ async fn the_fleet_leads_to_a_bicycles_history() {
     assert_eq!(names, json!(["k", "trend", "B"]));
     browser.click("a[href*='format=csv']").await;
     browser.goto(&server.address("/parameters")).await;
+    browser.click(".fold summary").await;
     browser.choose("#verdict", "unnamed").await;
     browser.click(".filter button").await;
     browser.sees("tbody tr:nth-child(1)", "unnamed").await;

@@ -24,7 +24,7 @@ pub fn veloid(args: &[&str]) -> Output {
 
 /// Whether the program under test, whatever build the tests are, can be made to fail at labelled points; says so if not.
 pub fn has_points() -> bool {
-    let has = SAID.contains("with points to fail at");
+    let has = SAID.contains("with failure points");
     if !has {
         not_applicable("the program under test has no points to fail at");
     }

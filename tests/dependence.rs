@@ -40,7 +40,8 @@ async fn a_season_tells_what_pressure_and_warmth_do() {
     assert!(off(&one, "pressure_rear_bar", 0.0).abs() < 3.0, "{one:#}");
     let summary = one["summary"].as_str().unwrap();
     assert!(
-        summary.contains("Front k rises by ") && summary.contains("N/m per bar of pressure front"),
+        summary.contains("Front stiffness rises by ")
+            && summary.contains("kN/m per bar of front tyre pressure"),
         "{summary}"
     );
     assert_eq!(
@@ -92,7 +93,8 @@ async fn a_season_tells_what_pressure_and_warmth_do() {
     assert!((prediction["value"].as_f64().unwrap() / expected - 1.0).abs() < 1e-9);
     let said = prediction["summary"].as_str().unwrap();
     assert!(
-        said.starts_with("Front k at 2.4\u{a0}bar (pressure front): ") && said.contains(" ± "),
+        said.starts_with("Front stiffness at 2.4\u{a0}bar (front tyre pressure): ")
+            && said.contains(" ± "),
         "{said}"
     );
     assert_eq!(prediction["beyond"], Value::Array(Vec::new()));
@@ -136,7 +138,7 @@ async fn facts_that_go_together_are_said_and_not_fitted() {
     );
     let summary = found["summary"].as_str().unwrap();
     assert!(
-        summary.contains("Front psi is not fitted: it goes with pressure front"),
+        summary.contains("Front psi is not fitted: it goes with front tyre pressure"),
         "{summary}"
     );
     // Over both bicycles half of the rides lack it.
@@ -180,11 +182,11 @@ async fn the_page_asks_and_answers() {
     let server = Server::with(&["--workers", "0"]);
     season::write(&server, 2, 60).await;
     for (path, said) in [
-        ("/dependence", "Over 60 rides of 2 bicycles"),
-        ("/dependence?bike=season-001&axle=&name=", "Over "),
+        ("/dependence", "From 60 rides of 2 bicycles"),
+        ("/dependence?bike=season-001&axle=&name=", "From "),
         (
             "/dependence?bike=season-002&on=pressure_front_bar&at.pressure_front_bar=2.5",
-            "Front k at 2.5",
+            "Front stiffness at 2.5",
         ),
         (
             "/dependence?on=date&at.date=2026-05-01&at.temperature_c=20",
@@ -196,4 +198,115 @@ async fn the_page_asks_and_answers() {
         assert!(page.contains(said), "{path} does not say: {said}");
     }
     assert_eq!(server.get("/dependence?bycicle=x").await.status(), 400);
+}
+
+/// One bicycle of ten loses stiffness with time: the fleet does not, and the page names the one.
+#[tokio::test]
+async fn the_one_bicycle_that_drifts_is_named() {
+    let server = Server::with(&["--workers", "0"]);
+    season::write(&server, 10, 600).await;
+    let found = ask(&server, "on=date,pressure_front_bar").await;
+    let date = fact(&found, "date");
+    let own = date["own"].as_array().unwrap();
+    assert_eq!(own.len(), 1, "{own:#?}");
+    assert_eq!(own[0]["bike"], "season-001");
+    assert!(
+        own[0]["slope"]["high"].as_f64().unwrap() < -50.0,
+        "{own:#?}"
+    );
+    let (low, high) = (&date["slope"]["low"], &date["slope"]["high"]);
+    assert!(
+        low.as_f64().unwrap() < 0.0 && high.as_f64().unwrap() > 0.0,
+        "{date:#}"
+    );
+    assert_eq!(
+        fact(&found, "pressure_front_bar")["own"],
+        Value::Array(Vec::new())
+    );
+    let summary = found["summary"].as_str().unwrap();
+    assert!(
+        summary.contains("shows no dependence on date")
+            && summary.contains("season-001 differs: it falls by "),
+        "{summary}"
+    );
+    let page = server
+        .get("/dependence?on=date")
+        .await
+        .text()
+        .await
+        .unwrap();
+    assert!(page.contains("date, season-001 only"), "{page}");
+    // Two bicycles that differ have no slope in common.
+    let two = ask(&server, "on=date&from=2999-01-01").await;
+    assert_eq!(two["rides"], 0);
+}
+
+/// Facts in words are categories, each with its effect beside that of the most frequent one.
+#[tokio::test]
+async fn riders_and_tyres_are_categories() {
+    let server = Server::with(&["--workers", "0"]);
+    season::write(&server, 2, 60).await;
+    let jobs = server.json("/v1/jobs?bike=season-002&limit=1000").await;
+    let jobs = jobs["items"].as_array().unwrap().clone();
+    for (i, job) in jobs.iter().enumerate() {
+        let rider = ["Ada", "Bob", "Ada"][i % 3];
+        let rider = if i == 1 { "Guest" } else { rider };
+        let ride = format!("/v1/rides/{}", job["ride"]["id"].as_str().unwrap());
+        let patch = serde_json::json!({"rider": rider, "tyres": "slick"});
+        let request = server.client.patch(server.address(&ride)).json(&patch);
+        assert_eq!(request.send().await.unwrap().status(), 200);
+    }
+    let found = ask(&server, "bike=season-002&on=pressure_front_bar,rider").await;
+    let rider = &found["categories"][0];
+    assert_eq!(
+        (&rider["fact"], &rider["reference"]),
+        (&"rider".into(), &"Ada".into())
+    );
+    let names: Vec<&str> = rider["categories"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|c| c["name"].as_str().unwrap())
+        .collect();
+    assert_eq!(names, ["Ada", "Bob", "Guest"]);
+    assert!(rider["categories"][0]["effect"].is_null());
+    let bob = &rider["categories"][1]["effect"];
+    let off = bob["value"].as_f64().unwrap() / bob["std_error"].as_f64().unwrap();
+    assert!(off.abs() < 3.5, "{bob:#}");
+    assert!(
+        rider["categories"][2]["reason"]
+            .as_str()
+            .unwrap()
+            .contains("fewer than 3 rides")
+    );
+    assert_eq!(found["left_out"], 1);
+    assert!(
+        found["summary"]
+            .as_str()
+            .unwrap()
+            .contains("Rider compared with 'Ada': 'Bob' is "),
+        "{}",
+        found["summary"]
+    );
+    let tyres = ask(&server, "bike=season-002&on=tyres").await;
+    assert!(
+        tyres["summary"]
+            .as_str()
+            .unwrap()
+            .contains("Tyres is not fitted: fewer than two"),
+        "{}",
+        tyres["summary"]
+    );
+    let known = tyres["known_categories"].as_array().unwrap();
+    assert_eq!(known.len(), 2);
+    let page = server
+        .get("/dependence?bike=season-002&on=rider")
+        .await
+        .text()
+        .await
+        .unwrap();
+    assert!(
+        page.contains("rider: Bob") && page.contains("compared with &#39;Ada&#39;"),
+        "{page}"
+    );
 }

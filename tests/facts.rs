@@ -1,6 +1,7 @@
 //! What is known of rides besides their files: sent, changed, searched, exported, and what trends go by.
 
 use reqwest::Response;
+use reqwest::multipart::{Form, Part};
 use serde_json::{Value, json};
 
 use crate::built::has;
@@ -260,6 +261,58 @@ async fn stamps_that_count_from_1970_date_a_ride() {
     let job: Value = response.json().await.unwrap();
     assert_eq!(job["ride"]["facts"]["ridden_at"], "2026-05-01T09:40:00Z");
     assert_eq!(job["dated_at"], "2026-05-01T09:40:00Z");
+}
+
+/// Dates of ISO 8601 in the time column, or in a track beside it, date a ride, unless the user does.
+#[tokio::test]
+async fn dates_in_a_file_date_a_ride() {
+    let server = Server::start();
+    let table = ride::table(1000, 200.0);
+    let iso = |day: &str| {
+        let row = |(i, line): (usize, &str)| match line.split_once(',') {
+            Some((_, rest)) if i > 0 => {
+                let ms = 5 * (i - 1);
+                format!(
+                    "{day}T09:40:{:02}.{:03}+02:00,{rest}\n",
+                    ms / 1000,
+                    ms % 1000
+                )
+            }
+            _ => format!("{line}\n"),
+        };
+        table.lines().enumerate().map(row).collect::<String>()
+    };
+    let upload = async |files: &[(&str, String)], parts: &[(&str, &str)]| -> Value {
+        let mut form = Form::new().text("bike", ride::BIKE);
+        for (name, text) in files {
+            let part = Part::bytes(text.clone().into_bytes()).file_name((*name).to_owned());
+            form = form.part("file", part);
+        }
+        for (name, text) in ride::QUICK.iter().chain(parts) {
+            form = form.text((*name).to_owned(), (*text).to_owned());
+        }
+        let request = server.client.post(server.address("/v1/rides"));
+        let response = request.multipart(form).send().await.unwrap();
+        let (status, body) = (response.status(), response.text().await.unwrap());
+        assert_eq!(status, 202, "{body}");
+        serde_json::from_str(&body).unwrap()
+    };
+    let points: String = (0..8)
+        .map(|s| format!("<trkpt lat=\"49\" lon=\"8\"><time>2026-05-03T10:00:0{s}Z</time><extensions><speed>5.{s}</speed></extensions></trkpt>"))
+        .collect();
+    let gpx = format!(
+        "<?xml version=\"1.0\"?><gpx version=\"1.1\"><trk><trkseg>{points}</trkseg></trk></gpx>"
+    );
+    let may = upload(&[("may.csv", iso("2026-05-01"))], &[]).await;
+    assert_eq!(may["ride"]["facts"]["ridden_at"], "2026-05-01T07:40:00Z");
+    assert_eq!(may["dated_at"], "2026-05-01T07:40:00Z");
+    let said = [("ridden_at", "2026-05-09")];
+    let said = upload(&[("june.csv", iso("2026-05-02"))], &said).await;
+    assert_eq!(said["ride"]["facts"]["ridden_at"], "2026-05-09");
+    let two = upload(&[("imu.csv", table.clone()), ("unit.gpx", gpx)], &[]).await;
+    assert_eq!(two["ride"]["facts"]["ridden_at"], "2026-05-03T10:00:00Z");
+    let ahead = upload(&[("ahead.csv", iso("2099-05-02"))], &[]).await;
+    assert_eq!(ahead["ride"]["facts"]["ridden_at"], Value::Null);
 }
 
 #[tokio::test]

@@ -1,7 +1,10 @@
+use std::time::Instant;
+
 use serde_json::Value;
 
 use crate::built::has;
 use crate::harness::Server;
+use crate::measured;
 use crate::season;
 
 #[tokio::test]
@@ -18,8 +21,8 @@ async fn every_parameter_of_a_finished_job_joins_the_fleet() {
     assert_eq!(bike["document"]["mass_rear_kg"], 63.0);
 
     let all = server.json("/v1/parameters?limit=1000").await;
-    // Four methods, two axles, k and B.
-    assert_eq!(all["items"].as_array().unwrap().len(), 16);
+    // The result and four methods, two axles, k and B.
+    assert_eq!(all["items"].as_array().unwrap().len(), 20);
     let one = server
         .json("/v1/parameters?method=output_error&axle=front&name=k_n_m")
         .await;
@@ -102,11 +105,12 @@ async fn a_season_shows_what_wears_what_was_changed_and_what_stands_out() {
     }
     for (path, said) in [
         ("/bikes", "deviations below"),
-        ("/bikes/season-001", "k front drifts by"),
-        ("/bikes/season-002", "k rear changed by"),
+        ("/bikes/season-001", "Front stiffness is falling by"),
+        ("/bikes/season-002", "Rear stiffness rose by"),
         ("/jobs?verdict=named", "named: "),
-        ("/bikes", "k front drifts by"),
-        ("/bikes", "k rear changed by"),
+        ("/bikes", "front stiffness is falling by"),
+        ("/bikes", "rear stiffness rose by"),
+        ("/bikes", "front stiffness over "),
         (
             "/parameters?effect=sensor_delay&from=&to=",
             "sensor delay: delay",
@@ -234,4 +238,219 @@ async fn an_effect_has_a_page_across_the_fleet_and_jobs_are_found_by_it_and_by_n
         page.contains("named: coulomb friction") && !page.contains("sensor delay ("),
         "{page}"
     );
+}
+
+/// Rides and jobs are found by pressure, rider, tyres, further facts and the numbers of their results.
+#[tokio::test]
+async fn jobs_are_found_by_facts_and_by_numbers() {
+    let server = Server::with(&["--workers", "0"]);
+    season::write(&server, 3, 90).await;
+    let all = server.json("/v1/jobs?limit=1000").await["items"].take();
+    let all = all.as_array().unwrap();
+    for (job, patch) in [
+        (
+            &all[0],
+            serde_json::json!({"rider": "Ada Lovelace", "stem_mm": 90}),
+        ),
+        (
+            &all[1],
+            serde_json::json!({"rider": "ada", "tyres": "Slick 32", "stem_mm": 110}),
+        ),
+    ] {
+        let ride = format!("/v1/rides/{}", job["ride"]["id"].as_str().unwrap());
+        let request = server.client.patch(server.address(&ride)).json(&patch);
+        assert_eq!(request.send().await.unwrap().status(), 200);
+    }
+    let count = async |query: &str| {
+        let page = server.json(&format!("/v1/jobs?limit=1000&{query}")).await;
+        page["items"].as_array().unwrap().len()
+    };
+    let bar = |job: &Value| job["ride"]["facts"]["pressure_front_bar"].as_f64().unwrap();
+    let within = all
+        .iter()
+        .filter(|job| (2.25..=2.35).contains(&bar(job)))
+        .count();
+    assert!(within > 5 && within < 85);
+    for (query, expected) in [
+        ("rider=ADA", 2),
+        ("rider=lovelace", 1),
+        ("tyres=slick&rider=ada", 1),
+        ("rider=%25", 0),
+        ("pressure_front_bar=2.25:2.35", within),
+        ("pressure_front_bar=5:", 0),
+        ("fact=stem_mm:80:100", 1),
+        ("fact=stem_mm:90,stem_mm::100", 1),
+        ("k_front=1:1000000000", 90),
+        ("rider=&k_front=", 90),
+    ] {
+        assert_eq!(count(query).await, expected, "{query}");
+    }
+    for (query, said) in [
+        (
+            "pressure_front_bar=hard",
+            "pressure_front_bar: 'hard', expected a number such as 2.2",
+        ),
+        ("k_front=6:5", "k_front: from 6 to 5"),
+        ("fact=stem_mm", "fact: 'stem_mm', expected a name"),
+        ("fact=stem_mm:", "fact: '', expected a number"),
+        ("fact=x'y:1", "fact: 'x\\'y:1'"),
+        ("riders=Ada", "unknown parameter `riders`"),
+    ] {
+        for path in ["/v1/jobs", "/jobs"] {
+            let response = server.get(&format!("{path}?{query}")).await;
+            assert_eq!(response.status(), 400, "{path}?{query}");
+            if path == "/v1/jobs" {
+                let problem: Value = response.json().await.unwrap();
+                let detail = problem["detail"].as_str().unwrap();
+                assert!(detail.contains(said), "{query}: {detail}");
+            }
+        }
+    }
+    let page = server
+        .get("/jobs?rider=lovelace&verdict=")
+        .await
+        .text()
+        .await
+        .unwrap();
+    assert!(
+        page.contains("value=\"lovelace\"") && page.matches("data-label=\"Bike\"").count() == 1
+    );
+}
+
+/// Events are marks in a bicycle's history, and a step beside one names it; they go and come back with the bicycle.
+#[tokio::test]
+async fn events_explain_steps_and_go_with_the_bicycle() {
+    let server = Server::with(&["--workers", "0"]);
+    season::write(&server, 3, 150).await;
+    let events = "/v1/bikes/season-002/events";
+    let course = async || server.json("/v1/bikes/season-002/course").await;
+    let step = async || {
+        let courses = course().await["courses"].take();
+        let rear = |c: &&Value| c["axle"] == "rear" && c["name"] == "k_n_m";
+        courses.as_array().unwrap().iter().find(rear).unwrap()["development"]["steps"][0].clone()
+    };
+    let before = step().await;
+    assert_eq!(before["event"], Value::Null);
+    let day = &before["at"].as_str().unwrap()[..10];
+    let post = async |body: Value| {
+        let request = server.client.post(server.address(events)).json(&body);
+        request.send().await.unwrap()
+    };
+    let noted = post(serde_json::json!({"date": day, "text": " new tyre "})).await;
+    assert_eq!(noted.status(), 201);
+    let noted: Value = noted.json().await.unwrap();
+    assert_eq!(
+        (&noted["date"], &noted["text"]),
+        (&day.into(), &"new tyre".into())
+    );
+    assert_eq!(
+        post(serde_json::json!({"date": "2001-05-01", "text": "built"}))
+            .await
+            .status(),
+        201
+    );
+    assert_eq!(step().await["event"], "the day of 'new tyre'");
+    assert_eq!(course().await["events"].as_array().unwrap().len(), 2);
+    let list = server.json(events).await;
+    assert_eq!(list[0]["text"], "built", "the oldest first");
+    for page in ["/bikes", "/bikes/season-002"] {
+        let text = server.get(page).await.text().await.unwrap();
+        assert!(text.contains("the day of &#39;new tyre&#39;"), "{page}");
+    }
+
+    for (body, status) in [
+        (serde_json::json!({"date": "tomorrow", "text": "x"}), 400),
+        (serde_json::json!({"date": "2999-01-01", "text": "x"}), 400),
+        (serde_json::json!({"date": "2026-01-01", "text": " "}), 400),
+        (serde_json::json!({"date": "2026-01-01"}), 400),
+        (
+            serde_json::json!({"date": "2026-01-01", "text": "x", "place": "y"}),
+            400,
+        ),
+        (serde_json::json!([1]), 400),
+    ] {
+        assert_eq!(post(body.clone()).await.status(), status, "{body}");
+    }
+    let nobody = server.client.post(server.address("/v1/bikes/none/events"));
+    let nobody = nobody.json(&serde_json::json!({"date": "2026-01-01", "text": "x"}));
+    assert_eq!(nobody.send().await.unwrap().status(), 404);
+    assert_eq!(server.get("/v1/bikes/none/events").await.status(), 404);
+
+    // By the form, and its button.
+    let form = async |path: &str, fields: &[(&str, &str)]| {
+        let mut body = form_urlencoded::Serializer::new(String::new());
+        let body = body.extend_pairs(fields).finish();
+        let request = server.client.post(server.address(path)).body(body);
+        let request = request.header("content-type", "application/x-www-form-urlencoded");
+        request.send().await.unwrap().status()
+    };
+    let page = "/bikes/season-002/events";
+    assert_eq!(
+        form(page, &[("date", "2020-02-02"), ("text", "service")]).await,
+        200
+    );
+    assert_eq!(
+        form(page, &[("date", "2020-02-02"), ("text", "")]).await,
+        400
+    );
+    let list = server.json(events).await;
+    let service = list
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|e| e["text"] == "service")
+        .unwrap();
+    let id = service["id"].as_str().unwrap();
+    assert_eq!(form(&format!("{page}/{id}/delete"), &[]).await, 200);
+    let gone = server
+        .client
+        .delete(server.address(&format!("{events}/{id}")));
+    assert_eq!(gone.send().await.unwrap().status(), 404);
+    let trail = server.json("/v1/audit").await;
+    let subject = trail["items"][0]["subject"].as_str().unwrap();
+    assert_eq!(subject, format!("event {id} of bike season-002"));
+
+    // Deleted with the bicycle, and back with it.
+    let bike = server.address("/v1/bikes/season-002");
+    assert_eq!(
+        server.client.delete(&bike).send().await.unwrap().status(),
+        204
+    );
+    assert_eq!(server.get(events).await.status(), 404);
+    let back = server.client.post(format!("{bike}/restore")).send().await;
+    assert_eq!(back.unwrap().status(), 200);
+    assert_eq!(server.json(events).await.as_array().unwrap().len(), 2);
+}
+
+/// Requests of which the median is taken.
+const REQUESTS: usize = 15;
+
+#[tokio::test]
+#[ignore = "measures"]
+async fn the_fleet_of_100_000_rides() {
+    measured::head();
+    for bikes in [40, 1000] {
+        let server = Server::start();
+        season::write(&server, bikes, 100_000).await;
+        for path in ["/v1/fleet", "/bikes"] {
+            let mut seconds = Vec::new();
+            for _ in 0..REQUESTS {
+                let begin = Instant::now();
+                assert_eq!(server.get(path).await.status(), 200);
+                seconds.push(begin.elapsed().as_secs_f64());
+            }
+            let first = seconds[0];
+            seconds.sort_by(f64::total_cmp);
+            measured::row(
+                &format!("`{path}`, {bikes} bicycles: first, then median and most"),
+                format!(
+                    "{:.3}, {:.3} and {:.3} s",
+                    first,
+                    seconds[REQUESTS / 2],
+                    seconds[REQUESTS - 1]
+                ),
+                "0.1 s",
+            );
+        }
+    }
 }

@@ -104,7 +104,7 @@ async fn a_server_whose_database_is_lost_leaves_its_files() {
     ] {
         let output = server.beside(command).output().unwrap();
         assert!(
-            said(&output).contains("the database has no ride"),
+            said(&output).contains("the database has no rides"),
             "{output:?}"
         );
         assert!(!server.folder.0.join("veloid.db").exists(), "{command:?}");
@@ -166,7 +166,7 @@ async fn a_second_installation_on_the_same_store_is_refused() {
     let data = empty.0.to_str().unwrap();
     let output = veloid(&["migrate", "--data", data, "--files", &files]);
     assert!(
-        said(&output).contains("the database has no ride"),
+        said(&output).contains("the database has no rides"),
         "{output:?}"
     );
     for job in first.json("/v1/jobs").await["items"].as_array().unwrap() {
@@ -323,7 +323,7 @@ async fn a_copy_becomes_an_installation_of_its_own() {
     );
     assert_eq!(
         run(&["check", "--data", data]),
-        (Some(0), "nothing is wrong\n".to_owned())
+        (Some(0), "no problems found\n".to_owned())
     );
     let jobs: Value = server.json("/v1/jobs").await;
     assert_eq!(jobs["items"].as_array().unwrap().len(), 2);

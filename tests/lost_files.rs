@@ -36,7 +36,7 @@ async fn altered_and_missing_files_are_reported_and_never_served() {
     assert_eq!(whole.bytes().await.unwrap(), ride::example());
     assert_eq!(
         found(&check(&server, &[])),
-        (0, "nothing is wrong\n".to_owned())
+        (0, "no problems found\n".to_owned())
     );
 
     let file = stored(&server);

@@ -70,24 +70,24 @@ fn each_mistake_is_said_with_its_mend_and_takes_the_verdict() {
         (
             2,
             1000.0,
-            "z_f is about 1000 times too large beside u_f: its unit seems to be mm",
+            "z_f is about 1000 times too large relative to u_f: its unit seems to be mm",
         ),
         (3, 1000.0, "u_r is about 1000 times too large"),
         (4, 39.37, "its unit seems to be inch"),
         (4, -100.0, "its unit seems to be cm"),
-        (5, 3.6, "its unit seems to be km/h"),
-        (5, 2.23694, "its unit seems to be mph"),
+        (5, 3.6, "the unit of v seems to be km/h"),
+        (5, 2.23694, "the unit of v seems to be mph"),
     ];
     for (column, by, words) in of_channel {
         let report = recorded.report(scaled(column, by), AS_IT_IS);
         said(&format!("column {column} by {by}"), words, report);
     }
     let milliseconds = recorded.report(scaled(0, 1000.0), AS_IT_IS);
-    said("t in ms", "its times seem to be in ms", milliseconds);
+    said("t in ms", "the stamps seem to be in ms", milliseconds);
     let swapped = recorded.report(|row| row.swap(2, 4), AS_IT_IS);
     said(
         "z swapped",
-        "z_f and z_r stand in each other's place",
+        "z_f and z_r, or u_f and u_r, are swapped",
         swapped,
     );
     let turned_round = |row: &mut Vec<f64>| {
@@ -113,4 +113,162 @@ fn a_ride_without_mistakes_is_not_suspected() {
     assert_eq!(report["mistakes"].as_array().unwrap().len(), 0);
     let warnings = report["ride"]["warnings"].to_string();
     assert!(warnings.contains("is the unit (m) right"), "{warnings}");
+}
+
+/// A minute of the paper's bench: accelerometers on both axles, a laser, the speed.
+fn bench(laser: &str) -> (Folder, String, String) {
+    let folder = Folder::new();
+    let [ride, bike] = ["ride.csv", "bike.json"].map(|name| folder.0.join(name));
+    let paths = [&ride, &bike].map(|path| path.to_str().unwrap());
+    let args = ["simulate", paths[0], "--bike", paths[1], "--road", "C"];
+    let more = ["--accelerometers", "0.03", "--laser", laser];
+    let speed = [
+        "--speed-change",
+        "0.2:20",
+        "--stiffness",
+        "110000:95000",
+        "--damping",
+        "1150:900",
+    ];
+    assert!(
+        veloid(&[&args[..], &more, &speed].concat())
+            .status
+            .success()
+    );
+    let [ride, bike] = [ride, bike].map(|path| std::fs::read_to_string(path).unwrap());
+    (folder, ride, bike)
+}
+
+/// The log with the numbers of a column changed, blanks left as they are.
+fn changed(csv: &str, column: &str, change: impl Fn(usize, f64) -> Option<f64>) -> String {
+    let mut lines = csv.lines();
+    let header = lines.next().unwrap();
+    let at = header.split(',').position(|name| name == column).unwrap();
+    let mut out = format!("{header}\n");
+    for (row, line) in lines.enumerate() {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if let Ok(x) = cells[at].parse::<f64>() {
+            cells[at] = change(row, x).map_or(String::new(), |x| format!("{x:e}"));
+        }
+        out += &(cells.join(",") + "\n");
+    }
+    out
+}
+
+#[test]
+fn val_accelerometers_and_lasers_that_are_misread_are_named_and_withhold_the_result() {
+    let (folder, ride, bike) = bench("rear:1e-4:0:0");
+    let swapped = ride.replacen("a_f,a_r", "a_r,a_f", 1);
+    let scaled = |column: &str, by: f64| changed(&ride, column, |_, x| Some(by * x));
+    for (name, csv, kind, words) in [
+        (
+            "a_f turned",
+            scaled("a_f", -1.0),
+            "turned_channel",
+            "opposite signs",
+        ),
+        (
+            "a_r in g",
+            scaled("a_r", 1.0 / 9.806_65),
+            "wrong_unit",
+            "a_r [g]",
+        ),
+        ("d_r in mm", scaled("d_r", 1000.0), "wrong_unit", "d_r [mm]"),
+        ("v in km/h", scaled("v", 3.6), "speed_unit", "km/h"),
+        (
+            "accelerometers swapped",
+            swapped,
+            "swapped_accelerometers",
+            "a_f and a_r are swapped",
+        ),
+    ] {
+        let bike = folder.write("b.json", &bike);
+        let (report, _) = identify(&folder.write("r.csv", csv), &bike, &QUICK);
+        let mistakes = report["mistakes"].to_string();
+        assert!(
+            mistakes.contains(kind) && mistakes.contains(words),
+            "{name}: {mistakes}"
+        );
+        assert_eq!(report["diagnosis"]["verdict"], "cannot_tell", "{name}");
+        for axle in ["front", "rear"] {
+            assert!(
+                report["result"][axle]["k"]["value"].is_null(),
+                "{name}: {}",
+                report["result"]
+            );
+        }
+    }
+}
+
+/// What is put right or left out by itself is said, and k and B are those of the ride as it was.
+#[test]
+fn val_what_a_bench_loses_or_turns_is_put_right() {
+    let (folder, ride, bike) = bench("rear:1e-4:0:0");
+    let bike = folder.write("b.json", &bike);
+    let distance = changed(&ride, "d_r", |_, x| Some(-x));
+    let lost = changed(&ride, "d_r", |row, x| (row % 97 != 0).then_some(x));
+    let frozen = {
+        let held = std::cell::Cell::new(0.0);
+        changed(&ride, "a_f", |row, x| match (2000..2400).contains(&row) {
+            true => Some(held.get()),
+            false => {
+                held.set(x);
+                Some(x)
+            }
+        })
+    };
+    for (name, csv, words) in [
+        ("distance", distance, "distance to the road"),
+        ("lost", lost, "missing"),
+        ("frozen", frozen, "repeat the same value"),
+    ] {
+        let (report, _) = identify(&folder.write("r.csv", csv), &bike, &QUICK);
+        let warnings = report["ride"]["warnings"].to_string();
+        assert!(warnings.contains(words), "{name}: {warnings}");
+        assert_eq!(report["mistakes"].as_array().unwrap().len(), 0, "{name}");
+        let k = report["result"]["rear"]["k"]["value"].as_f64().unwrap();
+        let b = report["result"]["rear"]["B"]["value"].as_f64().unwrap();
+        assert!(
+            (k / 95e3 - 1.0).abs() < 0.02 && (b / 900.0 - 1.0).abs() < 0.06,
+            "{name}: {k} {b}"
+        );
+    }
+}
+
+/// Laser and accelerometer on one axle need no speed to find their clocks: a channel of zeros does not hide that one is late.
+#[test]
+fn val_a_dead_speed_sensor_does_not_hide_a_late_laser() {
+    let (folder, ride, bike) = bench("rear:1e-4:20:0");
+    let bike = folder.write("b.json", &bike);
+    let dead = changed(&ride, "v", |_, _| Some(0.0));
+    let (report, _) = identify(&folder.write("r.csv", dead), &bike, &QUICK);
+    let clock = &report["ride"]["clocks"][0];
+    let late = clock["found"]["middle_offset_s"].as_f64();
+    assert!(late.is_some_and(|s| (s - 0.02).abs() < 2e-3), "{clock}");
+    assert_eq!(clock["applied"], true);
+    let k = report["output_error"]["rear"]["k_n_m"].as_f64().unwrap();
+    assert!((k / 95e3 - 1.0).abs() < 0.03, "{k}");
+}
+
+#[test]
+fn val_road_and_displacement_of_an_axle_in_each_others_place_are_named() {
+    let recorded = Recorded::new();
+    let report = recorded.report(|row| row.swap(1, 2), AS_IT_IS);
+    assert!(
+        report["mistakes"]
+            .to_string()
+            .contains("u_f and z_f are swapped"),
+        "{}",
+        report["mistakes"]
+    );
+}
+
+/// Seconds under a header of milliseconds: a rate and a stiffness that no bicycle has.
+#[test]
+fn val_times_that_are_too_short_are_named() {
+    let recorded = Recorded::new();
+    let report = recorded.report(|row| row[0] /= 1000.0, AS_IT_IS);
+    let mistakes = report["mistakes"].to_string();
+    assert!(mistakes.contains("1000 times larger"), "{mistakes}");
+    assert!(report["result"]["front"]["k"]["value"].is_null());
 }

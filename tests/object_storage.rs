@@ -96,7 +96,7 @@ async fn a_ride_in_object_storage_is_worked_on_and_comes_back() {
         .envs(s3.env())
         .output();
     let refused = String::from_utf8(refused.unwrap().stderr).unwrap();
-    assert!(refused.contains("the database has no ride"), "{refused}");
+    assert!(refused.contains("the database has no rides"), "{refused}");
     assert!(
         !server.folder.0.join("rides").exists(),
         "nothing is kept beside it"

@@ -35,7 +35,7 @@ async fn a_law_is_uploaded_with_a_ride_and_stands_in_its_report() {
 #[tokio::test]
 async fn a_law_that_means_nothing_is_refused_with_its_column() {
     let wrong = LAW.replace("k5 * d^5", "k5 * dd^5");
-    let said = "setting law: force, column 6: 'dd' is not known; there are d, w, z, z_dot";
+    let said = "setting law: force, column 6: unknown name 'dd', expected one of d, w, z, z_dot";
     let server = Server::start();
     let parts = [&SHORT[..], &[("law", &wrong)]].concat();
     let response = server.upload(ride::example(), ride::BIKE, &parts).await;

@@ -84,7 +84,7 @@ async fn uploads_that_have_not_arrived_end_when_the_server_stops() {
         let mut answer = String::new();
         stream.read_to_string(&mut answer).unwrap();
         assert!(answer.starts_with("HTTP/1.1 503"), "{answer}");
-        assert!(answer.contains("the server stops"), "{answer}");
+        assert!(answer.contains("the server is stopping"), "{answer}");
     }
     assert_eq!(server.terminate(), Some(0));
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 0);
@@ -120,7 +120,10 @@ async fn on_sqlite_only_one_process_works() {
     let output = server.beside(&["worker"]).output().unwrap();
     assert_eq!(output.status.code(), Some(1));
     let message = String::from_utf8(output.stderr).unwrap();
-    assert!(message.contains("another veloid works"), "{message}");
+    assert!(
+        message.contains("another veloid uses this data"),
+        "{message}"
+    );
 }
 
 /// A process that hangs at its start does so in one of thousands: `VELOID_STARTS=4000` looks for it.

@@ -217,6 +217,9 @@ impl Season {
                 // Swarms have no standard error.
                 let error = (method != "swarm").then_some(error * truth);
                 parameters.push((method, axle, name, value, error, unit));
+                if method == "extended" {
+                    parameters.push(("result", axle, name, value, error, unit));
+                }
             }
         }
         if verdict == "named" || verdict == "ambiguous" {

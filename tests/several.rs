@@ -89,8 +89,8 @@ fn the_clock_of_each_file_is_found_and_reported() {
         assert!((found("drift_ppm") - drift).abs() < 8.0, "{clock}");
         let warnings = ride["warnings"].to_string();
         for said in [
-            "ride-laser-rear.csv (d_r) was brought to the clock of ride-accelerometers.csv (a_r)",
-            "ride-speed.csv: nothing in it shows a motion",
+            "ride-laser-rear.csv (d_r) was corrected to the clock of ride-accelerometers.csv (a_r)",
+            "ride-speed.csv: it records no motion that another file also records",
         ] {
             assert!(warnings.contains(said), "{warnings}");
         }
@@ -131,7 +131,10 @@ fn options_name_their_file() {
             ["--map", "laser.csv:d_r=distance"],
             "'laser.csv', expected one of ride-accelerometers.csv",
         ),
-        (["--map", "d_r=dist"], "d_r=dist finds no such column"),
+        (
+            ["--map", "d_r=dist"],
+            "d_r=dist names no column of the file",
+        ),
         (["--rows", "0:100"], "FILE:FROM:TO"),
         (["--offset", "0.8"], "FILE:SECONDS"),
         (
@@ -311,14 +314,14 @@ async fn what_cannot_be_one_ride_is_refused_and_leaves_nothing() {
         (
             form(&folder, &[NAMES[0], NAMES[0]]),
             400,
-            "two files are called 'ride-accelerometers.csv'",
+            "two files have the name 'ride-accelerometers.csv'",
         ),
         (
             form(&folder, &[NAMES[0], "copy.csv"]),
             422,
             "a_f is already in ride-accelerometers.csv",
         ),
-        (own("name", "x.csv"), 400, "`name` beside several files"),
+        (own("name", "x.csv"), 400, "`name` with several files"),
         (own("rate_hz", "x.csv:30"), 422, "for the file 'x.csv'"),
         (own("offset_s", "3"), 422, "FILE:SECONDS"),
         (
@@ -366,7 +369,7 @@ fn files_of_which_nobody_knows_when_they_began_carry_no_interval() {
     assert_eq!(report["diagnosis"]["verdict"], "cannot_tell");
     let said = report["diagnosis"]["sentence"].as_str().unwrap();
     assert!(
-        said.contains("the clocks of road.csv (u_f) and axles.csv (z_f) agree is not known"),
+        said.contains("the clock offset between road.csv (u_f) and axles.csv (z_f) is unknown"),
         "{said}"
     );
     assert!(report["output_error"]["front"]["k_std_n_m"].is_null());

@@ -120,7 +120,7 @@ fn effects_that_cannot_act_are_refused_in_one_line() {
     for (effect, problem) in [
         (
             "square_wheel:front:side=1",
-            "square_wheel: there is only cubic_stiffness, ",
+            "square_wheel: no such effect, expected one of cubic_stiffness, ",
         ),
         (
             "pitch_coupling:rear:pitch_inertia=9",
@@ -253,7 +253,7 @@ fn a_ride_of_the_papers_bench_is_identified() {
     assert!(k < 1.0 && b < 5.0, "{k} % {b} %");
     let warnings = report["ride"]["warnings"].to_string();
     assert!(
-        warnings.contains("u_r was made from a_r and d_r"),
+        warnings.contains("u_r was computed from a_r and d_r"),
         "{warnings}"
     );
 }

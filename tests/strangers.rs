@@ -88,7 +88,7 @@ async fn requests_that_do_not_come_end() {
         assert!(answer.starts_with("HTTP/1.1 408"), "{path}: {answer}");
         assert!(answer.contains("urn:veloid:problem:too-slow"), "{answer}");
         assert!(
-            answer.contains("nothing more of the request came for 1 s"),
+            answer.contains("no more of the request arrived for 1 s"),
             "{answer}"
         );
     }

@@ -40,7 +40,7 @@ fn rides_are_reported_as_one_and_each_by_its_name() {
     assert!(output.status.success(), "{output:?}");
     let reported = String::from_utf8(output.stdout).unwrap();
     assert!(
-        reported.contains("nothing is missing") && reported.contains("all as one"),
+        reported.contains("nothing is missing") && reported.contains("all together"),
         "{reported}"
     );
     let report: Value = serde_json::from_slice(&std::fs::read(Path::new(&json)).unwrap()).unwrap();
@@ -76,7 +76,7 @@ fn a_ride_that_cannot_take_part_is_named_and_too_few_are_refused() {
     let output = studied(&rides, &["--bike", &bike]);
     let reported = String::from_utf8_lossy(&output.stdout).into_owned();
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    let left = reported.contains("left aside: flat.csv") || said.contains("flat.csv");
+    let left = reported.contains("excluded: flat.csv") || said.contains("flat.csv");
     assert!(left, "{reported}{said}");
 
     let few = studied(&rides[1..], &["--bike", &bike]);

@@ -251,7 +251,7 @@ async fn nothing_goes_where_the_operator_has_not_allowed_it() {
         (
             &["--webhook-allow", "127.0.0.1"],
             "https://127.0.0.1:1/".to_owned(),
-            "no public address",
+            "not a public address",
         ),
         (
             &["--webhook-allow", "example.org", "--webhook-private"],
@@ -292,7 +292,7 @@ async fn nothing_goes_where_the_operator_has_not_allowed_it() {
         tested["outcome"]
             .as_str()
             .unwrap()
-            .contains("no public address"),
+            .contains("not a public address"),
         "{tested}"
     );
     assert!(receiver.heard.lock().unwrap().is_empty());

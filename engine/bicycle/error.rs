@@ -21,19 +21,19 @@ pub enum BikeError {
         high: f64,
     },
     /// The name takes too much room.
-    #[error("bike: a name of {bytes} bytes, expected at most {LONGEST_NAME}")]
+    #[error("bike: the name has {bytes} bytes, expected at most {LONGEST_NAME}")]
     NameTooLong {
         /// Its length.
         bytes: usize,
     },
     /// The name cannot stand in an address.
-    #[error("bike: the name '{name}', which is a step in a path")]
+    #[error("bike: the name '{name}' is a step in a path, expected another name")]
     NameIsStep {
         /// The name.
         name: String,
     },
     /// The name holds a character that cannot be seen, or that turns the text around it.
-    #[error("bike: U+{:04X} in the name, expected characters that can be seen", *.character as u32)]
+    #[error("bike: U+{:04X} in the name, expected visible characters", *.character as u32)]
     NameUnseen {
         /// The character.
         character: char,

@@ -18,8 +18,8 @@ use error::{LARGEST_FILE, LONGEST_NAME};
 /// Standard gravity (m/s^2).
 pub const GRAVITY: f64 = 9.80665;
 
-/// The bike file. Masses are those carried by each wheel; lengths are horizontal distances from the
-/// centre of gravity. Keys that are absent or null are only missed where something needs them.
+/// The bike file. Masses are those carried by each wheel; lengths are horizontal distances from the centre of gravity. Keys may
+/// be absent or null unless something needs them.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(default)]
@@ -30,7 +30,7 @@ pub struct Bike {
     pub mass_front_kg: Option<f64>,
     /// Mass carried by the rear wheel (kg).
     pub mass_rear_kg: Option<f64>,
-    /// Standard deviation of the front mass (kg), where known: the intervals of k and B bear it.
+    /// Standard deviation of the front mass (kg), where known; included in the intervals of k and B.
     pub mass_front_std_kg: Option<f64>,
     /// Standard deviation of the rear mass (kg), where known.
     pub mass_rear_std_kg: Option<f64>,
@@ -52,7 +52,7 @@ pub struct Bike {
     pub noise_road_m: Option<f64>,
     /// One k and one B for both axles, as in the paper's figure 6.
     pub equal_axles: bool,
-    /// What the roll equations, paper eqs. (3) to (9), need.
+    /// Parameters for the roll equations, paper eqs. (3) to (9).
     pub roll: Option<RollParameters>,
 }
 

@@ -4,8 +4,8 @@ use crate::bicycle::{Axle, Bike, PerAxle};
 use crate::diagnosis::axle::{AxleReporter, OnAxle};
 use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::decide::Decision;
-use crate::diagnosis::explain::detectable::detectable;
-use crate::diagnosis::explain::{next_ride, show, windows, words};
+use crate::diagnosis::explain::detectable::{Offered, detectable};
+use crate::diagnosis::explain::{next_ride, show, simulation, windows, words};
 use crate::diagnosis::fit::{Fitted, Model, Term, motions};
 use crate::diagnosis::prepare::Prepared;
 use crate::diagnosis::search::Search;
@@ -33,11 +33,13 @@ pub fn assemble(
     bike: &Bike,
     settings: &Settings,
 ) -> Diagnosis {
+    let offered = Offered::of(search, &decision.model);
     let teller = AxleReporter {
         prepared,
         decision,
         plain_motions: &motions(&prepared.dataset, &search.plain),
         alpha: settings.alpha,
+        chance: &|track| offered.chance(track, settings.seed),
     };
     let mut axles = PerAxle::default();
     for (t, track) in prepared.dataset.tracks.iter().enumerate() {
@@ -61,12 +63,18 @@ pub fn assemble(
             .map(|model| names(&prepared.dataset, model))
             .collect(),
         extended: axles.filter_map(|_, on| on.extended.clone()),
+        model: Some(simulation::simulation(
+            prepared.record(),
+            &decision.shown,
+            &prepared.recorded,
+            prepared.split.held.clone(),
+        )),
         warnings: warnings(prepared, decision, &axles, settings),
         location: axles.map(|_, on| on.location.clone()),
         held_out: axles.map(|_, on| on.held_out.clone()),
         windows: in_windows(prepared.record(), decision),
         next_ride: next_ride::propose(search, &decision.model, tied),
-        detectable: detectable(search, &decision.model),
+        detectable: detectable(search, &decision.model, &offered),
         switched_off,
         free_form: axles.filter_map(|_, on| on.free_form.clone()),
         consequences: axles.map(|_, on| on.consequences.clone()),
@@ -104,6 +112,7 @@ fn without_verdict(diagnosis: Diagnosis, why: String) -> Diagnosis {
         extended: diagnosis
             .extended
             .map(|_, e| e.clone().withheld(NO_VERDICT)),
+        model: None,
         next_ride: None,
         detectable: Vec::new(),
         free_form: PerAxle::default(),
@@ -211,8 +220,8 @@ fn warnings(
     for fit in &decision.shown.fits {
         for (term, name, value, deviation) in effect_report::unlearned(record, fit) {
             warnings.push(format!(
-                "{} ({}): {name} is not identifiable beyond what is expected of any bicycle, {value} ± {:.1} (95 %); k, B and \
-                 the effect's other parameters rest on that and have no intervals",
+                "{} ({}): {name} is not identifiable beyond the value expected of any bicycle, {value} ± {:.1} (95 %); k, B and \
+                 the effect's other parameters depend on it and have no intervals",
                 term.id(record),
                 term.place.name(),
                 1.96 * deviation
@@ -243,15 +252,15 @@ fn warnings(
     warnings.extend(axles.iter().flat_map(|(_, on)| on.warnings.clone()));
     if decision.cost.is_spent {
         warnings.push(format!(
-            "the search for missing physics ended after {:.1} million steps of the integrator, before everything was tried; a \
-             larger search_budget ({} per sample now) lets it go on",
+            "the search for missing physics ended after {:.1} million integrator steps, before everything was tried; a larger \
+             search_budget (now {} per sample) lets it continue",
             1e-6 * decision.cost.steps as f64,
             settings.search_budget
         ));
     }
     if decision.is_outgrown_a_little {
-        let left = "a wider law, which is not in the library, explains the ride better than what is named; \
-                    what it adds is small beside that";
+        let left = "a more general law, which is not in the library, explains the ride better than the named effects; \
+                    its additional contribution is small";
         warnings.push(left.to_owned());
     }
     warnings
@@ -274,8 +283,8 @@ fn twin(record: &Dataset, fit: &Fitted) -> Option<String> {
         })
         .collect();
     Some(format!(
-        "{} ({}): k = {} N/m and B = {} N s/m with {} explain the record in exactly the same way; which of both it is, what is known of the \
-         bicycle has to tell, or a sensor on the wheel",
+        "{} ({}): k = {} N/m and B = {} N s/m with {} explain the record exactly as well; only knowledge of the bicycle or a \
+         sensor on the wheel can decide between the two",
         term.id(record),
         term.place.name(),
         significant(mass * kappa, 4),

@@ -1,6 +1,7 @@
 //! What is reported of one axle: where the plain model fails, what is left, what the omission changes, k and B.
 
 use crate::bicycle::Axle;
+use crate::diagnosis::dataset::Track;
 use crate::diagnosis::decide::Decision;
 use crate::diagnosis::explain::free_form::free_form;
 use crate::diagnosis::explain::{locate, show};
@@ -18,8 +19,7 @@ use crate::report::diagnosis::{
 };
 
 /// Why a stiffness has no interval.
-const NO_SPRING: &str =
-    "a model without a spring explains the record at least as well, so that there is none to tell";
+const NO_SPRING: &str = "a model without a spring explains the record at least as well";
 
 pub struct OnAxle {
     /// k and B of the extended model, where they are numbers.
@@ -40,8 +40,10 @@ pub struct AxleReporter<'a> {
     pub decision: &'a Decision,
     /// The plain model's motion, by track.
     pub plain_motions: &'a [Motion],
-    /// Family-wise false-alarm rate.
+    /// Significance level.
     pub alpha: f64,
+    /// How often noise scores as the best effect that the model does not hold does on an axle.
+    pub chance: &'a dyn Fn(&Track) -> Option<f64>,
 }
 
 impl AxleReporter<'_> {
@@ -118,8 +120,7 @@ impl AxleReporter<'_> {
     fn identified(&self, t: usize, estimate: Estimate) -> (Option<Estimate>, Vec<String>) {
         let axle = self.name(t);
         if !estimate.is_finite() {
-            let warning =
-                format!("{axle} axle: the extended model's k and B leave the numbers' range");
+            let warning = format!("{axle} axle: k and B of the extended model are not finite");
             return (None, vec![warning]);
         }
         let track = &self.prepared.dataset.tracks[t];
@@ -151,13 +152,13 @@ impl AxleReporter<'_> {
         let (decision, axle) = (self.decision, self.name(t));
         let judged = &decision.judged[t];
         let mut rounds = decision.rounds.iter().filter(|r| r.term.acts_on(axle));
-        let accepted = rounds.clone().find(|r| r.accepted);
+        let accepted = rounds.find(|r| r.accepted);
         let p_value = match (accepted, judged.remains) {
             (Some(round), _) => round.p_value,
             (None, true) => judged.p_value,
-            (None, false) => rounds
-                .next()
-                .map_or(judged.remainder.p_value, |r| r.p_value),
+            (None, false) => {
+                (self.chance)(&self.prepared.dataset.tracks[t]).unwrap_or(judged.p_value)
+            }
         };
         // What has no name lies at least where its nearest shape acts, and somewhere in any case.
         let nowhere = decision.model.terms.is_empty() && !decision.judged.iter().any(|j| j.remains);

@@ -1,12 +1,15 @@
 //! The verdict: what was found is judged on every axle, and where that is not enough, looked for once more.
 
+use rayon::prelude::*;
+
 use crate::EngineError;
 use crate::bicycle::PerAxle;
 use crate::diagnosis::dataset::{Dataset, Track};
 use crate::diagnosis::fit::physical::is_physical;
 use crate::diagnosis::fit::polish::polish;
 use crate::diagnosis::fit::refine::refined;
-use crate::diagnosis::fit::{Fitter, Model, Motion, Term, motions};
+use crate::diagnosis::fit::sandwich;
+use crate::diagnosis::fit::{FINE, Fitted, Fitter, Model, Motion, Term, motions};
 use crate::diagnosis::policy;
 use crate::diagnosis::prepare::Prepared;
 use crate::diagnosis::search::{Round, Search};
@@ -19,7 +22,7 @@ use crate::diagnosis::verdict::general_laws::{dominates, is_curve, is_outgrown};
 use crate::diagnosis::verdict::input_noise;
 use crate::diagnosis::verdict::judge::{Candidate, Judged, judge};
 use crate::diagnosis::verdict::partly::{self, Partly, Rest, partly};
-use crate::diagnosis::verdict::windows::Sights;
+use crate::diagnosis::verdict::twice::Sights;
 use crate::numerics::spectrum::most_white;
 use crate::output_error::rms_valid;
 use crate::report::diagnosis::{Place, SearchCost, Verdict};
@@ -64,7 +67,17 @@ pub fn decide(
     let first = by_likelihood(prepared, search, choose(search)?, &every, settings)?;
     let doubt = doubt(&first, prepared, search);
     let mut decision = match first.verdict == Verdict::Unnamed || doubt != Doubt::Not {
-        true => second_look(first, doubt, prepared, search, settings)?,
+        true => {
+            let found = second_look(first, doubt, prepared, search, settings)?;
+            let whole = match doubt {
+                Doubt::Not => as_one(&found, prepared, search, &every, settings)?,
+                Doubt::Swallowed | Doubt::OnBench => None,
+            };
+            match whole {
+                Some(whole) => simplest(whole, prepared, search)?,
+                None => found,
+            }
+        }
         false => simplest(agreed(first, prepared, search, settings), prepared, search)?,
     };
     decision.cost.steps = prepared.dataset.work.done();
@@ -193,6 +206,32 @@ fn second_look(
     })
 }
 
+/// Effects that were found axle by axle or beside a rest, as one model, where the likelihood names that.
+fn as_one(
+    found: &Decision,
+    prepared: &Prepared,
+    search: &Search,
+    every: &[usize],
+    settings: &Settings,
+) -> Result<Option<Decision>, EngineError> {
+    let by_likelihood_alone = found.sighted.iter().all(Option::is_none);
+    let all_hold = found.claims.iter().all(|(claim, _)| claim.holds);
+    if found.verdict != Verdict::NamedInPart || !by_likelihood_alone || !all_hold {
+        return Ok(None);
+    }
+    let polished = polish(&search.fitter, &found.model, search.thorough(&found.model));
+    let chosen = Chosen {
+        model: polished.unwrap_or_else(|| found.model.clone()),
+        rounds: found.rounds.clone(),
+        tied: Vec::new(),
+        is_spent: found.cost.is_spent,
+    };
+    let whole = by_likelihood(prepared, search, chosen, every, settings)?;
+    let is_named =
+        whole.verdict == Verdict::Named && !is_swallowed(search, &whole, prepared.record());
+    Ok(is_named.then_some(whole))
+}
+
 /// Where models tie, what they agree on, if that explains nearly all: of what they differ in, only the rest is then reported.
 fn agreed(first: Decision, prepared: &Prepared, search: &Search, settings: &Settings) -> Decision {
     let in_all = |term: &&Term| first.tied.iter().all(|m| m.terms.contains(term));
@@ -298,9 +337,16 @@ fn by_likelihood(
         (false, true) if tied.is_empty() => Verdict::Named,
         (false, true) => Verdict::Ambiguous,
     };
+    let corrected = input_noise::corrected(&prepared.on_record(), &shown, settings.seed);
     Ok(Decision {
+        // What noise is left says nothing of errors where something else is left too.
+        corrected: match verdict {
+            Verdict::Named | Verdict::Ambiguous => {
+                sandwich::widened(&search.fitter, &model, corrected)
+            }
+            _ => corrected,
+        },
         verdict,
-        corrected: input_noise::corrected(&prepared.on_record(), &shown, settings.seed),
         shown_plain: prepared.plain_of_record()?,
         model,
         motions,
@@ -401,6 +447,10 @@ fn measured(prepared: &Prepared, search: &Search, model: &Model) -> Model {
         return model.clone();
     }
     let on_record = prepared.on_record();
+    // Beyond its band the record holds nothing, not even noise: what an effect makes there would refute it.
+    if prepared.dataset.tracks.iter().any(|t| t.band.is_some()) {
+        return as_it_is(&on_record, model);
+    }
     let settled = polish(&on_record, model, search.thorough(model));
     let mut shown = refined(&on_record, settled.as_ref().unwrap_or(model));
     // What lies between the samples is no noise: how far it may lead, the dithered fit shows.
@@ -408,6 +458,17 @@ fn measured(prepared: &Prepared, search: &Search, model: &Model) -> Model {
         shown.covariance = dithered.covariance.clone();
     }
     shown
+}
+
+/// The model with what it leaves of a record, nothing fitted.
+fn as_it_is(fitter: &Fitter, model: &Model) -> Model {
+    let substeps = model.substeps(fitter.dataset, FINE);
+    let of = |f: &Fitted| {
+        let residuals = fitter.residuals(&f.unit, &f.point, substeps);
+        let again = fitter.finish(&f.unit, f.point.clone(), residuals, f.covariance.clone());
+        again.unwrap_or_else(|| f.clone())
+    };
+    Model::new(model.terms.clone(), model.fits.iter().map(of).collect())
 }
 
 fn judged(
@@ -433,7 +494,8 @@ fn judged(
             settings,
         )
     };
-    (0..prepared.dataset.tracks.len()).map(of_track).collect()
+    let tracks = 0..prepared.dataset.tracks.len();
+    tracks.into_par_iter().map(of_track).collect()
 }
 
 /// Whether a model that leaves so much (RMS) leaves mostly something else than white noise.
@@ -485,9 +547,10 @@ fn is_swallowed(search: &Search, decision: &Decision, record: &Dataset) -> bool 
         let effect = effect_report::effect(record, &decision.corrected, t, None, None);
         effect.is_some_and(|e| has_size(&e))
     };
-    !model.terms.is_empty()
-        && (falls_short(model.likelihood - search.plain.likelihood, white)
-            || !model.terms.iter().any(sized))
+    // What is slow is noise to most of a likelihood in any case.
+    let is_quick = model.terms.iter().any(|term| !term.kind.spec().slow);
+    let is_short = is_quick && falls_short(model.likelihood - search.plain.likelihood, white);
+    !model.terms.is_empty() && (is_short || !model.terms.iter().any(sized))
 }
 
 #[cfg(test)]

@@ -76,10 +76,7 @@ pub fn fitter(dataset: &Dataset) -> Fitter<'_> {
 }
 
 pub fn term(kind: Kind, axle: Axle) -> Term {
-    let place = match axle {
-        Axle::Front => Place::Front,
-        Axle::Rear => Place::Rear,
-    };
+    let place = Place::from(axle);
     Term { kind, place }
 }
 

@@ -203,22 +203,20 @@ impl Imposed {
                 known: names(),
             }));
         }
-        let mut given = Vec::new();
-        for parameter in &known {
-            let value = self.parameters.get(&*parameter.name).ok_or_else(|| {
-                self.wrong(ImposedProblem::MissingParameter {
-                    name: parameter.name.to_string(),
-                    known: names(),
-                })
-            })?;
-            given.push(*value);
-        }
-        let values = term.kind.values_of(&given, &track.scale);
-        for (back, given) in report(&values).iter().zip(&given) {
+        let parameter = |name: &str| self.parameters.get(name).copied();
+        let values = term.kind.values_named(parameter, &track.scale);
+        let values = values.map_err(|name| {
+            self.wrong(ImposedProblem::MissingParameter {
+                name: name.into_owned(),
+                known: names(),
+            })
+        })?;
+        for back in report(&values) {
+            let given = parameter(&back.name).unwrap_or(f64::NAN);
             if !back.physical || !((back.value - given).abs() <= 1e-9 * given.abs()) {
                 return Err(self.wrong(ImposedProblem::OutOfRange {
                     name: back.name.to_string(),
-                    value: *given,
+                    value: given,
                 }));
             }
         }
@@ -414,11 +412,11 @@ mod tests {
         for (found, expected) in [
             (
                 one("square_wheel", front, &[]),
-                "there is only cubic_stiffness, ",
+                "no such effect, expected one of cubic_stiffness, ",
             ),
             (
                 one("power_damping", front, &[]),
-                "there is only cubic_stiffness, ",
+                "no such effect, expected one of cubic_stiffness, ",
             ),
             (
                 one("cubic_stiffness", Place::Rear, &[("k3", 1e9)]),

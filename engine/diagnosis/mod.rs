@@ -20,8 +20,10 @@ mod residual;
 mod run;
 mod search;
 pub(crate) mod study;
+mod table;
 #[cfg(test)]
 mod tests;
 mod verdict;
 
 pub(crate) use run::diagnose;
+pub use table::as_diagnosed;

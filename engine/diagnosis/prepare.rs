@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::bicycle::{Bike, PerAxle};
 use crate::diagnosis::dataset::Dataset;
-use crate::diagnosis::dataset::dither::{dither, lay_over};
+use crate::diagnosis::dataset::dither::{between, lay_over};
 use crate::diagnosis::effects::users_law;
 use crate::diagnosis::fit::model::stable_substeps;
 use crate::diagnosis::fit::{Effort, FINE, Fitter, Model, Point, Unit};
@@ -44,7 +44,7 @@ impl Prepared {
         conclusion: &Conclusion,
         base: Base,
     ) -> Result<Self, EngineError> {
-        let slower = decimated(ride, fastest(ride));
+        let slower = slower(ride);
         let ride = slower.as_ref().unwrap_or(ride);
         let split = Split::of(ride, settings);
         // Every axle for itself: what one pair for both cannot say is not missing physics.
@@ -61,12 +61,16 @@ impl Prepared {
             Base::Damper => output_error::fit_without_spring(ride, &separate, settings),
         };
         let recorded = fit(ride)?;
-        let noise = dither(ride, &separate, &recorded, split.train.end, settings.seed);
+        let between = between(ride, &separate, &recorded, split.train.end, settings.seed);
+        let noise = between.noise;
         let laid_over = lay_over(ride, &noise);
         let dithered = laid_over.as_ref().map(fit).transpose()?;
         let fits = dithered.as_ref().unwrap_or(&recorded);
         let searched = laid_over.as_ref().unwrap_or(ride);
         let mut dataset = Dataset::new(searched, &separate, fits, split.train.end);
+        for track in &mut dataset.tracks {
+            track.unresolved = (between.unresolved.get(track.axle).copied()).unwrap_or_default();
+        }
         if base == Base::Damper {
             dataset.remove_springs();
         }
@@ -126,6 +130,11 @@ impl Prepared {
             false => Ok(self.plain.clone()),
         }
     }
+}
+
+/// The ride at the rate that carries it; nothing where that is its own.
+pub fn slower(ride: &Ride) -> Option<Ride> {
+    decimated(ride, fastest(ride))
 }
 
 /// The fastest that anything in the record moves (Hz).

@@ -27,7 +27,7 @@ pub fn from_value<T: DeserializeOwned>(value: Value) -> Result<T, String> {
 fn said(path: &str, error: &Error) -> String {
     let text = error.to_string();
     if !error.is_data() {
-        return format!("no JSON: {text}");
+        return format!("invalid JSON: {text}");
     }
     let text = text.split(" at line ").next().unwrap_or_default();
     let text = match text.split_once(", expected ") {
@@ -48,7 +48,7 @@ fn type_of(wanted: &str) -> &str {
     match wanted {
         "f64" | "f32" => "a number",
         "u64" | "usize" | "u32" | "i64" => "a whole number",
-        "a string" => "a text",
+        "a string" => "text",
         "a boolean" => "true or false",
         "a sequence" => "a list",
         "a tuple of size 2" => "a list of two",
@@ -100,7 +100,7 @@ mod tests {
     #[test]
     fn faults_are_reported_by_their_place_and_in_plain_words() {
         for (text, expected) in [
-            (r#"{"name": 5}"#, "name: expected a text, found 5"),
+            (r#"{"name": 5}"#, "name: expected text, found 5"),
             (
                 r#"{"name": "a", "bars": [1, "x"]}"#,
                 r#"bars[1]: expected a number, found the text "x""#,
@@ -130,9 +130,9 @@ mod tests {
             assert_eq!(from_text::<Tyre>(text).unwrap_err(), expected);
         }
         let cut = from_text::<Tyre>(r#"{"name": "a""#).unwrap_err();
-        assert!(cut.starts_with("no JSON: EOF"), "{cut}");
+        assert!(cut.starts_with("invalid JSON: EOF"), "{cut}");
         let more = from_text::<Tyre>(r#"{"name": "a"} x"#).unwrap_err();
-        assert!(more.starts_with("no JSON: trailing"), "{more}");
+        assert!(more.starts_with("invalid JSON: trailing"), "{more}");
         let list = from_text::<BTreeMap<String, Value>>("[1]").unwrap_err();
         assert_eq!(list, "expected an object {...}, found a list");
     }

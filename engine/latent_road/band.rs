@@ -1,5 +1,7 @@
 //! The band in which the road moves the sensors: what is beyond is noise, or the road ends there.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Complex;
 
 use super::record::Sensor;
@@ -19,8 +21,8 @@ pub const LOWEST_HZ: f64 = 1.0;
 pub const HIGHEST_HZ: f64 = 40.0;
 /// Least squared coherence of two sensors: each shows some 2.4 times more road than noise.
 pub const COHERENT: f64 = 0.5;
-/// Largest fall of a sensor's density over a quarter of an octave that a resonance makes (at a damping ratio of 0.06): where
-/// it falls more, the road or the logger ends.
+/// Fall of a sensor's density over a quarter of an octave from which the road or the logger ends, unless it is a resonance that falls
+/// so, at a damping ratio below 0.06.
 pub const STEEPEST: f64 = 10.0;
 /// Narrowest band (ratio of its ends): an octave.
 pub const NARROWEST: f64 = 2.0;
@@ -29,27 +31,56 @@ const CELLS: f64 = 8.0;
 /// Spectral lines that are kept away from an edge: as far as a Hann window sees.
 const GUARD: f64 = 2.0;
 
-/// Densities of two sensors and what they have in common, over one cell of spatial frequency.
-#[derive(Clone, Copy, Default)]
+/// Fewest numbers from which two sensors' coherence is taken.
+const LEAST: f64 = 4.0;
+
+/// Densities of two sensors over one cell of spatial frequency, and what they have in common: by cells of the frequency over time, as the
+/// axles turn the road's phase by that, and differently at another speed.
+#[derive(Clone, Default)]
 struct Cell {
     place: usize,
-    density: [f64; 2],
-    cross: Complex<f64>,
+    all: Cross,
+    crosses: BTreeMap<usize, Cross>,
+}
+
+/// Sums of two sensors' powers, and of the first times the other's conjugate.
+#[derive(Clone, Copy, Default)]
+pub struct Cross {
+    pub sum: Complex<f64>,
+    pub density: [f64; 2],
     count: f64,
+}
+
+impl Cross {
+    pub fn add(&mut self, one: Complex<f64>, other: Complex<f64>) {
+        self.sum += one * other.conj();
+        self.density[0] += one.norm_sqr();
+        self.density[1] += other.norm_sqr();
+        self.count += 1.0;
+    }
+
+    /// Squared size of what both have in common, without what so few numbers have by chance.
+    fn common(&self) -> f64 {
+        let by_chance = self.density[0] * self.density[1] / self.count;
+        let beyond = (self.sum.norm_sqr() - by_chance).max(0.0);
+        beyond * self.count / (self.count - 1.0)
+    }
 }
 
 impl Cell {
     fn coherence(&self) -> f64 {
-        let both = self.density[0] * self.density[1];
+        let counted = || self.crosses.values().filter(|c| c.count >= LEAST);
+        let density = |sensor: usize| counted().map(|c| c.density[sensor]).sum::<f64>();
+        let both = density(0) * density(1);
         if both > 0.0 {
-            self.cross.norm_sqr() / both
+            counted().map(|c| c.common().sqrt()).sum::<f64>().powi(2) / both
         } else {
             0.0
         }
     }
 
     fn mean(&self, sensor: usize) -> f64 {
-        self.density[sensor] / self.count
+        self.all.density[sensor] / self.all.count
     }
 }
 
@@ -66,7 +97,7 @@ pub fn band(windows: &Windows, sensors: &[Sensor]) -> Result<Band, String> {
         speeds().fold(0.0, f64::max),
     );
     if sensors.len() < 2 || windows.list.is_empty() {
-        return Err("there are no two sensors to compare".to_owned());
+        return Err("there are fewer than two sensors to compare".to_owned());
     }
     let lowest = LOWEST_HZ / fastest;
     let cells = cells(windows, lowest, reach);
@@ -74,7 +105,7 @@ pub fn band(windows: &Windows, sensors: &[Sensor]) -> Result<Band, String> {
     let best =
         (0..cells.len()).max_by(|a, b| cells[*a].coherence().total_cmp(&cells[*b].coherence()));
     let Some(best) = best.filter(|b| cells[*b].coherence() >= COHERENT) else {
-        return Err("the sensors have nothing in common".to_owned());
+        return Err("the sensors are not coherent at any frequency".to_owned());
     };
     let first = best - cells[..best].iter().rev().take_while(coherent).count();
     let after = best + cells[best..].iter().take_while(coherent).count();
@@ -90,7 +121,7 @@ pub fn band(windows: &Windows, sensors: &[Sensor]) -> Result<Band, String> {
     let top_hz = (highest_per_m * fastest).min(reach);
     if !(top_hz > NARROWEST * low_hz) {
         return Err(format!(
-            "the road moves both sensors over less than an octave ({low_hz:.1} Hz to {top_hz:.1} Hz)"
+            "the road excites both sensors over less than an octave ({low_hz:.1} Hz to {top_hz:.1} Hz)"
         ));
     }
     Ok(Band {
@@ -114,30 +145,35 @@ fn cells(windows: &Windows, lowest: f64, reach: f64) -> Vec<Cell> {
                 cells.resize(place + 1, Cell::default());
             }
             let cell = &mut cells[place];
-            cell.density[0] += x[0].norm_sqr();
-            cell.density[1] += x[1].norm_sqr();
-            cell.cross += x[0] * x[1].conj();
-            cell.count += 1.0;
+            cell.all.add(x[0], x[1]);
+            let place = (hz.log2() * CELLS) as usize;
+            cell.crosses.entry(place).or_default().add(x[0], x[1]);
         }
     }
     for (place, cell) in cells.iter_mut().enumerate() {
         cell.place = place;
     }
-    cells.retain(|c| c.count > 0.0);
+    cells.retain(|c| c.all.count > 0.0);
     cells
 }
 
-/// Whether a sensor's density falls steeply after this cell.
+/// Whether a sensor's density falls steeply after this cell, below what it was over the octave before: a resonance falls back to where it
+/// rose from.
 fn falls(cells: &[Cell], i: usize) -> bool {
     let near = cells[i + 1..]
         .iter()
         .take_while(|c| c.place <= cells[i].place + 2);
+    let before = cells[..=i]
+        .iter()
+        .rev()
+        .take_while(|c| c.place + CELLS as usize >= cells[i].place);
     (0..2).any(|sensor| {
-        let least = near
-            .clone()
-            .map(|c| c.mean(sensor))
-            .fold(f64::INFINITY, f64::min);
-        cells[i].mean(sensor) > STEEPEST * least
+        let least = |cells: &mut dyn Iterator<Item = &Cell>| {
+            let means = cells.map(|c| c.mean(sensor));
+            means.fold(f64::INFINITY, f64::min)
+        };
+        let (after, before) = (least(&mut near.clone()), least(&mut before.clone()));
+        cells[i].mean(sensor) > STEEPEST * after && after < before
     })
 }
 
@@ -193,11 +229,7 @@ mod tests {
         assert!(top < 10.5 && top > 8.0, "{top} Hz");
         let low = seen(|hz| [1.0, if hz < 5.0 { 0.1 } else { 0.95 }]).unwrap();
         assert!(low.low_hz > 4.3 && low.low_hz < 5.6, "{low:?}");
-        assert!(
-            seen(|_| [1.0, 0.0])
-                .unwrap_err()
-                .contains("nothing in common")
-        );
+        assert!(seen(|_| [1.0, 0.0]).unwrap_err().contains("not coherent"));
     }
 
     #[test]
@@ -206,12 +238,15 @@ mod tests {
         assert_eq!(fall(0.85).unwrap().highest_per_m, 8.0);
         let top = 5.0 * fall(1.15).unwrap().highest_per_m;
         assert!(top < 10.5 && top > 7.5, "{top} Hz");
-        // A resonance of damping ratio 0.1 is none.
-        let resonance = |hz: f64| {
-            let x = hz / 8.0;
-            1.0 / ((1.0 - x * x).powi(2) + (0.2 * x).powi(2))
-        };
-        assert_eq!(seen(|hz| [resonance(hz), 0.95]).unwrap().highest_per_m, 8.0);
+        // A resonance is none, however weakly it is damped.
+        for ratio in [0.1, 0.03, 0.01] {
+            let resonance = |hz: f64| {
+                let x = hz / 8.0;
+                1.0 / ((1.0 - x * x).powi(2) + (2.0 * ratio * x).powi(2))
+            };
+            let band = seen(|hz| [hz * hz * resonance(hz), 0.95]).unwrap();
+            assert_eq!(band.highest_per_m, 8.0, "{ratio}");
+        }
     }
 
     #[test]

@@ -93,7 +93,7 @@ fn compared_clocks(
     };
     let alone = || {
         let mut all = solved(pair, &windows, band, |ended| lasers(ride, &ended))?;
-        let nothing = || "they have too little in common".to_owned();
+        let nothing = || "the sensors have too little motion in common".to_owned();
         all.pop().ok_or_else(nothing)
     };
     Some(together.map_or_else(alone, Ok))

@@ -12,7 +12,6 @@ use super::windows::WINDOW_S;
 use crate::bicycle::{Axle, Bike};
 use crate::document::format_number::significant;
 use crate::numerics::spectrum::deviation;
-use crate::output_error;
 use crate::report::{Correction, Estimate, LatentRoad, RoadSpectrum, SensorFound};
 use crate::ride::{SensorKind, channel_name};
 use crate::simulate::road::Roughness;
@@ -25,10 +24,10 @@ pub const MISFIT: f64 = 0.5;
 const SURE: f64 = 5.0;
 
 /// Why only the road's spectrum determines k and B.
-const ALIKE: &str = "only the shape of the road's spectrum tells it, not the sensors beside each other: the axles are too much alike \
+const ALIKE: &str = "only the shape of the road's spectrum determines it, not the comparison of the sensors: the axles are too similar \
     (k/m, B/m), or the speed is too low";
-const ONE_AXLE: &str = "only the shape of the road's spectrum tells the gain between the sensors of one axle, and k goes with it: an \
-    accelerometer on the other axle tells both";
+const ONE_AXLE: &str = "only the shape of the road's spectrum determines the gain between the sensors of one axle, on which k depends: add \
+    an accelerometer on the other axle";
 
 /// Everything that a fit ended with.
 pub struct Ended<'a> {
@@ -90,9 +89,7 @@ impl Ended<'_> {
             Some(why) => estimate.withheld(&why),
             None => estimate,
         };
-        let reported = estimate
-            .within_reach(output_error::most(self.record.step_s))
-            .reportable();
+        let reported = estimate.within_reach(self.record.step_s).reportable();
         reported.is_finite().then_some(reported)
     }
 
@@ -200,7 +197,7 @@ fn misfits(lines: &[[f64; 2]], repeats: f64, spacing_hz: f64) -> Vec<String> {
         let error = (repeats / due.max(1.0)).sqrt();
         if due > 0.0 && (ratio - 1.0).abs() > MISFIT.max(SURE * error) {
             notes.push(format!(
-                "between {} Hz and {} Hz the sensors show {} times what two axles on one road would",
+                "between {} Hz and {} Hz the sensors show {} times the power expected of two axles on one road",
                 significant(from as f64 * spacing_hz, 2),
                 significant((to - 1) as f64 * spacing_hz, 2),
                 significant(ratio, 2)

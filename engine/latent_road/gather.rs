@@ -4,6 +4,7 @@ use super::align::interpolate;
 use super::bins::MOST_SENSORS;
 use super::record::{Lateness, Record, Sensor, since_middle_s};
 use super::rough::rough_lateness;
+use super::windows::SLOWEST;
 use crate::bicycle::{Axle, Bike};
 use crate::ride::{Ride, SensorKind, SensorRecord, channel_name};
 
@@ -16,7 +17,8 @@ const OTHER_LOGGER_S: f64 = 0.02;
 /// Standard deviation of the share by which one logger's clock runs fast beside another's: quartzes are good to some 50 ppm each,
 /// cheap ones and cold ones to 100 or 200.
 const OTHER_DRIFT: f64 = 200e-6;
-/// Speed (m/s) that a bicycle is taken to ride at where only one axle's sensors are compared and no speed was recorded.
+/// Speed (m/s) that a bicycle is taken to ride at where only one axle's sensors are compared and no speed was recorded, or none that any
+/// window could use: a dead wheel sensor, a bench that stands.
 const USUAL_SPEED: f64 = 5.0;
 
 /// The ride's sensors, the first one an accelerometer.
@@ -41,22 +43,22 @@ pub fn gather(ride: &Ride, bike: &Bike) -> Result<Record, String> {
     let first = accelerometers.next().flatten();
     if let Some(other) = accelerometers.flatten().find(|other| Some(*other) != first) {
         return Err(format!(
-            "the accelerometers stand in two files ({} and {other}), whose clocks are not compared by the road that both wheels ride \
-             over: record both on one logger",
+            "the accelerometers are in two files ({} and {other}), whose clocks cannot be compared through the road that both wheels \
+             ride over: record both on one logger",
             first.unwrap_or_default()
         ));
     }
     match axles[..] {
-        [] => return Err("there is no sensor on an axle".to_owned()),
+        [] => return Err("there is no sensor on either axle".to_owned()),
         [only] if sensors.len() < 2 => {
             return Err(format!(
-                "one accelerometer alone (on the {only} axle) does not tell what is the road's and what is the axle's: a second \
-                 one on the other axle does"
+                "one accelerometer alone (on the {only} axle) cannot separate the road from the axle: add a second one on the \
+                 other axle"
             ));
         }
         [_, _] if wheelbase_m.is_none() => {
             return Err(
-                "the wheelbase (l_front_m and l_rear_m of the bike) is missing: the rear wheel meets the road so much later"
+                "the wheelbase (l_front_m and l_rear_m of the bike) is missing: it determines when the rear wheel meets the road"
                     .to_owned(),
             );
         }
@@ -75,7 +77,8 @@ pub fn beside(ride: &Ride, axle: Axle) -> Option<Record> {
         let mut on = ride.sensors.iter().filter(|s| s.axle == axle);
         on.find(|s| is_laser(s) == laser)
     };
-    let speed = ride.speed.clone();
+    let rides = |speed: &&Vec<f64>| speed.iter().any(|v| *v >= SLOWEST);
+    let speed = ride.speed.as_ref().filter(rides).cloned();
     let speed = speed.unwrap_or_else(|| vec![USUAL_SPEED; ride.samples]);
     Some(record(ride, &[of(false)?, of(true)?], speed))
 }

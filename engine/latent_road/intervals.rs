@@ -8,10 +8,8 @@ use super::likelihood::Likelihood;
 use super::parameters::Layout;
 use super::record::Sensor;
 
-/// Times that an interval may widen when the road's spectrum is left free; where it does more, it rests on the road.
+/// Times that an interval may widen when the road's density is unknown at each frequency of each window; where it does more, it rests on the road.
 pub const RESTS_ON_ROAD: f64 = 2.0;
-/// Knots per octave of a road that is left free: six bend within a resonance's width.
-const FREE_KNOTS: f64 = 6.0;
 
 /// Variances of the unknowns.
 pub struct Spread {
@@ -61,22 +59,21 @@ fn scatter(fit: &Fit, layout: &Layout) -> DMatrix<f64> {
     sum
 }
 
-/// Variances with knots so dense that the road's spectrum takes any shape.
+/// Variances without any knowledge of the road's spectrum, which may differ from window to window, nor of the little by which one wheel is
+/// faster than the other over the same road: within a window the speed changes by more.
 fn freed(fit: &Fit, bins: &Bins, sensors: &[Sensor], layout: &Layout) -> Option<Vec<f64>> {
-    let free = Layout::new(sensors, bins.span()?, FREE_KNOTS);
-    let mut theta = free.start();
-    for i in 0..free.len() {
-        theta[i] = match i.checked_sub(free.knots) {
-            Some(knot) => layout.road(&fit.theta, free.knots_at[knot].exp()),
-            None => fit.theta[i],
-        };
-    }
+    let mut level = bins.clone();
+    level
+        .groups
+        .iter_mut()
+        .for_each(|group| group.stretch = 1.0);
     let problem = Likelihood {
-        bins,
+        bins: &level,
         sensors,
-        layout: &free,
+        layout,
+        any_road: true,
     };
-    let (curvature, _) = reduced(&problem.evaluate(&theta, &fit.own)?);
+    let (curvature, _) = reduced(&problem.evaluate(&fit.theta, &fit.own)?);
     let inverse = curvature.cholesky()?.inverse();
     Some((0..layout.knots).map(|i| inverse[(i, i)]).collect())
 }

@@ -42,6 +42,33 @@ pub struct Likelihood<'a> {
     pub bins: &'a Bins,
     pub sensors: &'a [Sensor],
     pub layout: &'a Layout,
+    /// Whether the road's density is unknown at each frequency of each window by itself, so that the curvature holds only what the
+    /// comparison of the sensors shows.
+    pub any_road: bool,
+}
+
+/// The curvature of one bin by unknowns other than the road, whose density there is eliminated.
+fn add_compared<const M: usize>(
+    speed: Option<usize>,
+    found: &Whitened<M>,
+    share: f64,
+    curvature: &mut DMatrix<f64>,
+    part: &mut Part,
+) {
+    let level = dot(&found.road, &found.road);
+    for (i, (at, a)) in found.changes().iter().enumerate() {
+        let by_level = dot(a, &found.road) / level;
+        let projected = |b| share * (dot(a, b) - by_level * dot(b, &found.road));
+        for (to, b) in &found.changes()[..=i] {
+            curvature[(*at.max(to), *at.min(to))] += projected(b);
+        }
+        if speed == Some(*at) {
+            part.curvature[(1, 1)] += projected(a);
+            for (to, b) in found.changes() {
+                part.across[1][*to] += projected(b);
+            }
+        }
+    }
 }
 
 impl Evaluation {
@@ -119,6 +146,10 @@ impl Likelihood<'_> {
     ) {
         let share = self.bins.repeats.recip();
         let part = &mut out.windows[w];
+        if self.any_road {
+            add_compared(self.layout.speed, found, share, &mut out.curvature, part);
+            return;
+        }
         let (low, upper) = self.layout.between(cycles_per_m);
         let low = self.layout.knots + low;
         let knots = [(low, 1.0 - upper), (low + 1, upper)];

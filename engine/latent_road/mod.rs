@@ -13,6 +13,7 @@ mod align;
 mod band;
 mod bins;
 mod clocks;
+mod evidence;
 mod fit;
 mod found;
 mod gather;
@@ -35,10 +36,12 @@ mod windows;
 use crate::bicycle::Bike;
 use crate::report::LatentRoad;
 use crate::ride::Ride;
-use band::Band;
+pub use band::Band;
 use bins::Bins;
 pub use clocks::{Compared, compare};
+pub use evidence::{Evidence, Reading};
 use found::Ended;
+pub use gather::beside;
 use parameters::Layout;
 use record::Record;
 use windows::Windows;
@@ -92,12 +95,12 @@ fn solved<T>(
     reported: impl FnOnce(Ended) -> T,
 ) -> Result<T, String> {
     let bins = Bins::of(windows, &record.sensors, band);
-    let span = bins.span().ok_or("the band holds no frequency")?;
+    let span = bins.span().ok_or("the band contains no frequency")?;
     let layout = Layout::new(&record.sensors, span, KNOTS_PER_OCTAVE);
-    let no_fit = "no start leads to a likelihood that is a number";
+    let no_fit = "no start leads to a finite likelihood";
     let fit = search::search(&bins, &record.sensors, &layout).ok_or(no_fit)?;
     let spread = intervals::spread(&fit, &bins, &record.sensors, &layout)
-        .ok_or("the likelihood has no sharp end")?;
+        .ok_or("the likelihood has no well-defined maximum")?;
     Ok(reported(Ended {
         record,
         band,

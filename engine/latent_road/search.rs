@@ -22,11 +22,28 @@ const STEPS: [usize; 2] = [30, 60];
 
 /// The most likely unknowns; nothing where the likelihood is none from any start.
 pub fn search(bins: &Bins, sensors: &[Sensor], layout: &Layout) -> Option<Fit> {
-    let thinned = bins.thinned(bins.groups.len() / FEW);
-    let few = Likelihood {
-        bins: &thinned,
+    let best = climbed(&bins.thinned(bins.groups.len() / FEW), sensors, layout)?;
+    let all = Likelihood {
+        bins,
         sensors,
         layout,
+        any_road: false,
+    };
+    fit(
+        &all,
+        best.theta,
+        vec![[0.0; 2]; bins.groups.len()],
+        STEPS[1],
+    )
+}
+
+/// The best of the first climbs.
+pub fn climbed(bins: &Bins, sensors: &[Sensor], layout: &Layout) -> Option<Fit> {
+    let few = Likelihood {
+        bins,
+        sensors,
+        layout,
+        any_road: false,
     };
     let climb = |kappas: &[f64; 2]| {
         let mut theta = layout.start();
@@ -36,19 +53,8 @@ pub fn search(bins: &Bins, sensors: &[Sensor], layout: &Layout) -> Option<Fit> {
                 theta[at + 1] = (2.0 * DAMPED * kappa.sqrt()).ln();
             }
         }
-        fit(&few, theta, vec![[0.0; 2]; thinned.groups.len()], STEPS[0])
+        fit(&few, theta, vec![[0.0; 2]; bins.groups.len()], STEPS[0])
     };
     let found = STARTS.iter().filter_map(climb);
-    let best = found.min_by(|a, b| a.at.value.total_cmp(&b.at.value))?;
-    let all = Likelihood {
-        bins,
-        sensors,
-        layout,
-    };
-    fit(
-        &all,
-        best.theta,
-        vec![[0.0; 2]; bins.groups.len()],
-        STEPS[1],
-    )
+    found.min_by(|a, b| a.at.value.total_cmp(&b.at.value))
 }

@@ -143,7 +143,7 @@ fn axles_alike_have_no_interval_but_a_reason() {
     let found = latent_road(&ride(&simulated_ride(1, alike), NOTHING), &bike()).unwrap();
     for e in [found.front.unwrap(), found.rear.unwrap()] {
         assert_eq!((e.k_std_n_m, e.b_std_n_s_m), (None, None));
-        assert!(e.k_not_identifiable.unwrap().contains("too much alike"));
+        assert!(e.k_not_identifiable.unwrap().contains("too similar"));
     }
 }
 
@@ -171,7 +171,7 @@ fn what_is_lacking_is_said() {
     assert!(why(&standing, &bike()).contains("only 0 stretches"));
     let mut strange = whole.clone();
     strange.sensors[1].values = Normals::of(9, whole.samples);
-    assert!(why(&strange, &bike()).contains("nothing in common"));
+    assert!(why(&strange, &bike()).contains("not coherent"));
     for (windows, enough) in [(LEAST_WINDOWS, true), (LEAST_WINDOWS - 1, false)] {
         let short = SimulatedRide {
             duration_s: 2.0 * windows as f64 + 2.5,
@@ -319,6 +319,7 @@ fn the_gradient_is_that_of_the_likelihood() {
         bins: &bins,
         sensors: &record.sensors,
         layout: &layout,
+        any_road: false,
     };
     let mut theta = layout.start();
     let nudge = Normals::of(8, theta.len());

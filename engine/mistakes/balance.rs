@@ -17,11 +17,31 @@ pub fn mistake(bike: &Bike) -> Option<Mistake> {
     Some(Mistake {
         kind: MistakeKind::Bicycle,
         sentence: format!(
-            "{said}: {}. k and B scale with the mass. (On a bench that need not balance leave the lengths out.)",
+            "{said}: {}. k and B scale with the mass. (On a bench that need not balance, omit the lengths.)",
             why.as_deref().unwrap_or("one of them is wrong")
         ),
         takes_the_verdict: why.is_some(),
     })
+}
+
+/// Whether other numbers of the bicycle agree with an axle's mass: its static load, or the balance of both axles.
+pub fn confirms_mass(bike: &Bike, axle: Axle) -> bool {
+    let is_load = static_load(bike, axle)
+        .zip(bike.mass(axle))
+        .is_some_and(|(load, mass)| is_near(load, mass * GRAVITY, AGREES));
+    let lever = || {
+        let front = bike.mass(Axle::Front)? * bike.l_front_m?;
+        let rear = bike.mass(Axle::Rear)? * bike.l_rear_m?;
+        Some(is_near(front, rear, AGREES))
+    };
+    is_load || lever() == Some(true)
+}
+
+fn static_load(bike: &Bike, axle: Axle) -> Option<f64> {
+    match axle {
+        Axle::Front => bike.static_load_front_n,
+        Axle::Rear => bike.static_load_rear_n,
+    }
 }
 
 fn is_near(ratio: f64, factor: f64, within: f64) -> bool {
@@ -42,13 +62,10 @@ fn lever(bike: &Bike) -> Option<(String, Option<String>)> {
     };
     let by = (front / rear).max(rear / front);
     let why = if is_near(m_f * l_r, m_r * l_f, NEAR) {
-        Some(
-            "l_front_m and l_rear_m, or both masses, seem to stand in each other's place"
-                .to_owned(),
-        )
+        Some("l_front_m and l_rear_m, or the two masses, seem to be swapped".to_owned())
     } else if is_near(by, 2.0, NEAR) {
         Some(format!(
-            "{heavy} seems to be twice, or {light} half of what it is"
+            "{heavy} seems to be twice, or {light} half, its true value"
         ))
     } else if is_near(by, POUNDS, NEAR) {
         Some(format!("{heavy} seems to be in pounds"))
@@ -56,18 +73,15 @@ fn lever(bike: &Bike) -> Option<(String, Option<String>)> {
         None
     };
     let said = format!(
-        "The bicycle's masses and lengths contradict each other, m_F l_F = {front:.1} kg m and m_R l_R = {rear:.1} kg m where both \
-         should be alike"
+        "The bicycle's masses and lengths contradict each other (m_F l_F = {front:.1} kg m, m_R l_R = {rear:.1} kg m; both should \
+         be about equal)"
     );
     Some((said, why))
 }
 
 /// That an axle's static load is not its mass times g.
 fn load(bike: &Bike, axle: Axle) -> Option<(String, Option<String>)> {
-    let reported = match axle {
-        Axle::Front => bike.static_load_front_n,
-        Axle::Rear => bike.static_load_rear_n,
-    }?;
+    let reported = static_load(bike, axle)?;
     let weight = bike.mass(axle)? * GRAVITY;
     if is_near(reported, weight, AGREES) {
         return None;
@@ -82,7 +96,7 @@ fn load(bike: &Bike, axle: Axle) -> Option<(String, Option<String>)> {
         None
     };
     let said = format!(
-        "The bicycle's {axle} axle bears {reported:.0} N at rest, but its mass weighs {weight:.0} N"
+        "The static load of the {axle} axle is {reported:.0} N, but its mass weighs {weight:.0} N"
     );
     Some((said, why.map(str::to_owned)))
 }
@@ -119,7 +133,7 @@ mod tests {
                 None,
                 "mass_rear_kg seems to be in pounds",
             ),
-            ([23.0, 63.0], [0.293, 0.808], None, "in each other's place"),
+            ([23.0, 63.0], [0.293, 0.808], None, "seem to be swapped"),
             ([23.0, 63.0], papers, Some(23.0), "in kilograms"),
             ([46.0, 126.0], papers, Some(225.6), "doubled"),
             ([50.7, 138.9], papers, Some(225.6), "pounds"),
@@ -128,6 +142,17 @@ mod tests {
             assert!(found.sentence.contains(said), "{}", found.sentence);
             assert!(found.takes_the_verdict);
         }
+    }
+
+    #[test]
+    fn a_mass_is_confirmed_by_its_load_or_by_the_balance() {
+        let papers = bike([23.0, 63.0], [0.808, 0.293], None);
+        assert!(confirms_mass(&papers, Axle::Front));
+        let odd = bike([46.0, 63.0], [0.808, 0.293], Some(225.6));
+        assert!(!confirms_mass(&odd, Axle::Front));
+        let weighed = bike([23.0, 40.0], [0.808, 0.293], Some(225.6 / 1.01));
+        assert!(confirms_mass(&weighed, Axle::Front) && !confirms_mass(&weighed, Axle::Rear));
+        assert!(!confirms_mass(&Bike::default(), Axle::Rear));
     }
 
     #[test]

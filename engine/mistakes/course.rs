@@ -6,7 +6,7 @@ use crate::report::{Mistake, MistakeKind};
 use crate::ride::{Ride, distance};
 
 /// Speeds that are reported in another unit, times what they are in m/s.
-const UNITS: [(f64, &str); 2] = [(3.6, "km/h"), (2.236_94, "mph")];
+pub const SPEEDS: [(f64, &str); 2] = [(3.6, "km/h"), (2.236_94, "mph")];
 /// How far beside the delay of a unit both roads must be less alike.
 const BESIDE: [f64; 2] = [0.9, 1.1];
 /// Correlation of both roads from which one reading is right, and up to which another is wrong.
@@ -35,8 +35,8 @@ pub fn mistake(ride: &Ride, bike: &Bike) -> Option<Mistake> {
     if roads.alike(-wheelbase) > RIGHT {
         return Some(Mistake {
             kind: MistakeKind::SwappedAxles,
-            sentence: "The rear wheel meets the road before the front wheel does: front and rear channels stand in each other's \
-                       place. Swap them, or swap what the bike file says of front and rear. (On a rig that moves the rear wheel first leave the speed out.)"
+            sentence: "The rear wheel meets the road before the front wheel: front and rear channels are swapped. Swap them back, or \
+                       swap front and rear in the bike file. (On a rig that moves the rear wheel first, omit the speed.)"
                 .to_owned(),
             takes_the_verdict: true,
         });
@@ -46,15 +46,20 @@ pub fn mistake(ride: &Ride, bike: &Bike) -> Option<Mistake> {
         let beside = BESIDE.map(|off| roads.alike(off * factor * wheelbase));
         alike > RIGHT && beside.iter().all(|beside| *beside < alike)
     };
-    let (_, unit) = UNITS.iter().find(|(factor, _)| is_it(*factor))?;
+    let (_, unit) = SPEEDS.iter().find(|(factor, _)| is_it(*factor))?;
     Some(Mistake {
         kind: MistakeKind::SpeedUnit,
-        sentence: format!(
-            "By the speed channel the rear wheel meets the front wheel's road too late: its unit seems to be {unit}. \
-             Head the column \"v [{unit}]\"."
-        ),
+        sentence: too_late(unit),
         takes_the_verdict: true,
     })
+}
+
+/// What is wrong with a speed in another unit, and how to mend it.
+pub fn too_late(unit: &str) -> String {
+    format!(
+        "By the speed channel the rear wheel meets the front wheel's road too late: the unit of v seems to be {unit}. \
+         Name the column \"v [{unit}]\"."
+    )
 }
 
 /// The roads under both wheels, over the distance ridden.
@@ -143,7 +148,7 @@ mod tests {
     fn axles_and_speeds_are_reported_by_the_delay_between_the_wheels() {
         assert_eq!(found(1.0, false), None);
         assert_eq!(found(1.0, true), Some(MistakeKind::SwappedAxles));
-        for (factor, _) in UNITS {
+        for (factor, _) in SPEEDS {
             assert_eq!(found(factor, false), Some(MistakeKind::SpeedUnit));
         }
         assert_eq!(

@@ -19,6 +19,8 @@ const FITTED: f64 = 0.6;
 /// every sixth of seeds 103 and 104).
 const RIGHT: f64 = 0.9;
 const WRONG: f64 = 0.5;
+/// How much less an exchange of road and displacement may explain than any gain, which has two coefficients more.
+const EQUAL: f64 = 0.05;
 /// How near (ratio) the gain must come to that of a known mistake.
 const NEAR: f64 = 1.15;
 /// Gains of known mistakes, and the unit in which the displacement seems to be where it is said to be in metres.
@@ -32,35 +34,87 @@ struct Reading {
     gain: f64,
 }
 
-/// Mistakes in the displacements of a ride with a road.
+/// Mistakes in the displacements of a ride with a measured road.
 pub fn mistakes(ride: &Ride) -> Vec<Mistake> {
+    if !ride.sensors.is_empty() {
+        return Vec::new();
+    }
     if let Some(mistake) = swapped(ride) {
         return vec![mistake];
     }
     let axles = ride.axles.iter();
     let of_axle = |(axle, record): (Axle, &AxleRecord)| {
-        let readings = widths(ride)
-            .into_iter()
-            .filter_map(|half| reading(record, &record.road, half));
-        mistake(axle, &readings.max_by(|a, b| a.free.total_cmp(&b.free))?)
+        let by_width = |of: &dyn Fn(usize) -> Option<Reading>| {
+            let readings = widths(ride).into_iter().filter_map(of);
+            readings.max_by(|a, b| a.free.total_cmp(&b.free))
+        };
+        let declared = by_width(&|half| reading(record, &record.road, half))?;
+        let exchanged = by_width(&|half| exchanged(record, half));
+        let follows = exchanged.filter(|other| other.stands > RIGHT && declared.stands < WRONG);
+        if follows.is_some_and(|other| other.stands > declared.free - EQUAL) {
+            return Some(exchange(axle));
+        }
+        mistake(axle, &declared)
     };
     axles.filter_map(of_axle).collect()
+}
+
+/// Whether every axle follows its road as the channels stand.
+pub fn agrees(ride: &Ride) -> bool {
+    least_explained(ride).is_some_and(|explained| explained > RIGHT)
+}
+
+/// Whether an axle does not follow its road as the channels stand.
+pub fn contradicts(ride: &Ride) -> bool {
+    least_explained(ride).is_some_and(|explained| explained < WRONG)
+}
+
+/// Part of the axles' accelerations that the plain axle explains with the channels as they stand, the least of all axles; nothing where
+/// no axle has a road.
+fn least_explained(ride: &Ride) -> Option<f64> {
+    let explained = |record: &AxleRecord| {
+        let readings = widths(ride).into_iter();
+        let readings = readings.filter_map(|half| reading(record, &record.road, half));
+        readings.map(|r| r.stands).max_by(f64::total_cmp)
+    };
+    let axles = ride
+        .axles
+        .iter()
+        .filter_map(|(_, record)| explained(record));
+    axles.min_by(f64::total_cmp)
+}
+
+/// That road and displacement of an axle stand in each other's place.
+fn exchange(axle: Axle) -> Mistake {
+    let [z, u] = names(axle);
+    Mistake {
+        kind: MistakeKind::SwappedRoad,
+        sentence: format!(
+            "The road follows the {axle} axle, not the axle the road: {u} and {z} are swapped. Swap them."
+        ),
+        takes_the_verdict: true,
+    }
+}
+
+/// Channels of an axle's displacement and road.
+fn names(axle: Axle) -> [&'static str; 2] {
+    match axle {
+        Axle::Front => ["z_f", "u_f"],
+        Axle::Rear => ["z_r", "u_r"],
+    }
 }
 
 fn mistake(axle: Axle, reading: &Reading) -> Option<Mistake> {
     if reading.free < RIGHT || reading.stands > WRONG {
         return None;
     }
-    let (z, u) = match axle {
-        Axle::Front => ("z_f", "u_f"),
-        Axle::Rear => ("z_r", "u_r"),
-    };
+    let [z, u] = names(axle);
     let size = reading.gain.abs();
     let is_near = |gain: f64| size / gain < NEAR && gain / size < NEAR;
     let turned = match reading.gain < 0.0 {
-        true => format!(
-            "{z} and {u} have opposite signs: change the sign of the one that counts downwards."
-        ),
+        true => {
+            format!("{z} and {u} have opposite signs: invert the one that is positive downwards.")
+        }
         false => String::new(),
     };
     if is_near(1.0) {
@@ -77,7 +131,7 @@ fn mistake(axle: Axle, reading: &Reading) -> Option<Mistake> {
     };
     let (channel, other, gain, unit) = UNITS.iter().find_map(large)?;
     let sentence = format!(
-        "{channel} is about {gain} times too large beside {other}: its unit seems to be {unit}. Head the column \
+        "{channel} is about {gain} times too large relative to {other}: its unit seems to be {unit}. Name the column \
          \"{channel} [{unit}]\". {turned}"
     );
     Some(Mistake {
@@ -101,7 +155,7 @@ fn swapped(ride: &Ride) -> Option<Mistake> {
     let is_swapped = follows_other(front, rear) && follows_other(rear, front);
     is_swapped.then(|| Mistake {
         kind: MistakeKind::SwappedDisplacements,
-        sentence: "Each axle follows the other one's road: z_f and z_r stand in each other's place, or u_f and u_r. Swap one pair."
+        sentence: "Each axle follows the other one's road: z_f and z_r, or u_f and u_r, are swapped. Swap one pair."
             .to_owned(),
         takes_the_verdict: true,
     })
@@ -121,7 +175,24 @@ fn reading(record: &AxleRecord, road: &[f64], half: usize) -> Option<Reading> {
     if !record.has_road() || record.prescribed || record.force.is_some() {
         return None;
     }
-    let rows = rows(&record.displacement, road, &record.valid, half);
+    reads(rows(&record.displacement, road, &record.valid, half))
+}
+
+/// The same with road and displacement in each other's place.
+fn exchanged(record: &AxleRecord, half: usize) -> Option<Reading> {
+    if !record.has_road() || record.prescribed || record.force.is_some() {
+        return None;
+    }
+    reads(rows(
+        &record.road,
+        &record.displacement,
+        &record.valid,
+        half,
+    ))
+}
+
+/// What the windows of an axle say.
+fn reads(rows: Vec<[f64; 8]>) -> Option<Reading> {
     let fitted = (FITTED * rows.len() as f64) as usize;
     if fitted < FEWEST || rows.len() - fitted < FEWEST {
         return None;

@@ -6,16 +6,35 @@ mod balance;
 mod clock;
 mod course;
 mod gain;
+mod mass;
+mod sensors;
 
-use crate::bicycle::Bike;
+pub use gain::{agrees, contradicts};
+pub use sensors::lasers_are_turned;
+
+use crate::bicycle::{Bike, PerAxle};
+use crate::output_error::AxleFit;
 use crate::report::Mistake;
 use crate::ride::Ride;
+use crate::settings::Settings;
 
-/// All that is found on a ride.
-pub fn mistakes(ride: &Ride, bike: &Bike) -> Vec<Mistake> {
+/// All that is found on a ride, whose axles were `fitted` so as they are declared.
+pub fn mistakes(
+    ride: &Ride,
+    bike: &Bike,
+    settings: &Settings,
+    fitted: &PerAxle<AxleFit>,
+) -> Vec<Mistake> {
     let mut found: Vec<Mistake> = clock::mistake(ride).into_iter().collect();
     found.extend(balance::mistake(bike));
+    found.extend(mass::mistakes(ride, bike, settings, fitted));
     found.extend(gain::mistakes(ride));
     found.extend(course::mistake(ride, bike));
+    found.extend(sensors::mistake(ride, bike));
     found
+}
+
+/// What is found in the sensors and times of a ride by itself, first of all.
+pub fn misread(ride: &Ride, bike: &Bike) -> Option<Mistake> {
+    clock::mistake(ride).or_else(|| sensors::mistake(ride, bike))
 }

@@ -2,6 +2,7 @@
 
 pub mod autoregressive;
 pub mod elementary;
+pub mod filter;
 pub mod finite;
 pub mod lanes;
 pub mod levenberg_marquardt;

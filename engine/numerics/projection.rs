@@ -22,6 +22,32 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     )
 }
 
+/// Inner products of one vector with four as long, each sample of which is read once.
+pub fn dots(x: &[f64], ys: [&[f64]; 4]) -> [f64; 4] {
+    widest(
+        #[inline(always)]
+        || {
+            let (x, x_rest) = x.as_chunks::<LANES>();
+            let [a, b, c, d] = ys.map(|y| y.as_chunks::<LANES>());
+            let mut sums = [[0.0; LANES]; 4];
+            let each = x.iter().zip(a.0).zip(b.0).zip(c.0).zip(d.0);
+            for ((((x, a), b), c), d) in each {
+                for lane in 0..LANES {
+                    sums[0][lane] += x[lane] * a[lane];
+                    sums[1][lane] += x[lane] * b[lane];
+                    sums[2][lane] += x[lane] * c[lane];
+                    sums[3][lane] += x[lane] * d[lane];
+                }
+            }
+            let rests = [a.1, b.1, c.1, d.1];
+            std::array::from_fn(|i| {
+                let rest: f64 = x_rest.iter().zip(rests[i]).map(|(x, y)| x * y).sum();
+                sums[i].iter().sum::<f64>() + rest
+            })
+        },
+    )
+}
+
 /// What is left of `x` outside the span of an orthonormal basis.
 pub fn without(x: &[f64], basis: &[Vec<f64>]) -> Vec<f64> {
     let mut left = x.to_vec();
@@ -52,4 +78,20 @@ pub fn orthonormal(columns: Vec<Vec<f64>>, beyond: &[Vec<f64>]) -> Vec<Vec<f64>>
         }
     }
     basis
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn four_inner_products_at_once_are_those_one_by_one() {
+        let wave =
+            |k: usize| -> Vec<f64> { (0..83).map(|i| (0.3 * (i * k) as f64).sin()).collect() };
+        let (x, ys) = (wave(1), [2, 3, 5, 7].map(wave));
+        let found = dots(&x, std::array::from_fn(|i| ys[i].as_slice()));
+        for (found, y) in found.iter().zip(&ys) {
+            assert!((found - dot(&x, y)).abs() < 1e-12);
+        }
+    }
 }

@@ -3,6 +3,10 @@
 /// Part of a record that a stretch takes, whose spectra and those of the halves between them are averaged: a part and no
 /// time, so that a record means the same whatever its unit of time. A minute of a bicycle is resolved to 0.13 Hz.
 const STRETCH: [usize; 2] = [2, 15];
+/// Share of the spectrum whose median density is taken for a level.
+const BAND: f64 = 0.16;
+/// Standard deviations of the difference of two levels that count as scatter.
+const SURE: f64 = 2.0;
 /// Samples that a stretch has at least, as long as the record has three of them.
 const LEAST: usize = 64;
 
@@ -57,7 +61,7 @@ impl Spectrum {
     /// Median density of a sixth of the spectrum, from a share of its width on.
     fn median(&self, from: f64) -> f64 {
         let n = self.hz.len() as f64;
-        let mut band = self.density[(from * n) as usize..((from + 0.16) * n) as usize].to_vec();
+        let mut band = self.density[(from * n) as usize..((from + BAND) * n) as usize].to_vec();
         band.sort_by(f64::total_cmp);
         band[band.len() / 2]
     }
@@ -101,6 +105,30 @@ impl Spectrum {
         self.upper_medians()
             .into_iter()
             .fold(f64::INFINITY, f64::min)
+    }
+
+    /// Density times frequency squared of what falls as roads do (ISO 8608) beyond half the sampling rate and is folded back there, as far
+    /// as two bands below that fall like it by more than their scatter; zero for white noise and for what ends before.
+    pub fn tail(&self) -> f64 {
+        let Some(half) = self.hz.last() else {
+            return 0.0;
+        };
+        let bands = [0.52, 0.82];
+        let levels = bands.map(|from| self.median(from) / MEDIAN);
+        let shapes = bands.map(|from| {
+            let hz = (from + 0.5 * BAND) * half;
+            hz.powi(-2) + (2.0 * half - hz).powi(-2)
+        });
+        let scatter = SURE / (BAND * self.hz.len() as f64 * self.stretches).sqrt();
+        let fall = levels[0] - levels[1] - scatter * levels[0].hypot(levels[1]);
+        (fall / (shapes[0] - shapes[1])).clamp(0.0, levels[1] / shapes[1])
+    }
+
+    /// Density of the record where most of its power is: its own level for noise that is white within a band and nothing beyond.
+    pub fn level(&self) -> f64 {
+        let power: f64 = self.density.iter().sum();
+        let squares: f64 = self.density.iter().map(|d| d * d).sum();
+        if power > 0.0 { squares / power } else { 0.0 }
     }
 
     /// Median densities of four bands in the upper half.

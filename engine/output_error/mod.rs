@@ -17,7 +17,7 @@ use crate::numerics::autoregressive::NoiseModel;
 use crate::numerics::finite::std_error;
 use crate::numerics::levenberg_marquardt::{Damping, Descent, minimise};
 use crate::numerics::spline::slopes;
-use crate::plant::Coefficients;
+use crate::plant::{Coefficient, Coefficients};
 use crate::report::Estimate;
 use crate::ride::{AxleRecord, Ride};
 use crate::settings::Settings;
@@ -78,6 +78,26 @@ struct Problem<'a> {
     mass: Option<f64>,
     /// Which of [`Coefficients`]'s parameters are unknown.
     free: [bool; PARAMETERS],
+    /// Where the record does not show how it starts: height and velocity as recorded, and the weight of each beside a sample's.
+    unseen: Option<[(f64, f64); 2]>,
+}
+
+/// Weight of an unseen start beside a sample: enough to keep it from running away, and nothing beside what a few samples show.
+const UNSEEN: f64 = 1e-4;
+
+/// Height and velocity with which a record starts whose first samples are not valid, each with its weight.
+fn unseen(record: &AxleRecord, step: f64) -> Option<[(f64, f64); 2]> {
+    let z = record.output();
+    if record.prescribed || record.valid.first() != Some(&false) {
+        return None;
+    }
+    let steps = z.windows(2).zip(&record.valid).filter(|(_, v)| **v);
+    let squares: f64 = steps.map(|(p, _)| ((p[1] - p[0]) / step).powi(2)).sum();
+    let height = spread_valid(z, &record.valid, 0..z.len());
+    let count = record.valid.iter().filter(|v| **v).count().max(1) as f64;
+    let per_velocity = height * height / (squares / count).max(f64::MIN_POSITIVE);
+    let velocity = slopes(&z[..z.len().min(8)], step)[0];
+    Some([(z[0], UNSEEN), (velocity, UNSEEN * per_velocity)])
 }
 
 impl<'a> Problem<'a> {
@@ -100,6 +120,7 @@ impl<'a> Problem<'a> {
             input: Input::of(record, step),
             mass,
             free: [true, true, mass.is_none(), rest_point, moves, moves],
+            unseen: unseen(record, step).filter(|_| moves),
         })
     }
 
@@ -140,19 +161,29 @@ impl<'a> Problem<'a> {
 
     /// Cost, gradient (half) and Gauss-Newton matrix over the first `samples` samples.
     fn normal(&self, p: &Coefficients, samples: usize) -> (f64, Local, LocalMatrix) {
-        let (mut cost, mut g, mut h) = (0.0, Local::zeros(), LocalMatrix::zeros());
+        let (measured, valid) = (self.record.output(), &self.record.valid);
+        let (mut cost, mut slope) = (0.0, [0.0; PARAMETERS]);
+        let mut products = [[0.0; PARAMETERS]; PARAMETERS];
         walk(&self.input, p, samples, |i, z, dz| {
-            if self.record.valid[i] {
-                let r = self.record.output()[i] - z;
+            if valid[i] {
+                let r = measured[i] - z;
                 cost += r * r;
                 for a in 0..PARAMETERS {
-                    g[a] += dz[a] * r;
+                    slope[a] += dz[a] * r;
                     for b in 0..=a {
-                        h[(a, b)] += dz[a] * dz[b];
+                        products[a][b] += dz[a] * dz[b];
                     }
                 }
             }
         });
+        let mut g = Local::from(slope);
+        let mut h = LocalMatrix::from_fn(|a, b| products[a][b]);
+        for (a, (recorded, weight)) in (4..).zip(self.unseen.into_iter().flatten()) {
+            let r = recorded - p.get(Coefficient::ALL[a]);
+            cost += weight * r * r;
+            g[a] += weight * r;
+            h[(a, a)] += weight;
+        }
         for a in 0..PARAMETERS {
             for b in 0..a {
                 h[(b, a)] = h[(a, b)];

@@ -1,6 +1,7 @@
 #![allow(clippy::unwrap_used)]
 use super::*;
 use crate::numerics::random::Normal;
+use crate::numerics::spline::lifted;
 use crate::output_error::start::starts_from;
 use crate::pipeline::observe;
 use crate::plant::PlantRef;
@@ -37,7 +38,7 @@ fn ride(noise: f64) -> (Ride, Bike) {
     let mut axles = PerAxle::default();
     for (axle, m) in [(Axle::Front, 23.0), (Axle::Rear, 63.0)] {
         let (z, _) = simulate(
-            &Input::new(&road, None, step),
+            &Input::new(&lifted(&road), None, step),
             110e3 / m,
             1150.0 / m,
             1.0 / m,
@@ -58,6 +59,7 @@ fn ride(noise: f64) -> (Ride, Bike) {
                 valid: vec![true; n],
                 prescribed: false,
                 plant: PlantRef::default(),
+                band: None,
             },
         );
     }
@@ -228,6 +230,7 @@ fn drive() -> Ride {
         valid: vec![true; n],
         prescribed: false,
         plant: PlantRef::default(),
+        band: None,
     };
     Ride {
         sensors: Vec::new(),
@@ -320,6 +323,7 @@ fn bench(driven: bool) -> (Ride, Bike) {
         valid: vec![true; n],
         prescribed: false,
         plant: PlantRef::default(),
+        band: None,
     });
     ride.axles.rear = None;
     (ride.samples, ride.step_s) = (n, step);

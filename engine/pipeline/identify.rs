@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::parameters::parameters;
+use super::result::result;
 use crate::EngineError;
 use crate::bicycle::{Bike, PerAxle};
 use crate::diagnosis;
@@ -15,16 +15,18 @@ use crate::progress::Progress;
 use crate::report::Method;
 use crate::report::diagnosis::Diagnosis;
 use crate::report::stages::{Conclusion, Observed};
-use crate::report::{Comparison, Estimate, LatentRoad, Mistake, Report, SwarmReport, Trial};
+use crate::report::{
+    Comparison, Estimate, LatentRoad, Mistake, Parameters, Report, SwarmReport, Trial,
+};
 use crate::ride::Ride;
 use crate::settings::Settings;
 use crate::swarm::Swarm;
 use crate::uncertainty::identifiable::{MISTAKEN, UNPLACED};
+use crate::uncertainty::interpolation::interpolation_error;
 use crate::uncertainty::laser::{are_unplaced, misleading, notes, unconfirmed, widened};
 use crate::uncertainty::laser_clock::laser_error;
 use crate::uncertainty::mass::mass_error;
 use crate::uncertainty::road_noise::{borne, decides, road_noise_error, worth_reporting};
-use std::collections::BTreeMap;
 
 /// Stiffness k and damping B of every axle by every method, and what physics the model leaves out. Trials of the swarm run
 /// in parallel on the current rayon pool.
@@ -114,12 +116,18 @@ pub fn conclude(
         rear: swarm.rear.as_ref().map(start_from),
     });
     let fits = output_error::fit(ride, bike, settings, &starts)?;
-    let output_error = fits.map(|axle, fit| fit.estimate(bike.mass(axle).is_some()).reportable());
+    let mistakes = mistakes(ride, bike, settings, &fits);
+    let output_error = fits.map(|axle, fit| {
+        let estimate = fit.estimate(bike.mass(axle).is_some()).reportable();
+        estimate.within_reach(ride.step_s)
+    });
     let laser_error = laser_error(ride, bike, settings, &output_error);
     let road_noise_error = road_noise_error(ride, bike, settings, &output_error);
     let mass_error = mass_error(ride, bike, settings, &output_error)?;
-    let supports =
-        |estimates: &PerAxle<Estimate>| widened(&widened(estimates, &laser_error), &mass_error);
+    let interpolation_error = interpolation_error(ride, bike, settings, &output_error);
+    let supports = |estimates: &PerAxle<Estimate>| {
+        widened_by_all(estimates, [&laser_error, &mass_error, &interpolation_error])
+    };
     let output_error = borne(&supports(&output_error), &road_noise_error);
     let judged = |estimates: &PerAxle<Estimate>| {
         supports(estimates).map(|axle, e| e.clone().judged_by(output_error.get(axle)))
@@ -135,20 +143,26 @@ pub fn conclude(
         notes(
             &output_error,
             &laser_error,
-            "the laser that the road was made from",
-            "what is not known of its clock, and its noise",
+            "the laser from which the road was computed",
+            "its clock error and noise",
         ),
         notes(
             &output_error,
             &worth_reporting(&output_error, &road_noise_error),
-            "noise of the road channel",
-            "by output error, which takes it for road",
+            "noise in the road channel",
+            "output error treats it as road",
+        ),
+        notes(
+            &output_error,
+            &worth_reporting(&output_error, &interpolation_error),
+            "interpolation of the road between its samples",
+            "the axle moves fast compared with the sampling rate",
         ),
         notes(
             &output_error,
             &mass_error,
-            "the mass's deviation",
-            "as the bike file has it",
+            "the mass's standard deviation",
+            "from the bike file",
         ),
     ];
     let comparison = compared(ride, observed, &swarm, &output_error, reported.concat());
@@ -159,7 +173,7 @@ pub fn conclude(
         settings.alpha,
     );
     let conclusion = Conclusion {
-        mistakes: mistakes(ride, bike),
+        mistakes,
         least_squares: judged(&observed.least_squares),
         instrumental: judged(&observed.instrumental),
         swarm,
@@ -167,10 +181,20 @@ pub fn conclude(
         laser_error,
         mass_error,
         road_noise_error,
+        interpolation_error,
         clock_unconfirmed,
         comparison,
     };
     checked("conclude", conclusion)
+}
+
+/// Estimates whose intervals bear all of these errors.
+fn widened_by_all(
+    estimates: &PerAxle<Estimate>,
+    errors: [&PerAxle<Parameters>; 3],
+) -> PerAxle<Estimate> {
+    let wider = |estimates: PerAxle<Estimate>, by: &PerAxle<Parameters>| widened(&estimates, by);
+    errors.into_iter().fold(estimates.clone(), wider)
 }
 
 /// The paper's Table 1, with what there is to say beside it.
@@ -210,8 +234,8 @@ fn skipped(ride: &Ride) -> Vec<String> {
 }
 
 /// Why a ride without a road has no verdict.
-const NO_ROAD: &str = "Whether the model leaves physics out cannot be told: the road was not measured, and an unknown road can take up \
-    what the model lacks. Record the road (u_f, u_r), or a laser's distance to it (d_f, d_r) beside the accelerometers.";
+const NO_ROAD: &str = "No verdict: the road was not measured, and an unknown road can absorb missing physics. Record the road (u_f, u_r), \
+    or a laser's distance to it (d_f, d_r) together with the accelerometers.";
 
 /// Stage `diagnose`: what physics the model leaves out.
 pub fn diagnose(
@@ -227,13 +251,18 @@ pub fn diagnose(
     let found = match diagnosis::diagnose(ride, bike, settings, conclusion, progress) {
         // What the other methods found stands without it.
         Err(EngineError::Diverged { problem, .. }) => Diagnosis::without_verdict(format!(
-            "This record carries no verdict: {problem}. Record what drives the axle, a road or a force, together with its motion; \
-             where a rig prescribes the motion and measures the force, give no mass."
+            "No verdict: {problem}. Record what drives the axle, a road or a force, together with its motion; if a rig prescribes \
+             the motion and measures the force, omit the mass."
         )),
         found => found?,
     };
-    let extended = widened(&found.extended, &conclusion.laser_error);
-    let extended = widened(&extended, &conclusion.mass_error);
+    let errors = [
+        &conclusion.laser_error,
+        &conclusion.mass_error,
+        &conclusion.interpolation_error,
+    ];
+    let extended = widened_by_all(&found.extended, errors);
+    let extended = extended.map(|_, e| e.clone().within_reach(ride.step_s));
     // Beside effects the estimates are corrected for noise of the road.
     let plain = |axle| !found.effects.iter().any(|e| e.axle.acts_on(axle));
     let noise = &conclusion.road_noise_error;
@@ -291,7 +320,8 @@ pub fn assemble(
         swarm: conclusion.swarm,
         output_error: reported(conclusion.output_error),
         latent_road: observed.latent_road.map(|latent| {
-            let PerAxle { front, rear } = widened(&latent.axles(), &conclusion.mass_error);
+            let PerAxle { front, rear } =
+                reported(widened(&latent.axles(), &conclusion.mass_error));
             LatentRoad {
                 front,
                 rear,
@@ -302,18 +332,13 @@ pub fn assemble(
         laser_error: conclusion.laser_error,
         mass_error: conclusion.mass_error,
         road_noise_error: conclusion.road_noise_error,
+        interpolation_error: conclusion.interpolation_error,
         roll: observed.roll,
         diagnosis,
-        parameters: BTreeMap::new(),
+        result: PerAxle::default(),
     };
-    let parameters = parameters(ride, &report);
-    checked(
-        "report",
-        Report {
-            parameters,
-            ..report
-        },
-    )
+    let result = result(ride, &report);
+    checked("report", Report { result, ..report })
 }
 
 #[cfg(test)]

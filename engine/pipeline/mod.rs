@@ -4,11 +4,12 @@
 mod hostile;
 mod identify;
 mod observe;
-mod parameters;
+mod result;
 mod study;
 mod synchronise;
 mod validate;
 
 pub use identify::{assemble, conclude, diagnose, identify, observe};
+pub use result::{best_method, result_of};
 pub use study::{Ridden, study};
 pub use synchronise::read;

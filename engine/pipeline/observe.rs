@@ -4,12 +4,12 @@ use crate::bicycle::load::wheel_load;
 use crate::bicycle::{Axle, Bike, GRAVITY, PerAxle};
 use crate::latent_road::latent_road;
 use crate::least_squares::{Deflection, Found, Record, estimates, instrumental, least_squares};
+use crate::mistakes::misread;
 use crate::numerics::spline::slopes;
 use crate::observer::{States, differentiate_all, jerk_bound};
-use crate::output_error;
 use crate::replay::accuracy;
 use crate::report::stages::Observed;
-use crate::report::{Estimate, ObserverReport};
+use crate::report::{Estimate, Mistake, ObserverReport};
 use crate::ride::{AxleRecord, Ride};
 use crate::roll::roll;
 use crate::settings::Settings;
@@ -23,6 +23,22 @@ use crate::{EngineError, RideProblem};
 /// # Errors
 /// A null mass without a force channel; an axle whose motion does not determine k and B.
 pub fn observe(ride: &Ride, bike: &Bike, settings: &Settings) -> Result<Observed, EngineError> {
+    observed(ride, bike, settings).map_err(|error| match error {
+        EngineError::Ride {
+            axle,
+            problem: RideProblem::Undetermined { method },
+        } => match misread(ride, bike) {
+            Some(Mistake { sentence, .. }) => EngineError::Ride {
+                axle,
+                problem: RideProblem::Misread { sentence },
+            },
+            None => undetermined(axle, method),
+        },
+        other => other,
+    })
+}
+
+fn observed(ride: &Ride, bike: &Bike, settings: &Settings) -> Result<Observed, EngineError> {
     let ride = &*ride.with_masses();
     let watched = watch(ride, settings);
     let records = ride
@@ -42,9 +58,8 @@ pub fn observe(ride: &Ride, bike: &Bike, settings: &Settings) -> Result<Observed
     })?;
     let (least_squares, recursive) = estimates(&squares, ride, bike);
     let (instrumental, _) = estimates(&instruments, ride, bike);
-    let most = output_error::most(ride.step_s);
     let reported =
-        |estimates: PerAxle<Estimate>| estimates.map(|_, e| e.clone().within_reach(most));
+        |estimates: PerAxle<Estimate>| estimates.map(|_, e| e.clone().within_reach(ride.step_s));
     let (least_squares, instrumental) = (reported(least_squares), reported(instrumental));
     for (found, method) in [
         (&least_squares, "least squares"),

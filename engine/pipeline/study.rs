@@ -12,6 +12,7 @@ use crate::report::diagnosis::{Base, Verdict};
 use crate::report::study::{LeftAside, StudyReport};
 use crate::ride::Ride;
 use crate::settings::Settings;
+use crate::uncertainty::interpolation::interpolation_error_of_many;
 use crate::{EngineError, SettingProblem};
 
 /// A ride with a name, and the bicycle as it was ridden.
@@ -144,7 +145,9 @@ fn made_ready(
     let alone = diagnose(ride, bike, settings, &conclusion, progress)?;
     let base = Base::SpringAndDamper;
     let prepared = Prepared::new(ride, bike, settings, &conclusion, base)?;
+    let found = &conclusion.output_error;
     Ok(Ready {
+        interpolation: interpolation_error_of_many(ride, bike, settings, found),
         name: name.clone(),
         dataset: prepared.dataset,
         plain: prepared.plain,

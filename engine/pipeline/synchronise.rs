@@ -2,9 +2,10 @@
 
 use crate::bicycle::{Axle, Bike, PerAxle};
 use crate::latent_road::{Compared, compare};
+use crate::mistakes::{agrees, contradicts, lasers_are_turned};
 use crate::ride::{
-    self, Arrays, ClockOffset, Content, ReadError, ReadOptions, Ride, RideFile, RoadDoubt,
-    SensorClock,
+    self, Arrays, ClockOffset, Column, Content, ReadError, ReadOptions, Ride, RideFile, RoadDoubt,
+    SensorClock, SensorKind,
 };
 use crate::simulate::sensor_noise::noise;
 
@@ -38,8 +39,58 @@ use crate::simulate::sensor_noise::noise;
 /// # Ok::<(), veloid_engine::ride::ReadError>(())
 /// ```
 pub fn read(files: &[RideFile<'_>], bike: &Bike, options: &ReadOptions) -> Result<Ride, ReadError> {
+    let (ride, turned) = deflection_turned(files, bike, options)?;
+    let mut ride = match turned {
+        Some(turned) => on_one_clock(ride, files, bike, &turned)?,
+        None => return on_one_clock(ride, files, bike, options),
+    };
+    ride.summary.warnings.push(
+        "by its sign the deflection d is a sensor's distance to the road, -(u - z): it was inverted (set deflection_sign to -1 to say so)"
+            .to_owned(),
+    );
+    Ok(ride)
+}
+
+/// The ride with the deflection's sign as it was declared; or as it must be, with the options of that.
+fn deflection_turned(
+    files: &[RideFile<'_>],
+    bike: &Bike,
+    options: &ReadOptions,
+) -> Result<(Ride, Option<ReadOptions>), ReadError> {
+    let declared = ride::read_on_clocks(files, bike, options, &[])?;
+    let deflections = Axle::BOTH.map(|axle| ride::channel_name(SensorKind::Deflection, axle));
+    let has_one = |c: &Column| deflections.contains(&c.channel.as_str());
+    if !declared.summary.columns.iter().any(has_one) {
+        return Ok((declared, None));
+    }
+    let turned = ReadOptions {
+        deflection_sign: -options.deflection_sign,
+        ..options.clone()
+    };
+    // Without accelerometers only the other sign shows whether the axle follows its road then.
+    let by_road = declared.sensors.is_empty();
+    let is_doubted = match by_road {
+        true => contradicts(&declared),
+        false => lasers_are_turned(&declared),
+    };
+    if !is_doubted {
+        return Ok((declared, None));
+    }
+    let other = ride::read_on_clocks(files, bike, &turned, &[])?;
+    match by_road && !agrees(&other) {
+        true => Ok((declared, None)),
+        false => Ok((other, Some(turned))),
+    }
+}
+
+/// Brings every laser to the clock of the accelerometer on its axle.
+fn on_one_clock(
+    ride: Ride,
+    files: &[RideFile<'_>],
+    bike: &Bike,
+    options: &ReadOptions,
+) -> Result<Ride, ReadError> {
     let by = |clocks: &[SensorClock]| ride::read_on_clocks(files, bike, options, clocks);
-    let ride = by(&[])?;
     let mut lasers = compare(&ride, bike);
     one_for_each_file(&mut lasers);
     let mut clocks: Vec<SensorClock> = lasers.iter().map(|laser| laser.clock.clone()).collect();

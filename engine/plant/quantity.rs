@@ -1,7 +1,7 @@
 /// What is reported of a plant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quantity {
-    /// Its name, under `<axle>.` in a report's `parameters`.
+    /// Its name, under an axle in a report's `result`.
     pub name: &'static str,
     /// Its unit.
     pub unit: &'static str,
@@ -21,12 +21,12 @@ pub enum Of {
 }
 
 pub(super) const STIFFNESS: Quantity = Quantity {
-    name: "stiffness",
+    name: "k",
     unit: "N/m",
     of: Of::Stiffness,
 };
 pub(super) const DAMPING: Quantity = Quantity {
-    name: "damping",
+    name: "B",
     unit: "N s/m",
     of: Of::Damping,
 };

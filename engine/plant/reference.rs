@@ -39,7 +39,7 @@ impl Serialize for PlantRef {
 impl<'de> Deserialize<'de> for PlantRef {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let id = String::deserialize(deserializer)?;
-        let unknown = || serde::de::Error::custom(format!("'{id}' is no base model"));
+        let unknown = || serde::de::Error::custom(format!("'{id}' is not a base model"));
         by_id(&id).map(Self).ok_or_else(unknown)
     }
 }
@@ -57,6 +57,6 @@ mod tests {
         assert_eq!(text, "\"damper\"");
         assert_eq!(serde_json::from_str::<PlantRef>(&text).unwrap(), damper);
         let error = serde_json::from_str::<PlantRef>("\"unicycle\"").unwrap_err();
-        assert!(error.to_string().contains("'unicycle' is no base model"));
+        assert!(error.to_string().contains("'unicycle' is not a base model"));
     }
 }

@@ -1,7 +1,7 @@
 //! Table 1 of the paper: errors of the model simulated with each method's parameters.
 
 use crate::bicycle::{Axle, PerAxle};
-use crate::replay::series::simulated;
+use crate::replay::motion::simulated;
 use crate::report::{Comparison, ComparisonRow, Estimate};
 use crate::ride::{AxleRecord, Ride};
 
@@ -18,8 +18,8 @@ impl Comparison {
         let prescribed = ride.axles.iter().filter(|(_, record)| record.prescribed);
         found.notes.extend(prescribed.map(|(axle, _)| {
             format!(
-                "{axle} axle: a rig prescribes the motion, so there is none to predict; `output_error` is the least squares of the \
-                 force on deflection and rate"
+                "{axle} axle: a rig prescribes the motion, so there is none to predict; `output_error` is the least-squares fit of \
+                 the force to deflection and rate"
             )
         }));
         for (method, estimates) in methods {
@@ -30,7 +30,7 @@ impl Comparison {
                     match row.is_finite() {
                         true => found.rows.push(row),
                         false => found.notes.push(format!(
-                            "{axle} axle: the model of {} runs away along the ride",
+                            "{axle} axle: the model of {} diverges along the ride",
                             method.replace('_', " ")
                         )),
                     }
@@ -166,7 +166,7 @@ mod tests {
         assert_eq!(found.rows[0].axle, Axle::Rear);
         assert_eq!(
             found.notes,
-            ["front axle: the model of output error runs away along the ride"]
+            ["front axle: the model of output error diverges along the ride"]
         );
     }
 

@@ -5,15 +5,15 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::motion::simulated;
+use super::wheel_load::loads;
 use crate::bicycle::{Axle, PerAxle};
 use crate::observer::differentiate;
 use crate::report::Method;
 use crate::report::{Estimate, Report};
 use crate::ride::{AxleRecord, Ride};
-use crate::simulate::linear::{Input, simulate};
-use crate::simulate::start::start;
 
-/// What a series shows.
+/// Quantity of a series.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
@@ -25,6 +25,8 @@ pub enum Quantity {
     Velocity,
     /// Central difference D^2 z (m/s^2), of the measurement and of the models.
     Acceleration,
+    /// Wheel load (N) of the models, paper eq. (2), where there is a road and a static load.
+    Load,
     /// Force (N) that a rig measured and the models answer with where it prescribes the motion; the applied force elsewhere.
     Force,
 }
@@ -36,14 +38,14 @@ impl Quantity {
             Quantity::Displacement => "m",
             Quantity::Velocity => "m/s",
             Quantity::Acceleration => "m/s^2",
-            Quantity::Force => "N",
+            Quantity::Load | Quantity::Force => "N",
         }
     }
 
     /// Applies the central difference once per derivative; the ends have none.
     fn of(self, mut values: Vec<f64>, step: f64) -> Vec<f64> {
         let derivatives = match self {
-            Quantity::Displacement | Quantity::Force => 0,
+            Quantity::Displacement | Quantity::Load | Quantity::Force => 0,
             Quantity::Velocity => 1,
             Quantity::Acceleration => 2,
         };
@@ -62,7 +64,7 @@ impl Quantity {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
     /// `measured`, `least_squares`, `swarm`, `plain` (output error), `residual` (measured - plain) or
-    /// `observer` (the observer's own state).
+    /// `observer` (the observer's own state), `logged` (the accelerometer's).
     pub name: &'static str,
     /// One value per sample of the ride, in the series' unit.
     pub values: Vec<f64>,
@@ -71,7 +73,7 @@ pub struct Curve {
 /// The curves of both axles on the ride's clock.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    /// What the curves show.
+    /// Quantity of the curves.
     pub quantity: Quantity,
     /// Time of the first sample (s).
     pub start_s: f64,
@@ -101,6 +103,13 @@ impl Series {
                     (Method::Swarm.name(), swarm),
                     ("plain", report.output_error.get(axle)),
                 ];
+                if quantity == Quantity::Load {
+                    let found = loads(record, ride.step_s, &models, report.bike.static_load(axle));
+                    return found
+                        .into_iter()
+                        .map(|(name, values)| Curve { name, values })
+                        .collect();
+                }
                 let mut curves = curves(record, ride.step_s, &models, quantity);
                 let observer = report.observer.get(axle);
                 if let Some(observer) = observer.filter(|_| quantity != Quantity::Force) {
@@ -173,16 +182,16 @@ fn extremes(values: &[f64]) -> [f64; 2] {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Window {
-    /// What the curves show.
+    /// Quantity of the curves.
     pub quantity: Quantity,
     /// SI unit of the curves.
     pub unit: String,
-    /// Whether values stand for stretches of samples: each stretch's smallest and largest.
+    /// Whether the curves are thinned to the smallest and largest value of each stretch of samples.
     pub thinned: bool,
     /// Time of the values of every curve (s).
     pub t_s: Vec<f64>,
     /// Curves by name: `measured`, `least_squares`, `swarm`, `plain` (output error), `residual`
-    /// (measured - plain), `observer` (the observer's own state); null where there is no value.
+    /// (measured - plain), `observer` (the observer's own state), `logged` (the accelerometer's); null where there is no value.
     pub axles: PerAxle<BTreeMap<String, Vec<Option<f64>>>>,
 }
 
@@ -219,6 +228,12 @@ fn curves(
         name: "measured",
         values: measured,
     });
+    let accelerometer =
+        (record.acceleration.as_ref()).filter(|_| quantity == Quantity::Acceleration);
+    curves.extend(accelerometer.map(|logged| Curve {
+        name: "logged",
+        values: logged.clone(),
+    }));
     curves
 }
 
@@ -228,41 +243,11 @@ fn observed(record: &AxleRecord, step: f64, jerk_bound: f64, quantity: Quantity)
     Curve {
         name: "observer",
         values: match quantity {
-            Quantity::Displacement | Quantity::Force => states.position,
+            Quantity::Displacement | Quantity::Load | Quantity::Force => states.position,
             Quantity::Velocity => states.velocity,
             Quantity::Acceleration => states.acceleration,
         },
     }
-}
-
-/// Displacement (m) of the plain model with an estimate's parameters. The motion begins as suits
-/// the measured one best. Where it is prescribed, the force (N) that answers.
-pub(super) fn simulated(record: &AxleRecord, step: f64, estimate: &Estimate) -> Vec<f64> {
-    let input = Input::of(record, step);
-    if input.prescribed {
-        return answered(record, &input, estimate);
-    }
-    let m = estimate.mass_kg;
-    let theta = [estimate.k_n_m / m, estimate.b_n_s_m / m, 1.0 / m];
-    let rest_point = record.force.is_some() || !record.has_road();
-    let from = start(
-        &input,
-        theta,
-        &record.displacement,
-        &record.valid,
-        rest_point,
-    );
-    let [kappa, beta, per_mass] = theta;
-    simulate(&input, kappa, beta, per_mass, from.constant, from.initial).0
-}
-
-/// The force (N) that answers to a prescribed motion, its constant part as suits the measured one best.
-fn answered(record: &AxleRecord, input: &Input, estimate: &Estimate) -> Vec<f64> {
-    let (k, b) = (estimate.k_n_m, estimate.b_n_s_m);
-    let valid = || (0..input.len()).filter(|i| record.valid[*i]);
-    let off = |i: usize| record.output()[i] - input.answer(k, b, 0.0, i);
-    let constant = valid().map(off).sum::<f64>() / valid().count().max(1) as f64;
-    simulate(input, k, b, 1.0, constant, [0.0; 2]).0
 }
 
 #[cfg(test)]

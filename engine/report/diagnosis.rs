@@ -4,11 +4,12 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::collections::BTreeMap;
 
 use super::Estimate;
+use super::simulation::Simulation;
 use super::windows::Windows;
 use crate::bicycle::{Axle, PerAxle};
 use crate::document::format_number::Quantity;
 
-/// What the diagnosis says about physics beyond the plain spring and damper.
+/// Verdict of the diagnosis on physics beyond the plain spring and damper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
@@ -39,7 +40,7 @@ impl Verdict {
     ];
 }
 
-/// What the plain model consists of.
+/// Elements of the plain model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
@@ -62,6 +63,15 @@ pub enum Place {
     Rear,
     /// Both axles, with one set of parameters.
     Both,
+}
+
+impl From<Axle> for Place {
+    fn from(axle: Axle) -> Self {
+        match axle {
+            Axle::Front => Place::Front,
+            Axle::Rear => Place::Rear,
+        }
+    }
 }
 
 impl Place {
@@ -93,56 +103,60 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// The verdict in plain words.
     pub sentence: String,
-    /// What the plain model that effects were added to consists of: without a spring where that explains more.
+    /// Elements of the plain model to which effects were added: without a spring where that explains more.
     #[serde(default)]
     pub base: Base,
     /// Effects in the extended model; empty where the plain model is enough. Those with `affirmed` are part of the
     /// verdict, the others are only the nearest shapes.
     pub effects: Vec<EffectReport>,
-    /// What is left beside the affirmed effects of `named_in_part`.
+    /// What remains with the affirmed effects of `named_in_part` in the model.
     #[serde(default)]
     pub rest: Option<PerAxle<Rest>>,
     /// Other sets of effects that explain the ride as well, simplest first, at most two.
     pub alternatives: Vec<Vec<EffectName>>,
     /// k and B with the effects in the model.
     pub extended: PerAxle<Estimate>,
-    /// What weakens the verdict, one sentence each.
+    /// The model whose error is `held_out.<axle>.extended_rms_m`, with all that its simulation needs. Its numbers are the fit's,
+    /// without the correction for noise of the road that `extended` and `effects` have. Absent with the verdict `cannot_tell`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model: Option<Simulation>,
+    /// Limitations of the verdict, one sentence each.
     pub warnings: Vec<String>,
     /// Where along the ride, in which frequencies and in which states the plain model fails.
     #[serde(rename = "where")]
     pub location: PerAxle<Location>,
     /// Errors on the part of the ride that was not fitted.
     pub held_out: PerAxle<HeldOut>,
-    /// What short windows of a bench's record say, by length, the longer first; absent where none were asked.
+    /// Results of short windows of a bench record, by length, the longer first; absent where windows were not evaluated.
     #[serde(default)]
     pub windows: PerAxle<Vec<Windows>>,
-    /// The ride that would decide between the effects and the alternatives; null where there is nothing to decide or
-    /// no planned ride would do.
+    /// The ride that would distinguish the effects from the alternatives; null where there is nothing to distinguish or no
+    /// planned ride would do it.
     pub next_ride: Option<NextRide>,
-    /// What this ride would have shown.
+    /// Effects that this ride would have shown, with the smallest detectable size.
     pub detectable: Vec<Detectable>,
-    /// Effects that this ride cannot speak about, with the channel that is lacking.
+    /// Effects that this ride cannot show, with the missing channel.
     pub switched_off: Vec<SwitchedOff>,
     /// Free-form estimate of the missing force, where the verdict is `unnamed`.
     pub free_form: PerAxle<FreeForm>,
-    /// What the omission changes for the rider: peak load, resonance, k and B.
+    /// Effect of the omission on peak load, resonance, k and B.
     pub consequences: PerAxle<Consequences>,
     /// The data of the verdict's figures.
     pub evidence: PerAxle<Evidence>,
-    /// Work that the search took.
+    /// Cost of the search.
     #[serde(default)]
     pub search_cost: SearchCost,
 }
 
-/// What the search for missing physics has cost, in steps of the integrator, each for eight parameter sets on one axle.
+/// Cost of the search for missing physics, in steps of the integrator, each for eight parameter sets on one axle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct SearchCost {
     /// Steps taken.
     pub steps: u64,
-    /// What it might have cost: the setting `search_budget` times the samples of all axles.
+    /// Upper limit: the setting `search_budget` times the samples of all axles.
     pub budget: u64,
-    /// Whether it ended before it had tried everything.
+    /// Whether the search stopped at the limit, before it had tried everything.
     pub is_spent: bool,
 }
 
@@ -167,7 +181,7 @@ impl<'de> Deserialize<'de> for Diagnosis {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct EffectName {
-    /// Id in the library, such as `coulomb_friction`, or that of the user's own law.
+    /// Id in the library, such as `coulomb_friction`, or that of the custom law.
     pub id: String,
     /// The axle or axles that it acts on.
     pub axle: Place,
@@ -177,28 +191,27 @@ pub struct EffectName {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct EffectReport {
-    /// Id in the library, such as `coulomb_friction`, or that of the user's own law.
+    /// Id in the library, such as `coulomb_friction`, or that of the custom law.
     pub id: String,
     /// The axle or axles that it acts on.
     pub axle: Place,
     /// Fitted parameters by name; docs/effects.md lists the names of each effect.
     pub parameters: BTreeMap<String, ParameterReport>,
-    /// Probability (0 to 1) of a gain as large as this effect's if it did not act; null where that cannot be
-    /// computed.
+    /// Probability (0 to 1) of a gain this large if the effect did not act; null where it cannot be computed.
     pub p_value: Option<f64>,
-    /// Gain in log likelihood that the ride loses without this effect; null where no model without it could be fitted.
+    /// Loss in log likelihood without this effect; null where no model without it could be fitted.
     pub separation: Option<f64>,
-    /// Whether the verdict says that it acts.
+    /// Whether the verdict affirms the effect.
     #[serde(default)]
     pub affirmed: bool,
-    /// How strong the evidence is that it acts although something else is left; absent where that was not asked.
+    /// Evidence for the effect although something else remains unexplained; absent where this was not evaluated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub support: Option<Support>,
-    /// False where this is only the nearest shape.
+    /// False where the effect is only the nearest shape.
     pub adequate: bool,
     /// Whether the held-out error on an axle that it acts on would be larger by the materiality threshold without it.
     pub material: bool,
-    /// What this effect is, in a sentence.
+    /// The effect with its size and place, in words.
     pub sentence: String,
 }
 
@@ -213,6 +226,7 @@ impl Diagnosis {
             rest: None,
             alternatives: Vec::new(),
             extended: PerAxle::default(),
+            model: None,
             warnings: Vec::new(),
             location: PerAxle::default(),
             held_out: PerAxle::default(),
@@ -238,43 +252,59 @@ impl EffectReport {
     }
 }
 
-/// Evidence for one effect that does not rest on a complete model: errors of the simulated displacement on contiguous
-/// blocks of the ride.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// Evidence for one effect that does not require a complete model: errors of the simulated displacement on contiguous blocks of
+/// the ride.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Support {
-    /// Share of the held-out squares that the effect takes off a model without it, on the axle where it does most.
+    /// Share of the squared held-out error of the model without the effect that the effect removes, on the axle where it
+    /// removes most.
     pub removed_share: f64,
-    /// Contiguous blocks of the whole ride that were compared.
+    /// Contiguous blocks of the ride that were compared and to which neither model was fitted.
     pub blocks: usize,
     /// How many of `blocks` the model with the effect predicts with a smaller error than the one without it.
     pub blocks_led: usize,
-    /// Id of the other effect that comes nearest when it takes this one's place.
+    /// Whether the effect was also selected without these blocks: the selection was repeated without each fifth of the windows in
+    /// turn. False where the record has too few windows, or was judged by one simulation: then selection and proof share
+    /// the held-out part.
+    #[serde(default)]
+    pub selected_apart: bool,
+    /// Id of the other effect that comes nearest as a replacement.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rival: Option<String>,
-    /// Held-out squares that the rival leaves, divided by those that this effect leaves.
+    /// Squared held-out error with the rival, divided by that with this effect.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rival_ratio: Option<f64>,
-    /// Largest difference between the sizes that the loud and the quiet blocks show, beside the size.
+    /// Largest difference between the sizes in the loud and in the quiet blocks, relative to the size.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub disagreement: Option<f64>,
-    /// Length (s) of the windows in whose second halves errors were taken, each window from a start of its own; absent where one
-    /// simulation of the whole ride was judged.
+    /// Length (s) of the windows in whose second halves errors were evaluated, each window with its own initial state; absent
+    /// where one simulation of the whole ride was evaluated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub window_s: Option<f64>,
 }
 
-/// What is left on one axle beside the affirmed effects.
+impl Support {
+    /// What `blocks` are, in words.
+    pub fn compared(&self) -> &'static str {
+        match self.selected_apart {
+            true => "blocks that neither fit nor selection used",
+            false => "held-out blocks, which the selection used too",
+        }
+    }
+}
+
+/// What remains on one axle with the affirmed effects in the model.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Rest {
-    /// Share of the plain model's held-out squares that is left; null where a model runs away.
+    /// Share of the plain model's squared held-out error that remains; null where a model diverges.
     pub share: Option<f64>,
-    /// Stretches of time, from and to (s from the first sample), with a significant rest.
+    /// Stretches of time, from and to (s from the first sample), with a significant remainder.
     pub windows_s: Vec<[f64; 2]>,
-    /// Frequency bands, from and to (Hz), with a significant rest.
+    /// Frequency bands, from and to (Hz), with a significant remainder.
     pub bands_hz: Vec<[f64; 2]>,
-    /// Regions of deflection, rate, speed, wheel and crank angle that hold most of the rest, in words.
+    /// Regions of deflection, rate, speed, wheel and crank angle that contain most of the remainder, in words.
     pub states: Vec<String>,
 }
 
@@ -282,7 +312,7 @@ pub struct Rest {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct ParameterReport {
-    /// In `unit`.
+    /// Value in `unit`.
     pub value: f64,
     /// Standard error in `unit`; null where this ride does not determine the value.
     pub std_error: Option<f64>,
@@ -308,40 +338,40 @@ impl ParameterReport {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Location {
-    /// Whether the plain model misses more than noise explains, at the false-alarm rate `alpha`.
+    /// Whether the plain model misses more than noise explains, at the significance level `alpha` and confirmed by the held-out part.
     pub mismatch: bool,
     /// Probability (0 to 1) of a mismatch as large as this one by noise alone; null where it cannot be computed.
     pub p_value: Option<f64>,
     /// Stretches of time, from and to (s from the first sample), where the error is significantly larger than the
     /// extended model's.
     pub windows_s: Vec<[f64; 2]>,
-    /// Frequency bands, from and to (Hz), where the error's spectrum lies significantly above the extended model's.
+    /// Frequency bands, from and to (Hz), where the error's spectrum is significantly above the extended model's.
     pub bands_hz: Vec<[f64; 2]>,
     /// Regions of deflection, rate, speed, wheel and crank angle, in words.
     pub states: Vec<String>,
 }
 
-/// Errors of the plain and the extended model on the part of one axle's record that neither was fitted to.
+/// Errors of the plain and the extended model on the part of one axle's record to which neither was fitted.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct HeldOut {
-    /// RMS error (m) of the plain model at its best; null where it runs away.
+    /// RMS error (m) of the best plain model; null where it diverges.
     pub plain_rms_m: Option<f64>,
-    /// RMS error (m) of the model with the effects; null where it runs away.
+    /// RMS error (m) of the model with the effects; null where it diverges.
     pub extended_rms_m: Option<f64>,
-    /// RMS of the displacement sensor's noise: what the bike file declares, or what the record shows where it holds
-    /// nothing else. Never what a model leaves; null where it is not known.
+    /// RMS of the displacement sensor's noise: declared in the bike file, or measured where the record contains nothing else.
+    /// Never a model's residual; null where unknown.
     pub noise_floor_m: Option<f64>,
-    /// Of what these errors are: where that is a force, they are in N, whatever their names say.
+    /// Quantity of these errors: where it is a force, they are in N, whatever the names of the fields.
     #[serde(default)]
     pub predicted: Predicted,
-    /// Share of the explainable held-out variance that the extension removed; null where the floor is, or
-    /// where nothing could be explained.
+    /// Share of the explainable held-out variance that the effects remove; null where the noise floor is null or nothing could
+    /// be explained.
     pub explained_share: Option<f64>,
-    /// The held-out window (s).
+    /// The held-out part of the ride, from and to (s).
     pub window_s: [f64; 2],
-    /// Where set, the errors are of predictions over this long (s), each from a start of its own, in windows of the whole ride that
-    /// the models were not fitted to.
+    /// If set, the errors are those of predictions over this time (s), each with its own initial state, in windows of the whole
+    /// ride to which the models were not fitted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub horizon_s: Option<f64>,
 }
@@ -354,7 +384,7 @@ impl HeldOut {
     }
 }
 
-/// What a model predicts.
+/// Quantity that a model predicts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
@@ -376,20 +406,20 @@ impl Predicted {
     }
 }
 
-/// The ride, of a list of planned ones, that takes the least time to decide between sets of effects that explain this
-/// ride equally.
+/// Of a list of planned rides, the one that takes the least time to distinguish sets of effects that explain this ride equally.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct NextRide {
-    /// What this ride leaves open, in words.
+    /// What this ride does not decide, in words.
     pub why: String,
-    /// What to ride, in words, with how often.
+    /// What to ride and how often, in words.
     pub what: String,
     /// Gain in log likelihood by which the planned rides are predicted to favour the right set.
     pub predicted_separation: f64,
 }
 
-/// Where an effect does more: a stiffer spring is a larger k3, a wheel leaves the ground sooner under a smaller load.
+/// Direction in which an effect is stronger: a stiffer spring has a larger k3, a wheel leaves the ground sooner under a smaller
+/// load.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
@@ -401,7 +431,7 @@ pub enum Stronger {
     Smaller,
 }
 
-/// The weakest size of one effect that this ride would have shown.
+/// The smallest size of one effect that this ride would have shown.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Detectable {
@@ -411,28 +441,28 @@ pub struct Detectable {
     pub axle: Place,
     /// Name of the parameter that measures its size.
     pub parameter: String,
-    /// The weakest size that would have shown (in `unit`), counted from no effect; null where none would.
+    /// The smallest detectable size (in `unit`), relative to no effect; null where no size is detectable.
     pub smallest_detectable: Option<f64>,
-    /// Whether the effect does more when the parameter is larger or smaller than that.
+    /// Whether the effect is stronger when the parameter is larger or smaller.
     #[serde(default)]
     pub stronger: Stronger,
-    /// Why there is no size.
+    /// Why no size is detectable.
     pub reason: Option<String>,
     /// SI unit of `smallest_detectable`.
     pub unit: String,
 }
 
-/// An effect that is not looked for.
+/// An effect that is not tested.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct SwitchedOff {
     /// Id of the effect in the library.
     pub id: String,
-    /// What is lacking, in words.
+    /// What is missing, in words.
     pub why: String,
 }
 
-/// The missing force, estimated without a name. Empty where the model runs away.
+/// The missing force, estimated without a named effect. Empty where the model diverges.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct FreeForm {
@@ -448,11 +478,11 @@ pub struct FreeForm {
     pub t_s: Vec<f64>,
     /// Missing force (N) along the ride.
     pub force_along_n: Vec<f64>,
-    /// RMS error (m) on the held-out part with the free-form force in the model; null where the model runs away.
+    /// RMS error (m) on the held-out part with the free-form force in the model; null where the model diverges.
     pub held_out_rms_m: Option<f64>,
 }
 
-/// What the effects change for one axle; each is null where a model runs away or holds no such number.
+/// What the effects change for one axle; each value is null where a model diverges or does not define it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Consequences {
@@ -472,18 +502,18 @@ pub struct Consequences {
     pub resonance_extended_hz: Option<f64>,
 }
 
-/// What a reader must see to believe the verdict.
+/// Data for the figures that support the verdict.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Evidence {
-    /// Of what `worst` and `spectrum` are: in N and N^2/Hz where that is a force.
+    /// Quantity of `worst` and `spectrum`: in N and N^2/Hz where it is a force.
     #[serde(default)]
     pub predicted: Predicted,
-    /// Measurement and models where the plain model errs most.
+    /// Measurement and models where the plain model's error is largest.
     pub worst: Excerpt,
-    /// Spectra of what the plain and the extended model leave.
+    /// Spectra of the residuals of the plain and the extended model.
     pub spectrum: ResidualSpectrum,
-    /// The force that the plain model lacks, over deflection and rate.
+    /// The force missing from the plain model, over deflection and rate.
     pub surface: Surface,
 }
 
@@ -493,11 +523,11 @@ pub struct Evidence {
 pub struct Excerpt {
     /// Time from the first sample (s).
     pub t_s: Vec<f64>,
-    /// Measured displacement (m); null where the measurement is not to be trusted.
+    /// Measured displacement (m); null where the measurement is not trusted.
     pub measured_m: Vec<Option<f64>>,
-    /// The plain model's (m); null where the model runs away.
+    /// Displacement (m) of the plain model; null where it diverges.
     pub plain_m: Vec<Option<f64>>,
-    /// The extended model's (m); null where the model runs away.
+    /// Displacement (m) of the extended model; null where it diverges.
     pub extended_m: Vec<Option<f64>>,
 }
 
@@ -505,26 +535,26 @@ pub struct Excerpt {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct ResidualSpectrum {
-    /// Middles of the bands (Hz), ascending, in nearly equal ratios.
+    /// Centres of the bands (Hz), ascending, in nearly equal ratios.
     pub frequency_hz: Vec<f64>,
-    /// Density (m^2/Hz) of what the plain model leaves; null where it runs away.
+    /// Density (m^2/Hz) of the plain model's residual; null where it diverges.
     pub plain_m2_hz: Vec<Option<f64>>,
-    /// Density (m^2/Hz) of what the extended model leaves; null where it runs away.
+    /// Density (m^2/Hz) of the extended model's residual; null where it diverges.
     pub extended_m2_hz: Vec<Option<f64>>,
 }
 
-/// The force that the plain spring and damper lack, m r'' + B r' + k r with r measured minus simulated,
-/// against the measured deflection u - z and its rate. A cell holds the mean of the samples in it.
+/// The force missing from the plain spring and damper, m r'' + B r' + k r with r measured minus simulated, against the measured
+/// deflection u - z and its rate. A cell contains the mean of its samples.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Surface {
-    /// Middles of the cells along the deflection (m): the columns of the grids.
+    /// Centres of the cells along the deflection (m): the columns of the grids.
     pub deflection_m: Vec<f64>,
-    /// Middles of the cells along the rate (m/s): the rows of the grids.
+    /// Centres of the cells along the rate (m/s): the rows of the grids.
     pub rate_m_s: Vec<f64>,
-    /// Lacking force (N) row by row of rate; null in cells with fewer than three samples.
+    /// Missing force (N), row by row of rate; null in cells with fewer than three samples.
     pub lacking_n: Vec<Vec<Option<f64>>>,
-    /// k d + B w of the plain model at the cells' middles (N).
+    /// k d + B w of the plain model at the cells' centres (N).
     pub plain_n: Vec<Vec<f64>>,
     /// Number of samples in each cell, row by row of rate.
     pub samples: Vec<Vec<usize>>,

@@ -14,7 +14,7 @@ pub struct Estimate {
     pub b_n_s_m: f64,
     /// Standard error of k (N/m); null where this ride does not determine k, and for the swarm, which has none.
     pub k_std_n_m: Option<f64>,
-    /// Standard error of B (N s/m); null as that of k.
+    /// Standard error of B (N s/m); null in the same cases as that of k.
     pub b_std_n_s_m: Option<f64>,
     /// Why there is no standard error of k.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -34,9 +34,9 @@ pub struct Estimate {
     pub mass_kg: f64,
     /// Standard error of an estimated mass (kg).
     pub mass_std_kg: Option<f64>,
-    /// Difference of k to the output-error estimate (%): the method's bias on this ride.
+    /// Difference of k from the output-error estimate (%): the method's bias on this ride.
     pub k_bias_percent: Option<f64>,
-    /// Difference of B to the output-error estimate (%).
+    /// Difference of B from the output-error estimate (%).
     pub b_bias_percent: Option<f64>,
 }
 

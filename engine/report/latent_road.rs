@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::Estimate;
 use crate::bicycle::PerAxle;
 
-/// k and B from sensors on the axles and the speed, the road being unknown.
+/// k and B from sensors on the axles and the speed, with an unknown road.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct LatentRoad {
@@ -17,7 +17,7 @@ pub struct LatentRoad {
     pub reason: Option<String>,
     /// Spectrum of the road, estimated together with k and B.
     pub road: Option<RoadSpectrum>,
-    /// Share by which the speed, or the wheelbase's inverse, reads too little; null where the ride does not determine it.
+    /// Share by which the speed, or the inverse of the wheelbase, reads low; null where the ride does not determine it.
     pub speed: Option<Correction>,
     /// Noise, gain and clock of every sensor that was used.
     pub sensors: Vec<SensorFound>,
@@ -35,29 +35,28 @@ pub struct LatentRoad {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Correction {
-    /// Estimate, in the unit of the field that holds it.
+    /// Estimate, in the unit of the field that contains it.
     pub value: f64,
     /// Standard error in the same unit.
     pub std_error: f64,
 }
 
-/// What was found out about one sensor, beside the first.
+/// Corrections of one sensor relative to the first.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct SensorFound {
     /// Canonical channel name, e.g. `a_r`.
     pub channel: String,
-    /// Factor by which it reads too much beside the first sensor; null for that one and where the ride does not
-    /// determine it.
+    /// Factor by which it reads high relative to the first sensor; null for that one and where the ride does not determine it.
     pub gain: Option<Correction>,
-    /// Time (s) by which its clock is late, in the middle of the ride, beside the accelerometer on its axle, or else
-    /// the first sensor; null for that one and where the ride does not determine it. What the reader set right of it
-    /// already (`ride.clocks`) is counted in.
+    /// Time (s) by which its clock is late in the middle of the ride, relative to the accelerometer on its axle or else the
+    /// first sensor; null for that one and where the ride does not determine it. Includes what the reader already corrected
+    /// (`ride.clocks`).
     pub delay_s: Option<Correction>,
     /// Parts per million by which a laser's clock runs fast.
     #[serde(default)]
     pub drift_ppm: Option<Correction>,
-    /// Standard deviation of its noise, taken as white, in `unit`.
+    /// Standard deviation of its noise, assumed white, in `unit`.
     pub noise: f64,
     /// Unit of `noise`: m/s^2 for an accelerometer, m for a laser.
     pub unit: String,
@@ -71,7 +70,7 @@ pub struct RoadSpectrum {
     pub class: String,
     /// Density Gd(n0) (m^3) at n0 = 0.1 cycles/m of the line of slope -2 through the spectrum up to 2.83 cycles/m.
     pub psd_m3: f64,
-    /// Band in which the spectrum was seen (cycles/m): outside of it the class is extrapolated.
+    /// Band in which the spectrum was observed (cycles/m); the class is extrapolated outside it.
     pub band_cycles_per_m: [f64; 2],
     /// Spatial frequencies (cycles/m) of `density_m3`.
     pub cycles_per_m: Vec<f64>,

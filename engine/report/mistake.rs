@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-/// What was done wrong to a record or its bicycle before it came here, as far as the record shows.
+/// Kind of mistake in the record or its bicycle, as far as the record shows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
@@ -13,20 +13,26 @@ pub enum MistakeKind {
     SwappedDisplacements,
     /// All channels of front and rear axle stand in each other's place.
     SwappedAxles,
+    /// The accelerometers of front and rear axle stand in each other's place.
+    SwappedAccelerometers,
+    /// Road and displacement of an axle stand in each other's place.
+    SwappedRoad,
+    /// A channel is late relative to the others.
+    LateChannel,
     /// The speed is in another unit than was said.
     SpeedUnit,
     /// Masses, lengths and static loads of the bicycle contradict each other.
     Bicycle,
 }
 
-/// A mistake with its mend.
+/// A mistake and how to fix it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Mistake {
-    /// What was mistaken.
+    /// Kind of mistake.
     pub kind: MistakeKind,
-    /// What shows it, and what to do about it.
+    /// What shows it and how to fix it.
     pub sentence: String,
-    /// Whether no verdict can be had before it is mended.
+    /// Whether it must be fixed before there can be a verdict.
     pub takes_the_verdict: bool,
 }

@@ -5,13 +5,12 @@ mod estimate;
 mod latent_road;
 mod method;
 mod mistake;
-mod parameter;
+mod result;
+pub mod simulation;
 pub mod stages;
 pub mod study;
 mod summary;
 pub mod windows;
-
-use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
@@ -23,29 +22,29 @@ pub use estimate::Estimate;
 pub use latent_road::{Correction, LatentRoad, RoadSpectrum, SensorFound};
 pub use method::Method;
 pub use mistake::{Mistake, MistakeKind};
-pub use parameter::ReportedParameter;
+pub use result::{AxleResult, ResultQuantity};
 pub use summary::summary;
 
-/// Everything that one identification found out.
+/// Complete result of one identification.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Report {
     /// Version of veloid that made this report.
     pub veloid: String,
-    /// What was read from the ride's files.
+    /// Contents of the ride's files.
     pub ride: RideSummary,
     /// The bike file.
     pub bike: Bike,
-    /// Settings of the identification, with the defaults of those that were not given.
+    /// Settings of the identification, with defaults for those not given.
     pub settings: Settings,
-    /// What seems to have been done wrong to record or bicycle before; to be mended first.
+    /// Apparent mistakes in the record or the bicycle data, to be fixed first.
     #[serde(default)]
     pub mistakes: Vec<Mistake>,
-    /// What the base models name, each by the method that says most of the ride: `<axle>.<quantity>`, such as `front.stiffness`.
+    /// The one answer of each axle: `k`, `B` and `mass`, or what else its base model names. Empty in stored reports of
+    /// earlier versions.
     #[serde(default)]
-    pub parameters: BTreeMap<String, ReportedParameter>,
-    /// How well the observer followed each axle; null where nothing is observed, as where a rig prescribes the
-    /// motion.
+    pub result: PerAxle<AxleResult>,
+    /// How well the observer followed each axle; null where nothing is observed, for example where a rig prescribes the motion.
     pub observer: PerAxle<ObserverReport>,
     /// Least squares on the observer's states, paper eqs. (19) to (21).
     pub least_squares: PerAxle<Estimate>,
@@ -55,24 +54,28 @@ pub struct Report {
     pub recursive: PerAxle<RecursivePath>,
     /// The particle swarm's estimates, paper eqs. (24) to (30).
     pub swarm: SwarmReport,
-    /// The plain model fitted to the simulated displacement: what the others are judged by.
+    /// The plain model fitted by its simulated displacement: the reference for the other methods.
     pub output_error: PerAxle<Estimate>,
-    /// k and B of a ride whose road was not recorded; then no other method has an estimate.
+    /// k and B of a ride whose road was not recorded; no other method then has an estimate.
     #[serde(default)]
     pub latent_road: Option<LatentRoad>,
     /// Errors of the model with each method's parameters.
     pub comparison: Comparison,
-    /// Part of the standard errors of k and B that comes from the laser that the road was made from: from what is not known of its clock
-    /// (`ride.clocks`), and from its noise; null where none was.
+    /// Part of the standard errors of k and B that comes from the laser from which the road was computed: from its clock error
+    /// (`ride.clocks`) and its noise; null without a laser.
     #[serde(default)]
     pub laser_error: PerAxle<Parameters>,
-    /// The part of the standard errors that comes from masses that are not known exactly (one standard deviation).
+    /// Part of the standard errors that comes from uncertain masses (one standard deviation).
     #[serde(default)]
     pub mass_error: PerAxle<Parameters>,
-    /// By how much noise of the road channel moves k and B by output error; part of their standard errors.
+    /// Change of k and B by output error due to noise in the road channel; part of their standard errors.
     #[serde(default)]
     pub road_noise_error: PerAxle<Parameters>,
-    /// Roll angle and roll acceleration, paper eqs. (3) to (9), where the channels are there.
+    /// Change of k and B by output error due to the interpolation of the road between its samples; part of their standard errors.
+    /// Null for axles that are slow beside the sampling rate.
+    #[serde(default)]
+    pub interpolation_error: PerAxle<Parameters>,
+    /// Roll angle and roll acceleration, paper eqs. (3) to (9), where their channels are recorded.
     pub roll: Option<RollReport>,
     /// Absent with `--no-diagnosis`.
     pub diagnosis: Option<diagnosis::Diagnosis>,
@@ -117,13 +120,13 @@ impl Report {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct ObserverReport {
-    /// Largest difference to the measured displacement (m) after convergence.
+    /// Largest difference from the measured displacement (m) after convergence.
     pub position_max_m: f64,
-    /// Largest difference to the displacement's zero-phase derivative (m/s) after convergence.
+    /// Largest difference from the displacement's zero-phase derivative (m/s) after convergence.
     pub velocity_max_m_s: f64,
-    /// RMS difference to the measured displacement (m) after convergence.
+    /// RMS difference from the measured displacement (m) after convergence.
     pub position_rms_m: f64,
-    /// RMS difference to the displacement's zero-phase derivative (m/s) after convergence.
+    /// RMS difference from the displacement's zero-phase derivative (m/s) after convergence.
     pub velocity_rms_m_s: f64,
     /// The jerk bound f of eq. (15) that was used (m/s^3).
     pub jerk_bound_m_s3: f64,
@@ -147,9 +150,9 @@ pub struct RecursivePath {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Parameters {
-    /// Of the stiffness k (N/m).
+    /// Stiffness k (N/m).
     pub k_n_m: f64,
-    /// Of the damping B (N s/m).
+    /// Damping B (N s/m).
     pub b_n_s_m: f64,
 }
 
@@ -238,10 +241,13 @@ pub struct RollReport {
     pub measured_roll_rad: Option<Vec<f64>>,
     /// Roll acceleration, eq. (4) (rad/s^2).
     pub roll_acceleration_rad_s2: Option<Vec<f64>>,
+    /// Second derivative of the measured roll angle by the observer (rad/s^2), where the ride has the angle.
+    #[serde(default)]
+    pub observed_roll_acceleration_rad_s2: Option<Vec<f64>>,
     /// Largest difference between eq. (4) and the measured roll angle's second derivative (rad/s^2).
     pub acceleration_error_max_rad_s2: Option<f64>,
     /// RMS difference between the two (rad/s^2).
     pub acceleration_error_rms_rad_s2: Option<f64>,
-    /// What was lacking for a fuller result.
+    /// What was missing for a complete result.
     pub notes: Vec<String>,
 }

@@ -20,7 +20,7 @@ pub struct Observed {
     pub instrumental: PerAxle<Estimate>,
     /// Recursive least squares along the ride, paper eqs. (22), (23).
     pub recursive: PerAxle<RecursivePath>,
-    /// Roll angle and roll acceleration, paper eqs. (3) to (9), where the channels are there.
+    /// Roll angle and roll acceleration, paper eqs. (3) to (9), where their channels are recorded.
     pub roll: Option<RollReport>,
     /// k and B from sensors on the axles alone; null where the ride has none.
     #[serde(default)]
@@ -40,7 +40,7 @@ pub struct Conclusion {
     pub instrumental: PerAxle<Estimate>,
     /// All trials of the swarm and the best of them.
     pub swarm: SwarmReport,
-    /// The plain model fitted to the simulated displacement: what the others are judged by.
+    /// The plain model fitted by its simulated displacement: the reference for the other methods.
     pub output_error: PerAxle<Estimate>,
     /// Part of the standard errors of k and B that comes from the laser that the road was made from.
     #[serde(default)]
@@ -48,9 +48,12 @@ pub struct Conclusion {
     /// The part of them that comes from masses that are not known exactly (one standard deviation).
     #[serde(default)]
     pub mass_error: PerAxle<Parameters>,
-    /// By how much noise of the road channel moves k and B by output error; part of their standard errors.
+    /// Change of k and B by output error due to noise in the road channel; part of their standard errors.
     #[serde(default)]
     pub road_noise_error: PerAxle<Parameters>,
+    /// Change of k and B by output error due to the interpolation of the road between its samples; part of their standard errors.
+    #[serde(default)]
+    pub interpolation_error: PerAxle<Parameters>,
     /// Why a sensor's clock that was set right may be physics that is missing.
     #[serde(default)]
     pub clock_unconfirmed: Option<String>,

@@ -50,6 +50,9 @@ pub struct StudyEffect {
     pub gain_by_ride: Vec<f64>,
     /// How often rides with the same effect differ by as much as these do (chi-square); null where they cannot be compared.
     pub differs_p_value: Option<f64>,
+    /// The rides on which it acts; the others are modelled without it. Where the rides differ in it (`differs_p_value` below alpha),
+    /// each has its own parameters (`by_ride`), and `effect` is that of the ride that shows most.
+    pub acts_in: Vec<String>,
     /// The ride that alone shows it.
     pub only_in: Option<String>,
 }
@@ -119,20 +122,20 @@ impl StudyReport {
         }
         for (axle, on) in self.axles.iter() {
             match &on.estimate {
-                Some(e) => row(out, "all as one", axle, e)?,
+                Some(e) => row(out, "all together", axle, e)?,
                 None => writeln!(
                     out,
                     "{axle} axle: k and B differ from ride to ride by more than chance"
                 )?,
             }
         }
-        writeln!(out, "\nIntervals (±) are of 95 %.")?;
+        writeln!(out, "\n± is the 95 % interval.")?;
         for (axle, on) in self.axles.iter() {
             let [before, after] =
                 [on.plain_held_out_m, on.held_out_m].map(|x| significant(1e3 * x, 3));
             writeln!(
                 out,
-                "{axle} axle: RMS on the held-out parts {before} mm with the plain model, {after} mm with the common one"
+                "{axle} axle: RMS on the held-out parts {before} mm with the plain model, {after} mm with the common model"
             )?;
         }
         for found in &self.effects {
@@ -153,7 +156,7 @@ impl StudyReport {
             )?;
         }
         let mut aside = self.left_aside.iter();
-        aside.try_for_each(|a| writeln!(out, "left aside: {}: {}", a.name, a.why))
+        aside.try_for_each(|a| writeln!(out, "excluded: {}: {}", a.name, a.why))
     }
 }
 

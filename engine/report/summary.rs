@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use super::{Estimate, LatentRoad, Report};
+use super::{Estimate, LatentRoad, Report, ResultQuantity};
 use crate::bicycle::{Axle, PerAxle};
-use crate::document::format_number::{Number, significant};
+use crate::document::format_number::{Number, powers, significant};
 
 /// What was understood, every method's parameters, and the verdict.
 pub fn summary(report: &Report) -> String {
@@ -15,10 +15,14 @@ pub fn summary(report: &Report) -> String {
 }
 
 fn write(out: &mut String, report: &Report) -> std::fmt::Result {
+    result(out, report)?;
+    if let Some(diagnosis) = &report.diagnosis {
+        writeln!(out, "\n{}", powers(&diagnosis.sentence))?;
+    }
     let ride = &report.ride;
     writeln!(
         out,
-        "{} samples, {} s at {} Hz",
+        "\n{} samples, {} s at {} Hz",
         ride.samples,
         significant(ride.duration_s, 4),
         significant(ride.rate_hz, 5)
@@ -31,7 +35,7 @@ fn write(out: &mut String, report: &Report) -> std::fmt::Result {
     }
     writeln!(
         out,
-        "\nIntervals (±) are of 95 %; the swarm's scatter is the standard deviation over its trials."
+        "\nAll methods; the swarm's scatter is the standard deviation over its trials:"
     )?;
     writeln!(
         out,
@@ -69,7 +73,6 @@ fn write(out: &mut String, report: &Report) -> std::fmt::Result {
     let Some(diagnosis) = &report.diagnosis else {
         return Ok(());
     };
-    writeln!(out, "\n{}", diagnosis.sentence)?;
     for effect in &diagnosis.effects {
         for (name, parameter) in &effect.parameters {
             let rank = if effect.adequate {
@@ -90,6 +93,32 @@ fn write(out: &mut String, report: &Report) -> std::fmt::Result {
         writeln!(out, "warning: {warning}")?;
     }
     Ok(())
+}
+
+/// The answer, one line for each axle.
+fn result(out: &mut String, report: &Report) -> std::fmt::Result {
+    for (axle, result) in report.result.iter() {
+        let quantities: Vec<String> = result.iter().map(quantity).collect();
+        writeln!(out, "{:<7}{}", axle.name(), quantities.join("   "))?;
+    }
+    let mut reasons: Vec<&str> = (report.result.iter())
+        .flat_map(|(_, result)| result.iter())
+        .filter(|(_, quantity)| quantity.value.is_none())
+        .filter_map(|(_, quantity)| quantity.why.as_deref())
+        .collect();
+    reasons.dedup();
+    for why in reasons {
+        writeln!(out, "withheld: {why}")?;
+    }
+    writeln!(out, "(± is the 95 % interval)")
+}
+
+fn quantity((name, quantity): (&str, &ResultQuantity)) -> String {
+    match (quantity.quantity(), quantity.std_error, &quantity.why) {
+        (None, ..) => format!("{name} withheld"),
+        (Some(value), None, Some(why)) => format!("{name} = {value} ({why})"),
+        (Some(value), ..) => format!("{name} = {value}"),
+    }
 }
 
 fn measured(out: &mut String, method: &str, estimates: &PerAxle<Estimate>) -> std::fmt::Result {
@@ -119,7 +148,7 @@ fn without_road(out: &mut String, latent: &LatentRoad) -> std::fmt::Result {
     }
     if let Some(speed) = &latent.speed {
         let share = Number::measured(100.0 * speed.value, Some(100.0 * speed.std_error));
-        writeln!(out, "speed reads too little by {share} %")?;
+        writeln!(out, "speed reads low by {share} %")?;
     }
     for sensor in &latent.sensors {
         let noise = significant(sensor.noise, 2);

@@ -2,26 +2,27 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What windows of one length say of an axle. Errors are those on the second halves of windows that a model was not fitted to;
-/// shares are of their squares.
+/// Results of an axle's windows of one length. Errors are those on the second halves of the windows, to which a model was not
+/// fitted; shares are of their squares.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Windows {
-    /// Period (s) above and below which half of the motion's power lies.
+    /// Period (s) that divides the motion's power into halves.
     pub period_s: f64,
-    /// Length of a window (s); models are fitted to first halves and judged on second ones.
+    /// Length of a window (s); models are fitted to the first halves and evaluated on the second halves.
     pub length_s: f64,
     /// Number of windows.
     pub count: usize,
-    /// RMS error (m) of the plain model, in N where `held_out.predicted` is a force; null where it runs away.
+    /// RMS error (m) of the plain model, in N where `held_out.predicted` is a force; null where it diverges.
     pub plain_rms_m: Option<f64>,
-    /// RMS error (m) of the model with `effects`, in N where `held_out.predicted` is a force; null where it runs away.
+    /// RMS error (m) of the model with `effects`, in N where `held_out.predicted` is a force; null where it diverges.
     pub extended_rms_m: Option<f64>,
     /// The model that these windows lead to, whether the verdict follows or not.
     pub effects: Vec<WindowEffect>,
-    /// What single effects leave of the plain model's squares, the best first, at most eight.
+    /// Share of the plain model's squares that remains with single effects, the best first, at most eight.
     pub single: Vec<SingleEffect>,
-    /// Each window as the reported model predicts it, in the order of time; empty where windows affirm nothing, and for the second length.
+    /// Each window as predicted by the reported model, in order of time; empty where windows affirm nothing, and for the second
+    /// length.
     pub starts: Vec<WindowStart>,
 }
 
@@ -31,31 +32,38 @@ pub struct Windows {
 pub struct WindowEffect {
     /// Id of the effect in the library.
     pub id: String,
-    /// Share (0 to 1) that it takes off the model without it.
+    /// Share (0 to 1) of the squared error of the model without it that it removes.
     pub removed_share: f64,
-    /// Blocks of neighbouring windows in which it does anything.
+    /// Blocks of neighbouring windows in which it has any influence.
     pub blocks: usize,
-    /// How many of `blocks` the model predicts with a smaller error with it than without it.
+    /// Number of `blocks` that the model predicts with a smaller error with it than without it.
     pub blocks_led: usize,
-    /// Id of the effect with as few parameters that comes nearest in its place.
+    /// The same of windows that neither the fits nor the selection saw (outer folds): blocks, and those it leads in; absent where the
+    /// record has too few windows, or the effect was not affirmed by both lengths.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unseen_blocks: Option<usize>,
+    /// How many of `unseen_blocks` the model with the effect predicts with a smaller error than the one without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unseen_blocks_led: Option<usize>,
+    /// Id of the effect with as few parameters that comes nearest as a replacement.
     pub rival: Option<String>,
-    /// Squares that the rival leaves, divided by those that this effect leaves.
+    /// Squared error with the rival, divided by that with this effect.
     pub rival_ratio: Option<f64>,
     /// Whether windows of this length support it.
     pub holds: bool,
 }
 
-/// What the plain model with one effect leaves.
+/// Remaining error of the plain model with one effect.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct SingleEffect {
     /// Id of the effect in the library.
     pub id: String,
-    /// Share of the plain model's squares that is left; null where the model runs away.
+    /// Share of the plain model's squares that remains; null where the model diverges.
     pub left_share: Option<f64>,
 }
 
-/// A window's starting state as its first half says, and what the reported model leaves of its second half.
+/// A window's initial state, estimated from its first half, and the reported model's error on its second half.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct WindowStart {
@@ -67,10 +75,10 @@ pub struct WindowStart {
     pub height_m: Option<f64>,
     /// Velocity (m/s) of the axle at its first sample; null where the motion is prescribed.
     pub velocity_m_s: Option<f64>,
-    /// States of the effects, in the effects' order, in units of their own.
+    /// States of the effects, in the effects' order, each in its own unit.
     pub hidden: Vec<f64>,
-    /// What the sensor reads beside the simulated height (m).
+    /// Sensor reading minus simulated height (m).
     pub zero_m: f64,
-    /// RMS (m, or N); null where the model runs away.
+    /// RMS (m, or N); null where the model diverges.
     pub rms_m: Option<f64>,
 }

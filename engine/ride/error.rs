@@ -108,16 +108,16 @@ pub enum Problem {
         "this is {what}, expected text (CSV), gzip, zstd, a MATLAB v5/v7 .mat file, .fit, .gpx, .tcx or .xlsx"
     )]
     BinaryFile { what: String },
-    #[error(
-        "this is {what}, which a build without the feature `{feature}` does not read; this one is without it"
-    )]
+    #[error("this is {what}, which this build cannot read: it lacks the feature `{feature}`")]
     NotBuilt {
         what: &'static str,
         feature: &'static str,
     },
-    #[error("there is a header but no row of numbers below it")]
+    #[error("there is a header, but no row of numbers below it")]
     HeaderOnly,
-    #[error("this is no table of numbers: below \"{first}\" no cell of {rows} line(s) is one")]
+    #[error(
+        "this is not a table of numbers: no cell in the {rows} line(s) below \"{first}\" is a number"
+    )]
     NoTable { first: String, rows: usize },
     #[error(
         "there is no header, expected channel names ({known}) or a mapping by number such as z_f=2"
@@ -137,7 +137,9 @@ pub enum Problem {
         limit: usize,
         unit: &'static str,
     },
-    #[error("{packed} packed bytes hold more than {limit} {what}: refused as a compression bomb")]
+    #[error(
+        "{packed} compressed bytes expand to more than {limit} {what}: rejected as a compression bomb"
+    )]
     GzipBomb {
         packed: usize,
         what: &'static str,
@@ -154,7 +156,7 @@ pub enum Problem {
     MatV73,
     #[error("{}, expected {expected}", cells(*found))]
     RaggedRow { found: usize, expected: usize },
-    #[error("the file ends within the line, expected a whole one")]
+    #[error("the file ends within the line, expected a complete line")]
     CutShort,
     #[error("'{cell}' is not a number, expected one with a decimal {decimal}, or a blank cell")]
     NotANumber { cell: String, decimal: &'static str },
@@ -166,13 +168,13 @@ pub enum Problem {
     UnknownUnit {
         unit: String,
         channel: &'static str,
-        expected: &'static str,
+        expected: String,
     },
     #[error("{channel} is already in column {first}, expected it once")]
     DuplicateColumn { channel: String, first: usize },
     #[error("the mapping names the channel '{channel}', expected one of {known}")]
     UnknownChannel { channel: String, known: String },
-    #[error("the mapping {channel}={column} finds no such column, expected one of {found}")]
+    #[error("the mapping {channel}={column} names no column of the file, expected one of {found}")]
     MissingColumn {
         channel: String,
         column: String,
@@ -189,7 +191,7 @@ pub enum Problem {
     #[error("there is no time: expected a column t or a rate in Hz (found {found})")]
     TimeMissing { found: String },
     #[error(
-        "'{cell}' is no time as those before are, expected all of them as numbers or all as dates with times of day"
+        "'{cell}' is not in the form of the times before it, expected all numbers or all dates with times of day"
     )]
     OtherTime { cell: String },
     #[error("{channel} is already in {first}, expected it in one file")]
@@ -204,14 +206,14 @@ pub enum Problem {
     #[error("{files} files, expected one to {limit}")]
     FileCount { files: usize, limit: usize },
     #[error(
-        "no channel is recognised in it, expected one or a mapping such as {example}=... (found {found})"
+        "no channel is recognised, expected at least one or a mapping such as {example}=... (found {found})"
     )]
     NoChannel { example: String, found: String },
     #[error(
-        "the files share no time: {spans}; stamps that begin anywhere can be moved by an offset for the file"
+        "the files do not overlap in time: {spans}; give an offset for a file whose time stamps start at an arbitrary time"
     )]
     FilesApart { spans: String },
-    #[error("the time is blank beside a value, expected a time stamp")]
+    #[error("the time is blank in a row with values, expected a time stamp")]
     TimeBlank,
     #[error("time goes from {before:?} s to {after:?} s, expected it to increase")]
     TimeNotIncreasing { before: f64, after: f64 },
@@ -221,28 +223,27 @@ pub enum Problem {
     )]
     RateOutOfRange { step_s: f64 },
     #[error(
-        "{repeated} of {stamps} time stamps repeat the one before or lie within a third of a step of its place, \
-         expected even ones, or ones that jitter by at most half a step"
+        "{repeated} of {stamps} time stamps repeat the previous one or come within a third of a step of it, \
+         expected even stamps, or jitter of at most half a step"
     )]
     TimeRepeats { repeated: usize, stamps: usize },
     #[error(
         "{missing_s:.1} s of {total_s:.1} s are missing, expected gaps of at most a quarter; \
-         choose a whole stretch by rows FROM:TO"
+         select a stretch without gaps with rows FROM:TO"
     )]
     GapTooLong { missing_s: f64, total_s: f64 },
     #[error(
-        "no axle has a displacement: expected z_f or z_r, or d and a that it is made from, or a_f, a_r and v, \
+        "no axle has a displacement: expected z_f or z_r, or d and a to compute it from, or a_f, a_r and v, \
          which need no road (found {found})"
     )]
     AxleMissing { found: String },
     #[error(
-        "u_r is absent and u_f is given: to delay it, {missing} is needed; \
-         expected that or a column u_r"
+        "u_r is missing, and deriving it from u_f requires {missing}; expected that or a column u_r"
     )]
     RearRoadMissing { missing: &'static str },
     #[error(
-        "{implausible} of {samples} samples of {channel} lie far outside of all others, the first at {value}; expected \
-         at most one in a hundred"
+        "{implausible} of {samples} samples of {channel} are far outside the range of all others, the first at {value}; \
+         expected at most one in a hundred"
     )]
     Implausible {
         channel: &'static str,
@@ -254,18 +255,20 @@ pub enum Problem {
     TooShort { samples: usize, least: usize },
     #[error(
         "{samples} samples of {channel} can be trusted (the rest is clipped, missing or outside \
-         what the sensors reach), expected at least {least}"
+         what the sensors reach), expected at least {least}{doubt}"
     )]
     Untrusted {
         channel: &'static str,
         samples: usize,
         least: usize,
+        /// What may be wrong instead, if the rate is unusual.
+        doubt: String,
     },
-    #[error("{channel} is constant at {value:?}, expected it to move")]
+    #[error("{channel} is constant at {value:?}, expected it to vary")]
     Constant { channel: &'static str, value: f64 },
     #[error(
-        "{channel} moves, but nothing that could drive it is recorded (no road, no force), and it neither dies away nor swings \
-         at a steady pace as a free decay would: record the road, the force, or the axle's acceleration beside it"
+        "{channel} moves, but no excitation is recorded (no road, no force), and it neither decays nor oscillates at a steady \
+         frequency as a free decay would: record the road, the force, or the axle's acceleration as well"
     )]
     NotExcited { channel: &'static str },
 }

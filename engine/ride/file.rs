@@ -54,30 +54,30 @@ impl<'a> RideFile<'a> {
     }
 }
 
-/// One file of a ride that has several.
+/// One of several files of a ride.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct FileSummary {
-    /// As it was given.
+    /// Name as given.
     pub name: String,
-    /// Of its bytes (hex).
+    /// SHA-256 of its bytes (hex).
     pub sha256: String,
-    /// How the file is written, in words.
+    /// Format of the file, in words.
     pub format: String,
     /// Rows that were used.
     pub rows: usize,
-    /// Whether its time stamps say when they were taken; else it begins together with the others.
+    /// Whether its time stamps have a date; if not, the file begins together with the others.
     pub dated: bool,
-    /// How much later it begins as the user says (s).
+    /// How much later it begins, as given by the user (s).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub offset_s: Option<f64>,
-    /// What was added to its time stamps (s), so that they stand on the ride's clock; `ride.clocks` comes on top of it.
+    /// Offset added to its time stamps (s) to convert them to the ride's clock; `ride.clocks` is added to it.
     pub shift_s: f64,
     /// When it begins on the ride's clock (s).
     pub from_s: f64,
     /// When it ends on the ride's clock (s).
     pub to_s: f64,
-    /// Why its clock was left as it is, where it was not compared with another file's.
+    /// Why its clock was left unchanged, where it was not compared with another file's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kept: Option<String>,
 }

@@ -12,7 +12,8 @@ use crate::ride::clocks::rates::{RATES, RATES_HZ};
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct ReadOptions {
-    /// Channel name to column: a header text or a number counted from 1.
+    /// Channel name to column: a header text or a number counted from 1, perhaps with the unit to read it in behind:
+    /// `Weg vorne mm [mm]`.
     pub map: BTreeMap<String, String>,
     /// Sampling rate of a file without a time column (Hz).
     pub rate_hz: Option<f64>,
@@ -21,14 +22,14 @@ pub struct ReadOptions {
     pub rows: Option<(usize, usize)>,
     /// +1: d is the deflection u - z; -1: d is a sensor's distance to the road, -(u - z).
     pub deflection_sign: f64,
-    /// Band (Hz) that z and u are kept in where z is made from acceleration; by default from
-    /// 0.5 Hz to 0.45 of the slowest sensor's rate.
+    /// Band (Hz) to which z and u are filtered where z is computed from acceleration; by default from 0.5 Hz to 0.45 of the
+    /// slowest sensor's rate.
     #[cfg_attr(feature = "openapi", schema(value_type = Option<Vec<f64>>, min_items = 2, max_items = 2))]
     pub band_hz: Option<(f64, f64)>,
-    /// Words that stand for a missing value, as a blank cell does: `NA`.
+    /// Words for a missing value, in addition to a blank cell, such as `NA`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub missing: Vec<String>,
-    /// What holds for one file of several alone, under its name.
+    /// Options for single files of several, by file name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub files: BTreeMap<String, FileOptions>,
     /// Sizes beyond which a file is refused. Set by the program, never by the sender.
@@ -39,7 +40,7 @@ pub struct ReadOptions {
     pub elsewhere: BTreeSet<String>,
 }
 
-/// How to read one file of several; what is absent holds as for all of them.
+/// How to read one of several files; absent options are those of the ride.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(default, deny_unknown_fields)]
@@ -54,7 +55,7 @@ pub struct FileOptions {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "openapi", schema(value_type = Option<Vec<usize>>, min_items = 2, max_items = 2))]
     pub rows: Option<(usize, usize)>,
-    /// Begins so much later (s) than its time stamps say, or than the other files where these do not say when it began.
+    /// How much later (s) the file begins than its time stamps state, or than the other files where the stamps have no date.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub offset_s: Option<f64>,
 }

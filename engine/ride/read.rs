@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::ReadError;
 use super::file::{FileSummary, RideFile, sha256_of};
+use super::preview_table::PreviewTable;
 use super::recording::Recording;
 use super::several::{Opened, join, open};
 use super::{Column, ReadOptions, Ride, RideSummary, SensorClock};
@@ -48,11 +49,11 @@ fn names(files: &[RideFile<'_>]) -> String {
     names.join(", ")
 }
 
-/// What a file holds, without needing the bike.
+/// Contents of a file, without the bike.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Preview {
-    /// How the file is written, in words.
+    /// Format of the file, in words.
     pub format: String,
     /// Rows of all files.
     pub rows: usize,
@@ -61,19 +62,22 @@ pub struct Preview {
     /// The files, where there are several.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub files: Vec<FileSummary>,
-    /// Header texts of columns that no channel was recognised in.
+    /// Every file with all its columns.
+    #[serde(default)]
+    pub tables: Vec<PreviewTable>,
+    /// Header texts of columns without a recognised channel.
     pub ignored: Vec<String>,
-    /// The common clock; absent if the file cannot be identified as it is.
+    /// Rate of the common clock (Hz); absent if the ride cannot be identified with these options.
     pub rate_hz: Option<f64>,
     /// Samples on the common clock.
     pub samples: Option<usize>,
-    /// Time of the first one (s).
+    /// Time of the first sample (s).
     pub start_s: Option<f64>,
-    /// From the first one to the last (s).
+    /// Time from the first to the last sample (s).
     pub duration_s: Option<f64>,
     /// Missing stretches, at most a hundred of each clock.
     pub gaps: Vec<PreviewGap>,
-    /// What was met and bridged, or doubted.
+    /// Warnings: what was interpolated or looks doubtful.
     pub warnings: Vec<String>,
     /// Why the ride could not be identified with these options.
     pub problem: Option<String>,
@@ -83,13 +87,13 @@ pub struct Preview {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct PreviewGap {
-    /// Channels that lack them.
+    /// Channels with missing samples.
     pub channels: Vec<String>,
     /// Time of the sample before (s).
     pub from_s: f64,
     /// Time of the sample after (s).
     pub to_s: f64,
-    /// How many would stand between.
+    /// Number of missing samples.
     pub missing: usize,
 }
 
@@ -127,6 +131,7 @@ impl Preview {
     /// Adds what one of `several` files offers.
     fn offer(&mut self, file: &Opened, several: bool) {
         let Opened { name, table, .. } = file;
+        self.tables.push(PreviewTable::new(name, table));
         let name = several.then(|| name.clone());
         if !self.format.is_empty() {
             self.format.push_str("; ");
@@ -197,10 +202,11 @@ fn ride(
     let axles = axles::build(&mut common, bike, options)?;
     sensed::used(&mut common, &sensors);
     if axles.iter().next().is_none() {
-        common.warn("the road was not measured: it is estimated, and k and B with it".to_owned());
+        common.warn("the road was not measured; it is estimated together with k and B".to_owned());
     }
     let mut ride = Ride {
         start_s: common.grid.start_s,
+        epoch_s: common.recording.epoch_s,
         step_s: common.grid.step_s,
         samples: common.grid.count,
         axles,
@@ -221,7 +227,7 @@ fn ride(
     if !unused.is_empty() {
         let unused = unused.join(", ");
         common.warn(format!(
-            "not used, as its axle has no displacement: {unused}"
+            "not used, because the axle has no displacement: {unused}"
         ));
     }
     let part_s = decay::cut(&mut ride).map(|said| {

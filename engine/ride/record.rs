@@ -9,6 +9,7 @@ use crate::EngineError;
 use crate::bicycle::{Bike, PerAxle};
 use crate::numerics::statistics::variance;
 use crate::plant::{self, Plant, PlantRef};
+use crate::ride::band::Band;
 use crate::ride::channels::values;
 
 /// A ride after reading: SI units, one clock, no blanks.
@@ -16,9 +17,11 @@ use crate::ride::channels::values;
 pub struct Ride {
     /// Time of the first sample (s).
     pub start_s: f64,
+    /// Epoch (s since 1970) of the time 0, where the file's stamps say when they were taken.
+    pub epoch_s: Option<f64>,
     /// Sample interval (s).
     pub step_s: f64,
-    /// Coefficient of samples; every channel has as many.
+    /// Number of samples; every channel has as many.
     pub samples: usize,
     /// What was recorded on each axle.
     pub axles: PerAxle<AxleRecord>,
@@ -71,6 +74,9 @@ pub struct AxleRecord {
     /// What the axle is where nothing is left out.
     #[serde(default)]
     pub plant: PlantRef,
+    /// What road and displacement contain, where they were computed from other sensors.
+    #[serde(default)]
+    pub band: Option<Band>,
 }
 
 /// First samples that must be alike for a record to start at rest.
@@ -163,7 +169,7 @@ impl Ride {
         self.axles.iter().next().is_none()
     }
 
-    /// From the first sample to the last (s).
+    /// Time from the first to the last sample (s).
     pub fn duration_s(&self) -> f64 {
         self.samples.saturating_sub(1) as f64 * self.step_s
     }
@@ -174,34 +180,34 @@ impl Ride {
     }
 }
 
-/// What the reader understood of the file: the report's `ride` section.
+/// How the file was read: the report's `ride` section.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct RideSummary {
-    /// SHA-256 of the file's bytes (hex); of several files that of their SHA-256, one a line.
+    /// SHA-256 of the file's bytes (hex); for several files that of their SHA-256, one per line.
     pub sha256: String,
     /// Rows of the file that were used.
     pub rows: usize,
     /// Samples on the common clock.
     pub samples: usize,
-    /// From the first sample to the last (s).
+    /// Time from the first to the last sample (s).
     pub duration_s: f64,
-    /// Times of the first and last sample (s) where only a part of the file's swing is used.
+    /// Times of the first and last sample (s) where only a part of a free decay is used.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub part_s: Option<[f64; 2]>,
-    /// Of the common clock (Hz).
+    /// Rate of the common clock (Hz).
     pub rate_hz: f64,
     /// Recognised columns.
     pub columns: Vec<Column>,
     /// The files, where the ride has several.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub files: Vec<FileSummary>,
-    /// Clocks of lasers beside those of the accelerometers on their axles.
+    /// Clocks of lasers relative to those of the accelerometers on their axles.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub clocks: Vec<SensorClock>,
-    /// Header texts of columns that no channel was recognised in.
+    /// Header texts of columns without a recognised channel.
     pub ignored: Vec<String>,
-    /// What was met and bridged, clipped, resampled or doubted.
+    /// Warnings: what was interpolated, clipped, resampled or looks doubtful.
     pub warnings: Vec<String>,
 }
 
@@ -226,7 +232,7 @@ pub struct Column {
     pub channel: String,
     /// Unit in the file.
     pub unit: String,
-    /// Factor that makes it SI.
+    /// Factor that converts it to SI.
     pub scale: f64,
     /// Samples that were not blank.
     pub samples: usize,

@@ -8,10 +8,10 @@ use super::file::FileSummary;
 use super::options::ReadOptions;
 use super::stamps::{Known, Stamps};
 use crate::ride::channels::channel::Channel;
-use crate::ride::channels::implausible;
 use crate::ride::channels::table::{Places, Spec, Table};
 use crate::ride::channels::unit::Unit;
 use crate::ride::channels::values::{is_constant, size};
+use crate::ride::channels::{implausible, stuck};
 use crate::ride::clocks::clock::{Clock, Fit, Pace, drop_at};
 use crate::ride::clocks::rates::{RATES_HZ, USUAL_HZ};
 use crate::ride::clocks::resample::roughness;
@@ -68,13 +68,14 @@ impl Recording {
         for (spec, values) in &mut table.columns {
             scale(values, spec.unit.scale);
         }
+        out.leave_out_stuck(&mut table, &stamps);
         out.leave_out_implausible(&mut table, &stamps)?;
         let mut known: Vec<Known> = Vec::new();
         for (spec, mut values) in std::mem::take(&mut table.columns) {
             let own = stamps.own(&mut values);
             if values.is_empty() {
                 out.warnings
-                    .push(format!("{} holds no number", spec.header));
+                    .push(format!("{} contains no numbers", spec.header));
                 out.ignored.push(spec.header);
                 continue;
             }
@@ -160,7 +161,7 @@ impl Recording {
         }
         if repeats > 0 {
             self.warnings.push(format!(
-                "{repeats} time stamp(s) repeat the one before or nearly do: one sample of each was kept"
+                "{repeats} time stamp(s) repeat, or nearly repeat, the previous one: one sample of each was kept"
             ));
         }
         Ok(())
@@ -189,7 +190,7 @@ impl Recording {
             }
             let first = if samples > 1 { "the first " } else { "" };
             self.warnings.push(format!(
-                "{}: {samples} sample(s) far outside of all others, {first}{value} at {:.3} s; taken as missing",
+                "{}: {samples} sample(s) far outside the range of all others, {first}{value} at {:.3} s; treated as missing",
                 channel.name(),
                 stamps.time_s(row)
             ));
@@ -198,6 +199,28 @@ impl Recording {
             }
         }
         Ok(())
+    }
+
+    /// Blanks the samples that a sensor did not measure.
+    fn leave_out_stuck(&mut self, table: &mut Table, stamps: &Stamps) {
+        for found in stuck::find(&table.columns, stamps.duration_s(table.rows)) {
+            let (spec, values) = &mut table.columns[found.column];
+            let [first, last] = [found.rows[0], found.rows[found.rows.len() - 1]];
+            let [from_s, to_s] = [first, last].map(|row| stamps.time_s(row));
+            let (channel, count) = (spec.channel.name(), found.rows.len());
+            self.warnings.push(match found.zeros {
+                true => format!(
+                    "{channel}: {count} zeros between other values, the first at {from_s:.3} s; treated as missing"
+                ),
+                false => format!(
+                    "{channel}: {count} samples between {from_s:.3} s and {to_s:.3} s repeat the same value while other channels move; \
+                     treated as missing"
+                ),
+            });
+            for row in found.rows {
+                values[row] = f64::NAN;
+            }
+        }
     }
 
     fn stamps(&mut self, table: &mut Table, options: &ReadOptions) -> Result<Stamps, ReadError> {
@@ -211,7 +234,7 @@ impl Recording {
         self.note_epoch(&mut spec, &times);
         if options.rate_hz.is_some() {
             self.warnings.push(format!(
-                "the rate was not used: the column {} holds the time",
+                "the rate was ignored: the column {} contains the time",
                 spec.header
             ));
         }
@@ -246,7 +269,7 @@ impl Recording {
         if spec.unit.scale == 1.0 && EPOCHS_S.contains(&(1e-3 * first)) {
             spec.unit = Unit::milliseconds();
             self.warnings.push(format!(
-                "{}: stamps near {first:e} are taken as milliseconds since 1970",
+                "{}: stamps near {first:e} are read as milliseconds since 1970",
                 spec.header
             ));
         }
@@ -317,11 +340,11 @@ impl Recording {
             if evidence > 0.1 {
                 clock.knots = clock.even_knots.take();
                 self.warnings.push(format!(
-                    "{jitter}; the samples fit equal steps better and were taken so"
+                    "{jitter}; the samples fit equal steps better and were treated as evenly spaced"
                 ));
             } else {
                 self.warnings.push(format!(
-                    "{jitter}; brought to equal steps by cubic spline through the stamps"
+                    "{jitter}; resampled to equal steps by a cubic spline through the stamps"
                 ));
             }
         }
@@ -361,7 +384,7 @@ impl Recording {
             .fold(0.0, f64::max);
         if rate > 0.0 && !USUAL_HZ.contains(&rate) {
             self.warnings.push(format!(
-                "{stamps} gives {} samples a second, and rides are logged at {} Hz to {} Hz: is its unit right?",
+                "{stamps} gives {} samples a second, but rides are logged at {} Hz to {} Hz: is its unit right?",
                 short(rate),
                 USUAL_HZ.start(),
                 USUAL_HZ.end()
@@ -394,7 +417,7 @@ impl Recording {
                 more => format!(" and {more} more"),
             };
             self.warnings.push(format!(
-                "{}: {missing} sample(s) missing from {}{more}; bridged and not trusted",
+                "{}: {missing} sample(s) missing from {}{more}; interpolated and not trusted",
                 names.join(", "),
                 spans.join(", ")
             ));

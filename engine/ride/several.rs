@@ -52,7 +52,7 @@ pub(super) fn open(
         return Err(in_ride(Problem::BadOption {
             name: "rows",
             value: format!("{from}:{to}"),
-            expected: "the file that they are rows of, as FILE:FROM:TO",
+            expected: "the file that the rows belong to, as FILE:FROM:TO",
         }));
     }
     let opened = files.iter().map(|file| {
@@ -114,8 +114,10 @@ pub(super) fn join(files: Vec<Opened>) -> Result<Recording, ReadError> {
         };
         parts.push((summary, recording));
     }
-    place(&mut parts)?;
-    let mut out = Recording::default();
+    let mut out = Recording {
+        epoch_s: place(&mut parts)?,
+        ..Recording::default()
+    };
     for (summary, recording) in parts {
         take_in(&mut out, summary, recording)?;
     }
@@ -123,8 +125,9 @@ pub(super) fn join(files: Vec<Opened>) -> Result<Recording, ReadError> {
 }
 
 /// Finds what is to be added to each file's stamps: those that say when they were taken are placed by that; the others begin
-/// with the first one that does, or else with the first file. What the user says comes on top.
-fn place(parts: &mut [(FileSummary, Recording)]) -> Result<(), ReadError> {
+/// with the first one that does, or else with the first file. What the user says comes on top. The epoch (s) of the common time 0, where
+/// a file has one.
+fn place(parts: &mut [(FileSummary, Recording)]) -> Result<Option<f64>, ReadError> {
     for (file, recording) in parts.iter() {
         if recording.clocks.is_empty() {
             let found = list(
@@ -139,10 +142,10 @@ fn place(parts: &mut [(FileSummary, Recording)]) -> Result<(), ReadError> {
         }
     }
     let first = parts.iter().find(|(file, _)| file.dated).or(parts.first());
-    let Some((origin_s, begins_s)) = first.map(|(_, r)| (r.epoch_s.unwrap_or(0.0), r.starts_s()))
-    else {
-        return Ok(());
+    let Some((epoch_s, begins_s)) = first.map(|(_, r)| (r.epoch_s, r.starts_s())) else {
+        return Ok(None);
     };
+    let origin_s = epoch_s.unwrap_or(0.0);
     for (file, recording) in parts.iter_mut() {
         file.shift_s += match recording.epoch_s {
             Some(epoch_s) => epoch_s - origin_s,
@@ -167,7 +170,7 @@ fn place(parts: &mut [(FileSummary, Recording)]) -> Result<(), ReadError> {
             .join(", ");
         return Err(ReadError::from(Problem::FilesApart { spans }).in_file(&names));
     }
-    Ok(())
+    Ok(epoch_s)
 }
 
 /// Adds a file's channels to those of the files before.

@@ -114,7 +114,7 @@ fn a_year_old_loggers_oddities_are_met_with_warnings() {
     text.truncate(text.len() - 9);
     let ride = read_text(&text).unwrap();
     assert!(
-        warned(&ride, "repeat the one before"),
+        warned(&ride, "repeat, or nearly repeat, the previous one"),
         "{:?}",
         ride.summary.warnings
     );
@@ -227,13 +227,13 @@ fn laser_and_accelerometer_make_road_and_displacement() {
     let n = ride.samples;
     assert!(n > 5990 && (ride.step_s - 0.01).abs() < 1e-9);
     assert!(
-        warned(&ride, "z_f was made from a_f"),
+        warned(&ride, "z_f was computed from a_f"),
         "{:?}",
         ride.summary.warnings
     );
-    assert!(warned(&ride, "2.7 samples a swing") && !warned(&ride, "sign"));
+    assert!(warned(&ride, "2.7 samples per cycle") && !warned(&ride, "sign"));
     // Both are the truth seen through one filter, so the model's equation holds between them.
-    let band = crate::ride::signals::band::Band {
+    let band = crate::ride::band::Band {
         low_hz: Some(0.5),
         high_hz: Some(0.42 * 30.0),
     };
@@ -271,7 +271,7 @@ fn deflection_completes_road_or_displacement() {
         let ride = read_text(&format!("{header}\n{text}")).unwrap();
         let front = ride.axles.front.as_ref().unwrap();
         assert!(
-            warned(&ride, "was made from"),
+            warned(&ride, "was computed from"),
             "{:?}",
             ride.summary.warnings
         );
@@ -333,7 +333,7 @@ fn jitter_is_undone_whichever_way_it_arose() {
         let ride = read_text(&text).unwrap();
         let front = ride.axles.front.as_ref().unwrap();
         let words = if sampled {
-            "by cubic spline"
+            "by a cubic spline"
         } else {
             "equal steps better"
         };
@@ -365,7 +365,7 @@ fn bursts_of_stamps_are_dropped_or_refused() {
             }
             let ride = read_text(&long).unwrap();
             assert!(
-                warned(&ride, "repeat the one before or nearly do"),
+                warned(&ride, "repeat, or nearly repeat, the previous one"),
                 "{apart}"
             );
             let front = ride.axles.front.as_ref().unwrap();
@@ -415,7 +415,7 @@ fn wild_samples_are_taken_as_missing() {
             let spikes = [(500, size), (900, size), (901, -size), (902, size)];
             let ride = read_text(&spoiled(columns, column, &spikes)).unwrap();
             assert!(
-                warned(&ride, "4 sample(s) far outside of all others"),
+                warned(&ride, "4 sample(s) far outside the range of all others"),
                 "{columns} {size}: {:?}",
                 ride.summary.warnings
             );
@@ -675,7 +675,7 @@ fn unusual_sizes_are_reported_not_refused() {
         .replace("u_f", "u_f [V]");
     let ride = read_text(&text).unwrap();
     assert!(
-        warned(&ride, "volts are taken as m of u_f"),
+        warned(&ride, "volts are read as m of u_f"),
         "{:?}",
         ride.summary.warnings
     );
@@ -714,6 +714,25 @@ fn a_preview_needs_no_bike_and_says_what_lacks() {
     let p = preview(&[x(unknown.as_bytes())], &ReadOptions::default()).unwrap();
     assert!(p.problem.unwrap().contains("no axle has a displacement"));
     assert_eq!(p.ignored, ["V2 [mm]"]);
+    let seen: Vec<_> = (p.tables[0].columns.iter())
+        .map(|c| {
+            (
+                c.number,
+                c.header.as_str(),
+                c.channel.as_deref(),
+                c.first.len(),
+            )
+        })
+        .collect();
+    assert_eq!(
+        seen,
+        [
+            (1, "t", Some("t"), 3),
+            (2, "u_f", Some("u_f"), 3),
+            (3, "V2 [mm]", None, 3)
+        ]
+    );
+    assert_eq!(p.tables[0].columns[0].unit.as_deref(), Some("s"));
     let p = preview(&[x(b"a;b\n1;2\n")], &ReadOptions::default()).unwrap();
     assert!(p.problem.unwrap().contains("there is no time"));
     assert_eq!(

@@ -4,7 +4,7 @@
 
 use nalgebra::SMatrix;
 
-use crate::numerics::spline::{cubic, slopes};
+use crate::numerics::spline::{cubic, lifted, slopes};
 use crate::ride::AxleRecord;
 
 /// What drives one axle: values and spline slopes at the samples.
@@ -44,7 +44,8 @@ impl Input {
         }
     }
 
-    /// What drives the axle of a record.
+    /// What drives the axle of a record: splines that pass on what moved the axle between samples. Motion that is prescribed is
+    /// as it was measured, since the force answers it at the samples.
     pub(crate) fn of(record: &AxleRecord, step: f64) -> Self {
         if record.prescribed {
             Self {
@@ -52,7 +53,8 @@ impl Input {
                 ..Self::new(&record.displacement, None, step)
             }
         } else {
-            Self::new(&record.road, record.force.as_deref(), step)
+            let force = record.force.as_deref().map(lifted);
+            Self::new(&lifted(&record.road), force.as_deref(), step)
         }
     }
 

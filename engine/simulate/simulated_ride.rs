@@ -85,6 +85,9 @@ pub struct SimulatedRide {
     pub rear: Option<Spring>,
     /// What moves the axles.
     pub excitation: Excitation,
+    /// Highest frequency (Hz) of a rough road where the ride is fastest, up to [`FULL_BAND`] of the rate. None: a fifth of the rate, and
+    /// at most 4 cycles/m.
+    pub road_to_hz: Option<f64>,
     /// Standard deviation of the white noise on z (m).
     pub noise_displacement_m: f64,
     /// Standard deviation of the white noise on u (m).
@@ -115,12 +118,16 @@ impl Default for SimulatedRide {
                 roughness: Some(Roughness::B),
                 bumps: Vec::new(),
             },
+            road_to_hz: None,
             noise_displacement_m: 0.0,
             noise_road_m: 0.0,
             seed: 1,
         }
     }
 }
+
+/// Share of the sampling rate up to which a road can reach: the sensors have no low-pass.
+pub const FULL_BAND: f64 = 0.45;
 
 /// Exact steps of the model within one sample interval; road and force are splines through them.
 const FINE: usize = 8;
@@ -182,6 +189,14 @@ impl SimulatedRide {
         }
         if let Some(cadence) = self.cadence_rpm {
             within("cadence", cadence, 1.0, 300.0)?;
+        }
+        if let Some(hz) = self.road_to_hz {
+            within(
+                "highest frequency of the road",
+                hz,
+                0.1,
+                FULL_BAND * self.rate_hz,
+            )?;
         }
         within("noise", self.noise_displacement_m, 0.0, most)?;
         within("road noise", self.noise_road_m, 0.0, most)?;
@@ -269,7 +284,10 @@ impl SimulatedRide {
                 let (length, _) = self.ridden(self.duration_s);
                 let swing = self.speed_change.map_or(0.0, |change| change.share.abs());
                 let fastest = self.speed_m_s * (1.0 + swing);
-                let highest = (0.2 * self.rate_hz / fastest).min(4.0);
+                let highest = match self.road_to_hz {
+                    Some(hz) => hz / fastest,
+                    None => (0.2 * self.rate_hz / fastest).min(4.0),
+                };
                 let spacing = self.speed_m_s * fine_step;
                 let road = match roughness {
                     Some(class) => Profile::iso(*class, length, spacing, highest, self.seed),
@@ -351,6 +369,7 @@ impl SimulatedRide {
                     acceleration: None,
                     prescribed: false,
                     plant: PlantRef::default(),
+                    band: None,
                 },
             );
         }
@@ -376,6 +395,7 @@ impl SimulatedRide {
             valid: vec![true; self.samples()],
             prescribed: false,
             plant: PlantRef::default(),
+            band: None,
         });
         self.logged(axles, 1)
     }

@@ -107,8 +107,8 @@ fn targets(ride: &Ride, settings: &Settings) -> PerAxle<(Target, [f64; 3])> {
     })
 }
 
-/// The best of ten trials within 0.1 %, the worst within 1 % of the objective's least cost.
-fn check(noise: f64, objective: Objective) {
+/// The best of ten trials within 0.1 %, the worst within a share `worst` of the objective's least cost.
+fn check(noise: f64, objective: Objective, worst: f64) {
     let ride = noisy(noise, 1);
     let settings = settings(objective);
     let least: f64 = targets(&ride, &settings)
@@ -125,7 +125,7 @@ fn check(noise: f64, objective: Objective) {
     excess.sort_by(f64::total_cmp);
     assert!(excess[0] > -1e-6, "below the minimum {least}: {excess:?}");
     assert!(
-        excess[0] < 1e-3 && excess[9] < 1e-2,
+        excess[0] < 1e-3 && excess[9] < worst,
         "{objective:?}: {excess:?}"
     );
 }
@@ -133,14 +133,15 @@ fn check(noise: f64, objective: Objective) {
 #[test]
 fn clean_ride_is_searched_to_the_minimum() {
     for objective in OBJECTIVES {
-        check(0.0, objective);
+        // Without noise the least cost is what interpolation leaves, which is next to nothing.
+        check(0.0, objective, 2e-2);
     }
 }
 
 #[test]
 fn noisy_ride_is_searched_to_the_minimum() {
     for objective in OBJECTIVES {
-        check(5e-5, objective);
+        check(5e-5, objective, 1e-2);
     }
 }
 

@@ -19,12 +19,7 @@ pub(crate) fn widened(
     by: &PerAxle<Parameters>,
 ) -> PerAxle<Estimate> {
     estimates.map(|axle, e| match by.get(axle) {
-        Some(by) => Estimate {
-            k_std_n_m: e.k_std_n_m.map(|std| std.hypot(by.k_n_m)),
-            b_std_n_s_m: e.b_std_n_s_m.map(|std| std.hypot(by.b_n_s_m)),
-            ..e.clone()
-        }
-        .reportable(),
+        Some(by) => e.clone().widened(by),
         None => e.clone(),
     })
 }
@@ -40,7 +35,7 @@ pub(crate) fn notes(
         let e = found.get(axle)?;
         let [k, b] = by.shares_of(e).map(|share| significant(100.0 * share, 2));
         Some(format!(
-            "{axle} axle: {what} moves k by {k} % and B by {b} % ({meant}); the intervals bear it"
+            "{axle} axle: {what} moves k by {k} % and B by {b} % ({meant}); included in the intervals"
         ))
     };
     by.iter().filter_map(note).collect()
@@ -61,12 +56,12 @@ pub fn misleading(
     let unknown = clocks.iter().find(|c| c.found.is_none());
     if let Some(clock) = unknown {
         let rests = match are_unplaced(clocks) {
-            true => "and k and B rest on both",
-            false => "and the road is made from both",
+            true => "Both determine k and B",
+            false => "The road is computed from both",
         };
         return Some(format!(
-            "This record carries no verdict: {}, {rests}. Record both on one logger, or shake both at the start \
-             and at the end so that their clocks can be compared.",
+            "No verdict: {}. {rests}. Record both on one logger, or shake both at the start and at the end so that their clocks \
+             can be compared.",
             clock.summary()
         ));
     }
@@ -75,9 +70,9 @@ pub fn misleading(
         let [k, b] = by.shares_of(e);
         (k > MOST.k_n_m || b > MOST.b_n_s_m).then(|| {
             format!(
-                "This record carries no verdict: the laser that the road was made from moves k of the {axle} axle by {} % and B by {} % (what is \
-                 not known of its clock, and its noise), more than the {} % and {} % up to which it is believed. Take a faster or finer \
-                 laser on the accelerometers' logger, a longer ride, or a rougher road.",
+                "No verdict: the laser from which the road was computed moves k of the {axle} axle by {} % and B by {} % (its clock \
+                 error and noise), more than the limits of {} % and {} %. Use a faster or finer laser on the accelerometers' logger, a \
+                 longer ride or a rougher road.",
                 significant(100.0 * k, 2),
                 significant(100.0 * b, 2),
                 significant(100.0 * MOST.k_n_m, 2),
@@ -90,7 +85,7 @@ pub fn misleading(
 
 /// Why a clock that was set right may be physics that is missing: what delays a force (a viscoelastic tyre, mass below the sensor)
 /// passes for a clock. Where both axles determine k and B without the road, they show which: these and output error then agree, at the
-/// family-wise false-alarm rate `alpha` or to within what is believed.
+/// family-wise significance level `alpha` or to within what is believed.
 pub(crate) fn unconfirmed(
     clocks: &[SensorClock],
     found: &PerAxle<Estimate>,
@@ -105,16 +100,15 @@ pub(crate) fn unconfirmed(
     let summary = clock.summary();
     if pairs.is_empty() {
         return Some(format!(
-            "Whether the model leaves physics out cannot be told: {summary}, and what delays a force passes for a late clock. k and B hold if \
-             nothing is missing. Record both sensors on one logger, or with an accelerometer on the other axle and the speed."
+            "No verdict: {summary}, and an effect that delays a force looks the same as a late clock. k and B are valid if nothing is \
+             missing. Record both sensors on one logger, or add an accelerometer on the other axle and the speed."
         ));
     }
     let rate = alpha / (2 * pairs.len()) as f64;
     let axle = pairs.iter().find(|pair| pair.parts(rate))?.axle;
     Some(format!(
-        "This record carries no verdict: {summary}; but k and B of the {axle} axle with that clock are not those that the accelerometers tell by \
-         themselves (`latent_road`). Either the clocks go otherwise, or physics is missing that passes for a late clock. Record all \
-         sensors on one logger."
+        "No verdict: {summary}, but k and B of the {axle} axle then differ from those of the accelerometers alone (`latent_road`). \
+         Either the clocks run differently, or missing physics looks like a late clock. Record all sensors on one logger."
     ))
 }
 
@@ -201,7 +195,7 @@ mod tests {
         assert_eq!(said(0.99, 0.99, true), None);
         for (k, b, known) in [(1.01, 0.1, true), (0.1, 1.01, true), (0.0, 0.0, false)] {
             let said = said(k, b, known).unwrap();
-            assert!(said.contains("carries no verdict"), "{said}");
+            assert!(said.starts_with("No verdict: "), "{said}");
         }
         assert_eq!(misleading(&[], &found(), &PerAxle::default()), None);
     }
@@ -230,14 +224,14 @@ mod tests {
         assert!(
             asked(&applied, 1.0 + 1.1 * MOST.k_n_m, sure)
                 .unwrap()
-                .contains("by themselves")
+                .contains("accelerometers alone")
         );
         assert_eq!(asked(&applied, 1.0 + 0.9 * MOST.k_n_m, sure), None);
         assert_eq!(asked(&applied, 1.0 + 1.1 * MOST.k_n_m, Some(1000.0)), None);
         assert!(
             asked(&applied, 1.0, None)
                 .unwrap()
-                .contains("cannot be told")
+                .contains("looks the same as a late clock")
         );
         assert_eq!(asked(&SensorClock::default(), 2.0, sure), None);
     }

@@ -91,7 +91,7 @@ mod tests {
         assert_eq!(rear(&exact), rear(&unsure));
         let said = unsure.comparison.notes.concat();
         assert!(
-            said.contains("front axle: the mass's deviation moves k by 2"),
+            said.contains("front axle: the mass's standard deviation moves k by 2"),
             "{said}"
         );
     }

@@ -10,7 +10,7 @@ use crate::report::{Estimate, Parameters};
 use crate::ride::{AxleRecord, Ride, RoadDoubt};
 use crate::settings::Settings;
 use crate::uncertainty::laser::widened;
-use crate::uncertainty::road_variant::moved;
+use crate::uncertainty::road_variant::errors;
 
 /// Part of the deflection (RMS) below which noise of the road biases k by less than a ten-thousandth.
 const NEGLIGIBLE: f64 = 0.01;
@@ -24,7 +24,7 @@ const TOLD: f64 = 0.01;
 /// by 0.1 % was off by 0.2 %, by 1 % up to 4 %, by 10 % some 20 %, by 20 % some 60 % (5, 1, 1 and 0.5 m/s).
 const MOST: [f64; 2] = [0.05, 0.15];
 /// Why such an estimate has no interval.
-const DECIDES: &str = "noise of the road channel decides it";
+const DECIDES: &str = "dominated by noise in the road channel";
 
 /// What there is to say of it, by axle.
 pub fn worth_reporting(found: &PerAxle<Estimate>, by: &PerAxle<Parameters>) -> PerAxle<Parameters> {
@@ -57,8 +57,8 @@ pub fn decides(found: &PerAxle<Estimate>, by: &PerAxle<Parameters>) -> Option<St
     let (axle, shares) = found.iter().find_map(too_much)?;
     let [k, b] = shares.map(|share| significant(100.0 * share, 2));
     Some(format!(
-        "This record carries no verdict: noise of the road channel moves k of the {axle} axle by {k} % and B by {b} %, as the tyre hardly \
-         deflects beside it. Ride faster or on a rougher road, or record the road with a finer sensor."
+        "No verdict: noise in the road channel moves k of the {axle} axle by {k} % and B by {b} %, because the tyre deflection is \
+         small compared with it. Ride faster or on a rougher road, or record the road with a finer sensor."
     ))
 }
 
@@ -76,17 +76,11 @@ pub fn road_noise_error(
             .filter_map(|_, record| noise(record, bike, ride.step_s)),
         false => PerAxle::default(),
     };
-    if change.iter().next().is_none() {
-        return PerAxle::default();
-    }
     let doubt = RoadDoubt {
         change,
         is_noise: true,
     };
-    match moved(ride, bike, settings, found, &doubt) {
-        Ok(by) => by.filter_map(|axle, by| doubt.change.get(axle).map(|_| by.clone())),
-        Err(_) => PerAxle::default(),
-    }
+    errors(ride, bike, settings, found, &doubt)
 }
 
 fn noise(record: &AxleRecord, bike: &Bike, step_s: f64) -> Option<Vec<f64>> {

@@ -8,6 +8,23 @@ use crate::report::{Estimate, Parameters};
 use crate::ride::{Ride, RoadDoubt};
 use crate::settings::Settings;
 
+/// By how much k and B move on the other road, of the axles whose road changes; nothing where none does, or nothing is found there.
+pub fn errors(
+    ride: &Ride,
+    bike: &Bike,
+    settings: &Settings,
+    found: &PerAxle<Estimate>,
+    doubt: &RoadDoubt,
+) -> PerAxle<Parameters> {
+    if doubt.change.iter().next().is_none() {
+        return PerAxle::default();
+    }
+    match moved(ride, bike, settings, found, doubt) {
+        Ok(by) => by.filter_map(|axle, by| doubt.change.get(axle).map(|_| by.clone())),
+        Err(_) => PerAxle::default(),
+    }
+}
+
 /// By how much k and B move on the other road. Noise is added once as it is and once turned over: what does not average out is left.
 pub fn moved(
     ride: &Ride,

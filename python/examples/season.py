@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Fills a server with a season of some bicycles: simulated rides over 180 days, sent as anybody sends rides.
+"""Uploads a season of several bicycles to a server: simulated rides over 180 days, sent through the API.
 
     veloid serve &
     python3 python/examples/season.py --server http://127.0.0.1:8080 --bikes 3 --rides 12
 
-needs nothing beside Python and the program `veloid`, which simulates the rides. The front tyre of the first bicycle leaks, the
-rear tyre of the second one is changed at midsummer, the others stay as they are; k changes by 15 % per bar. With each ride goes
-what is known of it: date, pressures, temperature, rider, tyres.
+needs only Python and the program `veloid`, which simulates the rides. The front tyre of the first bicycle leaks, the rear tyre
+of the second one is changed at midsummer, the others stay the same; k changes by 15 % per bar. Each ride is sent with its facts:
+date, pressures, temperature, rider, tyres.
 """
 import argparse
 import datetime
@@ -28,7 +28,7 @@ BOUNDARY = uuid.uuid4().hex
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--server", default="http://127.0.0.1:8080")
-    parser.add_argument("--key", help="where the server asks for one")
+    parser.add_argument("--key", help="if the server requires one")
     parser.add_argument("--veloid", default="veloid", help="the program")
     parser.add_argument("--bikes", type=int, default=3)
     parser.add_argument("--rides", type=int, default=12, help="of each bicycle")
@@ -37,7 +37,7 @@ def arguments():
 
 
 def ridden(bike, passed, draw):
-    """What is known of a ride when so much of the season has passed, and its stiffness front and rear (N/m)."""
+    """Facts of a ride at this fraction of the season, and its front and rear stiffness (N/m)."""
     leak = 1.2 * passed - 0.6 if bike == 0 else 0.0
     pressures = [round(USUAL_BAR - lost + draw.gauss(0, 0.05), 2) for lost in (leak, 0.0)]
     changed = bike == 1 and passed > 0.5
@@ -72,7 +72,7 @@ def form(file, fields):
 
 
 def send(args, body):
-    """Sends a ride, again where the server puts it off; the address of its job."""
+    """Sends a ride, retrying while the server is busy, and returns the address of its job."""
     headers = {"Content-Type": f"multipart/form-data; boundary={BOUNDARY}"}
     if args.key:
         headers["Authorization"] = f"Bearer {args.key}"

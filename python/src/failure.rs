@@ -57,7 +57,7 @@ impl Failure {
             Self::Engine(error @ EngineError::Setting { .. }) => ("OptionError", error.to_string()),
             Self::Engine(error) => ("IdentificationError", error.to_string()),
             Self::Options(message) => ("OptionError", message.clone()),
-            Self::Report(error) => ("VeloidError", format!("no report of veloid: {error}")),
+            Self::Report(error) => ("VeloidError", format!("not a report of veloid: {error}")),
         };
         let class = py.import("veloid.errors")?.getattr(class)?;
         Ok(PyErr::from_value(

@@ -28,11 +28,11 @@ def test_parameters_come_as_the_frame_that_is_asked_for(report):
     frame = report.parameters()
     assert isinstance(frame, pandas.DataFrame)
     assert list(frame.columns) == ["method", "axle", "name", "value", "std_error", "unit"]
-    k = frame.query("method == 'output_error' and axle == 'front' and name == 'k_n_m'")
-    assert k["value"].item() == report.document["output_error"]["front"]["k_n_m"]
+    k = frame.query("method == 'result' and axle == 'front' and name == 'k_n_m'")
+    assert k["value"].item() == report.result["front"]["k"]["value"]
     assert isinstance(report.parameters(frame="polars"), polars.DataFrame)
     assert set(report.parameters(frame="arrays")["method"]) == {
-        "least_squares", "instrumental", "swarm", "output_error",
+        "result", "least_squares", "instrumental", "swarm", "output_error",
     }  # fmt: skip
 
 
@@ -51,7 +51,7 @@ def test_a_report_is_saved_and_loaded(report, tmp_path):
     report.save(tmp_path / "report.json")
     again = veloid.Report.load(tmp_path / "report.json")
     assert again.text.strip() == report.text and str(again) == str(report)
-    with pytest.raises(veloid.VeloidError, match="without its ride"):
+    with pytest.raises(veloid.VeloidError, match="has no ride"):
         again.series()
 
 

@@ -1,4 +1,4 @@
-"""A server of veloid, by its API."""
+"""Client of a veloid server's API."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from .options import Options, split
 from .report import PARAMETERS, Report
 
 WAIT_S = 30
-"""Longest time that the server holds an answer back for a job to change."""
+"""Longest time that the server waits for a job to change before it answers."""
 
 
 class Client:
-    """A server at `server`; with `key` where it asks for one. Closes its connections at the end of a `with`."""
+    """A client of the server at `server`, with `key` if it requires one. Closes its connections at the end of a `with`."""
 
     def __init__(self, server: str = "http://127.0.0.1:8080", key: str | None = None, timeout: float = 60.0) -> None:
         headers = {} if key is None else {"Authorization": f"Bearer {key}"}
@@ -41,10 +41,10 @@ class Client:
         again: bool = False,
         **options: Unpack[Options],
     ) -> Job:
-        """Sends a ride, in any of the forms that `veloid.identify` takes, and queues its identification.
+        """Sends a ride, in any of the forms that `veloid.identify` accepts, and queues its identification.
 
-        The job is the one that is there where the same was sent before, unless `again`. Frames are sent as CSV with all
-        digits, called `name`. `facts` are known of the ride besides its file: `{"ridden_at": "2026-05-01"}`.
+        If the same was sent before, returns the existing job, unless `again`. Frames are sent as CSV with all digits, under
+        the name `name`. `facts` describe the ride: `{"ridden_at": "2026-05-01"}`.
         """
         reading, settings = split(options)
         fields = {"bike": bike_text(bike), "options": json.dumps(json.loads(reading) | json.loads(settings))}
@@ -133,7 +133,7 @@ def refused(response: httpx.Response) -> ServerError:
 
 
 class Job:
-    """An identification on a server; `document` is what `/v1/jobs/{id}` says of it."""
+    """An identification on a server; `document` is the response of `/v1/jobs/{id}`."""
 
     def __init__(self, client: Client, document: dict[str, Any]) -> None:
         self._client = client
@@ -158,8 +158,8 @@ class Job:
         return str(self._client._http.base_url.join(self.document["links"]["page"]))
 
     def wait(self, timeout: float | None = None, progress: Callable[[Job], object] | None = None) -> Job:
-        """Waits for the end, at most `timeout` seconds (TimeoutError). `progress` is called with the job as often as there is
-        news. Raises JobError where it ends without a report."""
+        """Waits for the end, at most `timeout` seconds (TimeoutError). `progress` is called with the job whenever it
+        changes. Raises JobError if it ends without a report."""
         ends = None if timeout is None else time.monotonic() + timeout
         while self.document["finished_at"] is None:
             left = WAIT_S if ends is None else ends - time.monotonic()
@@ -176,12 +176,12 @@ class Job:
         return self
 
     def refresh(self, wait: int = 0) -> Job:
-        """Asks where it stands; with `wait`, once it has ended or after so many seconds."""
+        """Updates the job's state; with `wait`, once it has ended or after this many seconds."""
         self.document = self._client._json("GET", self.document["links"]["job"], params={"wait": wait} if wait else {})
         return self
 
     def report(self) -> Report:
-        """The report, number for number that of `veloid.identify`."""
+        """The report, with the same numbers as that of `veloid.identify`."""
         return Report(self._client._send("GET", self.document["links"]["report"]).text)
 
     def series(
@@ -193,7 +193,7 @@ class Job:
         points: int = 2000,
         frame: FrameKind = "pandas",
     ) -> Any:
-        """Measured and simulated motion from `t0` to `t1` (s), thinned to about so many points; columns as of `Report.series`."""
+        """Measured and simulated motion from `t0` to `t1` (s), thinned to about `points` values; columns as in `Report.series`."""
         asked = {"quantity": quantity, "points": points, "t0": t0, "t1": t1}
         params = {key: value for key, value in asked.items() if value is not None}
         window = self._client._json("GET", self.document["links"]["series"], params=params)

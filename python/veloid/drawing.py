@@ -1,4 +1,4 @@
-"""Reports as a notebook shows them."""
+"""Reports in notebooks."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ KINDS = (("k_n_m", "k_std_n_m", "k (N/m)"), ("b_n_s_m", "b_std_n_s_m", "B (N s/m
 WIDE = 1.96
 """Half width of a 95 % interval in standard errors."""
 WIDTH, LINE, LABEL, EDGE = 640, 20, 110, 12
-"""Of a figure (px): its width, the height of a line, the room for names on the left and for nothing on the right."""
+"""Of a figure (px): its width, the height of a line, the margin for names on the left and the empty margin on the right."""
 
 
 def page(parts: list[str]) -> str:
@@ -27,17 +27,33 @@ def page(parts: list[str]) -> str:
 
 
 def report(document: dict[str, Any]) -> list[str]:
-    """The verdict, what was doubted, k and B by every method."""
+    """The verdict, the warnings, k and B by every method."""
     ride = document["ride"]
     warnings = [*ride["warnings"], *(mistake["sentence"] for mistake in document["mistakes"])]
     parts = [] if document["diagnosis"] is None else diagnosis(document["diagnosis"])
+    parts.append(answer(document.get("result", {})))
     parts += [f"<p>Warning: {escape(warning)}</p>" for warning in warnings]
     rows = estimates(document)
     parts.append(numbers(rows))
     parts += [figure(rows, axle, kind) for axle in ("front", "rear") for kind in KINDS]
     size = f"{ride['samples']} samples, {ride['duration_s']:.4g} s at {ride['rate_hz']:.5g} Hz"
-    parts.append(f"<p><small>{size}. Intervals are of 95 %; the swarm has none. veloid {escape(document['veloid'])}</small></p>")
+    parts.append(f"<p><small>{size}. ± is the 95 % interval; the swarm has none. veloid {escape(document['veloid'])}</small></p>")
     return parts
+
+
+def answer(result: dict[str, Any]) -> str:
+    """k, B and mass of each axle, with intervals."""
+
+    def cell(found: dict[str, Any]) -> str:
+        if found["value"] is None:
+            return f"withheld: {escape(found['why'])}"
+        error = found["std_error"]
+        value = _native.measured(found["value"], error)
+        note = "" if error is not None else f" ({escape(found['why'])})"
+        return f"{value} {escape(found['unit'])}{note}"
+
+    rows = [[axle, name, cell(found)] for axle, all in result.items() for name, found in (all or {}).items()]
+    return table(["axle", "quantity", "result"], rows)
 
 
 def diagnosis(document: dict[str, Any]) -> list[str]:
@@ -46,7 +62,7 @@ def diagnosis(document: dict[str, Any]) -> list[str]:
     rows = []
     for effect in document["effects"]:
         for name, parameter in effect["parameters"].items():
-            # A side is a choice, which its unit tells.
+            # A side is a choice, given by its unit.
             told = "" if name == "side" else _native.measured(parameter["value"], parameter["std_error"])
             sure = "" if effect["affirmed"] else " (not affirmed)"
             rows.append([effect["id"] + sure, effect["axle"], name, f"{told} {parameter['unit']}".strip()])

@@ -1,4 +1,4 @@
-"""The engine itself, without a server."""
+"""The engine, without a server."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ Ride = Any
 
 
 class Progress(NamedTuple):
-    """How far an identification is."""
+    """Progress of an identification."""
 
     stage: str
     """`observe`, `trials`, `conclude` or `diagnose`."""
     done: int
     """Swarm iterations of all trials, or steps of the search for missing physics."""
     total: int
-    """As many as there are, or as it may take at most; 0 where that is not known."""
+    """Their total, or the most that it may take; 0 if unknown."""
 
 
 def identify(
@@ -38,16 +38,16 @@ def identify(
     threads: int | None = None,
     **options: Unpack[Options],
 ) -> Report:
-    """Stiffness and damping of `bike`, and the physics that the model leaves out, as `veloid identify` tells them, bit for bit.
+    """Stiffness and damping of `bike`, and the physics that the model leaves out, bit for bit as `veloid identify` reports them.
 
     `ride` is the path of a file, or its columns: a pandas or polars frame, or a mapping of names to arrays; names and units are
-    those of files (`t`, `u_f`, `z_f [mm]`), NaN is a missing value. Several loggers are a list of such, or a mapping
+    those of files (`t`, `u_f`, `z_f [mm]`), NaN is a missing value. Several loggers are a list of these, or a mapping
     of names to frames. `bike` is a mapping with the keys of the bike file, or the path of one.
 
-    `progress` is called on this thread; what it raises ends the work, as Ctrl-C does. `threads` is as many as there are cores unless
-    given. Other threads of Python run meanwhile.
+    `progress` is called on this thread; an exception that it raises ends the work, as Ctrl-C does. `threads` is the number of cores
+    by default. Other Python threads continue to run.
 
-    Raises RideError, BikeError, OptionError or IdentificationError, each with its place.
+    Raises RideError, BikeError, OptionError or IdentificationError, each with the place of the fault.
     """
     reading, settings = split(options)
     told = None if progress is None else lambda *step: progress(Progress(*step))
@@ -63,7 +63,7 @@ def diagnose(
     threads: int | None = None,
     **options: Unpack[Options],
 ) -> Diagnosis:
-    """What physics the plain model leaves out: the diagnosis of `identify`, which takes the same arguments."""
+    """The physics that the plain model leaves out: the diagnosis of `identify`, with the same arguments."""
     if not options.setdefault("diagnosis", True):
         raise OptionError("diagnosis: False, expected True or nothing", key="diagnosis")
     found = identify(ride, bike, progress=progress, threads=threads, **options).diagnosis
@@ -80,12 +80,12 @@ def is_path(ride: Ride) -> bool:
 
 
 def sources(ride: Ride) -> list[_native.Source]:
-    """What the engine reads: a name, and bytes or columns."""
+    """The engine's input: a name, and bytes or columns."""
     return [(name, contents(part)) for name, part in named(ride)]
 
 
 def named(ride: Ride) -> list[tuple[str, Any]]:
-    """Each logger's part under a name: files are called as the command line calls them."""
+    """Each logger's part with a name: files are named as on the command line."""
     if is_path(ride):
         return [(os.fspath(ride), ride)]
     if is_record(ride):

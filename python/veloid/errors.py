@@ -1,4 +1,4 @@
-"""What may go wrong, each with its place. The messages are those of the command line and of the server."""
+"""Errors, each with the place of the fault. The messages are those of the command line and the server."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 
 class VeloidError(Exception):
-    """Whatever veloid refuses, or fails at. What is known of the place are attributes; what is not known is None."""
+    """An error of veloid. The place of the fault is given by attributes, which are None where unknown."""
 
     def __init__(self, message: str, **place: Any) -> None:
         super().__init__(message)
@@ -17,9 +17,9 @@ class RideError(VeloidError, ValueError):
     """The ride cannot be used."""
 
     file: str | None = None
-    """Its name; `arrays` where it came as such."""
+    """Its name; `arrays` for arrays."""
     kind: str | None = None
-    """The sort of fault as a stable word."""
+    """Kind of fault, as a stable word."""
     column: str | None = None
     """The column's header."""
     column_number: int | None = None
@@ -27,7 +27,7 @@ class RideError(VeloidError, ValueError):
     row: int | None = None
     """The row, counted from 0, of arrays and of files without lines."""
     line: int | None = None
-    """The line, counted from 1, of a file that has them."""
+    """The line, counted from 1, of files with lines."""
 
 
 class BikeError(VeloidError, ValueError):
@@ -46,13 +46,13 @@ class IdentificationError(VeloidError):
     """Nothing could be identified."""
 
     axle: str | None = None
-    """The axle that holds too little."""
+    """The axle with too little data."""
     stage: str | None = None
     """The stage that failed."""
 
 
 class ServerError(VeloidError):
-    """The server refused a request: RFC 9457's problem."""
+    """The server rejected a request, with a problem of RFC 9457."""
 
     status: int
     kind: str

@@ -1,4 +1,4 @@
-"""Between frames and arrays."""
+"""Conversion between frames and arrays."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def columns(source: Any) -> tuple[Columns, float | None]:
 
 
 def doubles(name: str, values: ArrayLike) -> tuple[Doubles, float | None]:
-    """Values as doubles. Durations are in seconds; dates are in seconds after the first, whose epoch (s) is told."""
+    """Values as doubles. Durations are in seconds; dates are in seconds after the first, whose epoch (s) is returned."""
     array = np.asarray(values)
     if array.ndim != 1:
         raise RideError(f"{name} has {array.ndim} dimensions, expected one", column=name)
@@ -73,7 +73,7 @@ def seconds(durations: NDArray[Any]) -> Doubles:
 
 
 def numbers(name: str, array: NDArray[Any]) -> Doubles:
-    """Objects and texts as numbers, None as a missing one. A column without any number holds none."""
+    """Objects and strings as numbers, None as a missing value. A column without any number becomes all missing."""
     out = np.full(array.size, np.nan)
     wrong = None
     for row, value in enumerate(array):
@@ -88,7 +88,7 @@ def numbers(name: str, array: NDArray[Any]) -> Doubles:
 
 
 def frame(columns: Mapping[str, Any], kind: FrameKind) -> pandas.DataFrame | polars.DataFrame | dict[str, Any]:
-    """Columns as a frame of the kind that is asked for; as arrays, a dict."""
+    """Columns as a frame of the requested kind; as arrays, a dict."""
     if kind == "pandas":
         import pandas
 
@@ -115,6 +115,6 @@ def csv(source: Any) -> bytes:
         cells.append(["" if np.isnan(v) else repr(float(v)) for v in values])
     lengths = sorted({len(column) for column in cells})
     if len(lengths) > 1:
-        raise RideError(f"columns of {lengths[0]} and of {lengths[-1]} rows, expected them equally long")
+        raise RideError(f"columns of {lengths[0]} and {lengths[-1]} rows, expected equal lengths")
     lines = [",".join(names), *map(",".join, zip(*cells, strict=True))]
     return ("\n".join(lines) + "\n").encode()

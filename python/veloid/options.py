@@ -1,4 +1,4 @@
-"""What steers an identification: the keys of the API's `options`, with the engine's defaults."""
+"""Options of an identification: the keys of the API's `options`, with the engine's defaults."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 
 class FileOptions(TypedDict, total=False):
-    """How one file of several is read; what is absent holds as for all of them."""
+    """How one of several files is read; absent options are those of the ride."""
 
     map: Mapping[str, str]
     rate_hz: float
@@ -30,11 +30,11 @@ class Reading(TypedDict, total=False):
     deflection_sign: float
     """+1: d is the deflection u - z; -1: d is a sensor's distance to the road."""
     band_hz: tuple[float, float]
-    """Band (Hz) that z and u are kept in where z is made from acceleration."""
+    """Band (Hz) to which z and u are filtered where z is computed from acceleration."""
     missing: list[str]
-    """Words that stand for a missing value, as a blank cell does."""
+    """Words for a missing value, in addition to a blank cell."""
     files: Mapping[str, FileOptions]
-    """What holds for one file of several alone, under its name."""
+    """Options for single files of several, by file name."""
 
 
 class Settings(TypedDict, total=False):
@@ -59,7 +59,7 @@ class Settings(TypedDict, total=False):
     search_factor: float
     jerk_bound_m_s3: float | None
     diagnosis: bool
-    """Whether to look for missing physics (True)."""
+    """Whether to search for missing physics (True)."""
     alpha: float
     """Family-wise false-alarm rate of the diagnosis (0.01)."""
     held_out: float
@@ -67,15 +67,15 @@ class Settings(TypedDict, total=False):
     materiality: float
     search_budget: float
     law: str | None
-    """A law of one's own (TOML): `docs/own-law.md`."""
+    """A custom law (TOML): `docs/own-law.md`."""
 
 
 class Options(Reading, Settings, total=False):
-    """Both, side by side."""
+    """Both together."""
 
 
 def text(document: object) -> str:
-    """JSON of what people write, NumPy's numbers included."""
+    """JSON of a document, including NumPy numbers."""
     return json.dumps(document, default=plain)
 
 
@@ -84,11 +84,11 @@ def plain(value: Any) -> Any:
         return value.tolist()
     if isinstance(value, Mapping):
         return dict(value)
-    raise TypeError(f"{type(value).__name__} cannot stand in JSON")
+    raise TypeError(f"{type(value).__name__} cannot be written as JSON")
 
 
 def split(options: Options) -> tuple[str, str]:
-    """Documents of reading and of settings; an unknown key is the settings' to refuse."""
+    """Documents of reading and of settings; unknown keys go to the settings, which reject them."""
     reading = {key: value for key, value in options.items() if key in Reading.__annotations__}
     settings = {key: value for key, value in options.items() if key not in Reading.__annotations__}
     return text(reading), text(settings)

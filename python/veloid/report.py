@@ -1,4 +1,4 @@
-"""What an identification found out."""
+"""Results of an identification."""
 
 from __future__ import annotations
 
@@ -17,11 +17,13 @@ from .frames import FrameKind, table
 from .frames import frame as to_frame
 
 PARAMETERS = ["method", "axle", "name", "value", "std_error", "unit"]
+NAMES = {"k": "k_n_m", "B": "b_n_s_m", "mass": "mass_kg"}
+"""Names in `/v1/parameters` of the quantities of `result`."""
 METHODS = ["least_squares", "instrumental", "swarm", "output_error", "latent_road"]
 
 
 class Diagnosis:
-    """What physics the model leaves out: the report's section `diagnosis`, which is `document`."""
+    """The physics that the model leaves out: the report's section `diagnosis`, which is `document`."""
 
     def __init__(self, document: dict[str, Any]) -> None:
         self.document = document
@@ -49,10 +51,10 @@ class Diagnosis:
 
 
 class Report:
-    """Everything that one identification found out.
+    """The complete result of one identification.
 
-    `text` is the JSON that `veloid identify --json` writes, or a server answers with; `document` is the same as
-    dictionaries. `str()` is what the command line prints.
+    `text` is the JSON that `veloid identify --json` writes or a server returns; `document` is the same as
+    dictionaries. `str()` is the command line's summary.
     """
 
     def __init__(self, text: str, record: _native.Record | None = None) -> None:
@@ -61,11 +63,11 @@ class Report:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Report:
-        """A report from its file."""
+        """Reads a report from its file."""
         return cls(Path(path).read_text(encoding="utf-8"))
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the file: that of `veloid identify --json`, byte for byte, where the ride was identified here."""
+        """Writes the file; if the ride was identified here, byte for byte that of `veloid identify --json`."""
         Path(path).write_text(self.text + "\n", encoding="utf-8")
 
     @cached_property
@@ -76,7 +78,7 @@ class Report:
 
     @property
     def diagnosis(self) -> Diagnosis | None:
-        """None where it was not asked for."""
+        """None if it was not requested."""
         found = self.document["diagnosis"]
         return None if found is None else Diagnosis(found)
 
@@ -89,14 +91,20 @@ class Report:
         return None if self.diagnosis is None else self.diagnosis.sentence
 
     @property
+    def result(self) -> dict[str, Any]:
+        """The answer by axle and quantity (`k`, `B`, `mass`): `value`, `std_error`, `interval` (95 %), `unit`, `method`; `value` is
+        None where it is withheld, with the reason in `why`."""
+        return dict(self.document.get("result", {}))
+
+    @property
     def warnings(self) -> list[str]:
-        """What was doubted: by the reader, by what seems to have been done wrong, by the diagnosis."""
+        """Warnings of the reader, apparent mistakes, and warnings of the diagnosis."""
         found = [*self.document["ride"]["warnings"], *(m["sentence"] for m in self.document["mistakes"])]
         found += self.document["diagnosis"]["warnings"] if self.diagnosis else []
         return list(dict.fromkeys(found))
 
     def parameters(self, frame: FrameKind = "pandas") -> Any:
-        """A row for each identified parameter: method, axle, name, value, std_error, unit, as `/v1/parameters` has them."""
+        """A row for each identified parameter: method, axle, name, value, std_error, unit, as in `/v1/parameters`."""
         return table(list(self._parameters()), PARAMETERS, frame)
 
     def series(self, quantity: str = "displacement", frame: FrameKind = "pandas") -> Any:
@@ -104,12 +112,13 @@ class Report:
         `t` and, of each axle, `front_measured`, `front_least_squares`, `front_swarm`, `front_plain` (output error),
         `front_residual` (measured - plain) and `front_observer`; NaN where there is no value."""
         if self._record is None:
-            raise VeloidError("this report came without its ride: identify the ride, or ask a server's job for its series")
+            raise VeloidError("this report has no ride: identify the ride, or use the series of a server's job")
         columns = _native.series(self._record, self.text, quantity)
         return to_frame({name: np.frombuffer(values) for name, values in columns}, frame)
 
     def _parameters(self) -> Iterator[dict[str, Any]]:
         diagnosis = self.document["diagnosis"]
+        yield from of_result(self.document.get("result", {}))
         for method in METHODS:
             yield from of_estimates(method, self.document[method] or {})
         if diagnosis is None:
@@ -133,6 +142,15 @@ class Report:
 
     def _repr_html_(self) -> str:
         return drawing.page(drawing.report(self.document))
+
+
+def of_result(result: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    for axle, quantities in result.items():
+        for name, found in (quantities or {}).items():
+            given = name == "mass" and found["std_error"] is None
+            if found["value"] is not None and not given:
+                value = {key: found[key] for key in ("value", "std_error", "unit")}
+                yield {"method": "result", "axle": axle, "name": NAMES.get(name, name), **value}
 
 
 def of_estimates(method: str, estimates: dict[str, Any]) -> Iterator[dict[str, Any]]:

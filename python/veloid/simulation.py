@@ -22,7 +22,7 @@ Effect = tuple[str, str, Mapping[str, float]]
 
 
 class Outing(TypedDict, total=False):
-    """What is simulated, by the names of `veloid simulate` and with its defaults."""
+    """Parameters of a simulation, with the names and defaults of `veloid simulate`."""
 
     duration: float
     """Length of the ride (60 s)."""
@@ -31,17 +31,17 @@ class Outing(TypedDict, total=False):
     speed: float
     """Riding speed (5 m/s)."""
     speed_change: tuple[float, float] | None
-    """A speed that swings around its mean: the share of it, and the period (s)."""
+    """A speed that oscillates around its mean: relative amplitude and period (s)."""
     cadence: float | None
-    """Steady pedalling (revolutions per minute)."""
+    """Steady cadence (revolutions per minute)."""
     road: str
     """Roughness, a class of ISO 8608 (`B`), or `flat`."""
     bumps: Sequence[Triple]
-    """Rounded bumps: where each begins, its length and its height (m; negative for a hole)."""
+    """Rounded bumps: start, length and height of each (m; negative for a hole)."""
     shaker: Triple | None
-    """In place of a road a sine force on each axle (N), its frequency rising evenly from and to (Hz)."""
+    """A sine force on each axle (N) instead of a road, its frequency rising linearly from and to (Hz)."""
     release: float | None
-    """In place of a road a free decay from this displacement (m)."""
+    """A free decay from this displacement (m) instead of a road."""
     mass: Pair
     """Mass on the wheels (23 and 63 kg)."""
     stiffness: Pair
@@ -51,19 +51,19 @@ class Outing(TypedDict, total=False):
     lengths: Pair
     """From the centre of gravity to the wheels (0.808 and 0.293 m)."""
     wheel_radius: Pair | None
-    """Of the wheels (m), for the bike."""
+    """Radius of the wheels (m), for the bike."""
     effects: Sequence[Effect]
     """Up to three effects that the plain model leaves out: `("coulomb_friction", "front", {"friction": 20})`."""
     only: Literal["front", "rear"] | None
-    """Record one axle only."""
+    """Record only one axle."""
     noise: float
     """Standard deviation of the white noise on the displacement (m)."""
     road_noise: float
-    """Of that on the road (m)."""
+    """Standard deviation of the white noise on the road (m)."""
     accelerometers: float | None
-    """In place of road and displacement accelerometers on the axles with this noise (m/s^2)."""
+    """Accelerometers on the axles with this noise (m/s^2) instead of road and displacement."""
     seed: int
-    """Of the road and of the noise (1)."""
+    """Seed of the road and the noise (1)."""
 
 
 PLAIN = Outing(
@@ -92,7 +92,7 @@ PLAIN = Outing(
 
 @dataclass(frozen=True)
 class Simulated:
-    """A ride that was made up, the bicycle that rode it, and what is true of both."""
+    """A simulated ride, its bicycle, and the true parameters."""
 
     ride: dict[str, Doubles]
     bike: dict[str, Any]
@@ -100,11 +100,11 @@ class Simulated:
 
 
 def simulate(**outing: Unpack[Outing]) -> Simulated:
-    """A ride as a logger would record it, of the arguments and with the numbers of `veloid simulate`.
+    """A ride as a logger would record it, with the arguments and the numbers of `veloid simulate`.
 
     `duration` (s), `rate` (Hz), `speed` (m/s), `speed_change`, `cadence`; `road`, `bumps`, `shaker`, `release`; `mass` (kg),
     `stiffness` (N/m), `damping` (N s/m), `lengths`, `wheel_radius` (m), each one number or (front, rear); `effects`, `only`; `noise`,
-    `road_noise` (m), `accelerometers` (m/s^2), `seed`. `veloid.simulation.Outing` says more of each.
+    `road_noise` (m), `accelerometers` (m/s^2), `seed`. `veloid.simulation.Outing` describes each.
     """
     check(outing)
     o = PLAIN | outing
@@ -123,7 +123,7 @@ def simulate(**outing: Unpack[Outing]) -> Simulated:
 
 
 def check(outing: Outing) -> None:
-    """Refuses what is not known, and what does not go together."""
+    """Rejects unknown and conflicting arguments."""
     for key in outing.keys() - PLAIN.keys():
         raise OptionError(f"{key}: unknown, expected one of {', '.join(PLAIN)}", key=key)
     if outing.get("only") not in (None, "front", "rear"):
@@ -134,11 +134,11 @@ def check(outing: Outing) -> None:
     if outing.get("accelerometers") is not None:
         for key in ("shaker", "release", "effects", "noise", "road_noise"):
             if outing.get(key):
-                raise OptionError(f"{key}: expected without accelerometers", key=key)
+                raise OptionError(f"{key}: not allowed with accelerometers", key=key)
 
 
 def document(o: Outing) -> dict[str, Any]:
-    """The outing as the engine knows it."""
+    """The outing in the engine's form."""
     springs = zip(pair(o["mass"]), pair(o["stiffness"]), pair(o["damping"]), strict=True)
     front, rear = [named(("mass_kg", "k_n_m", "b_n_s_m"), spring) for spring in springs]
     swing = o["speed_change"]

@@ -14,20 +14,20 @@ use super::problem::Problem;
 use crate::store::audit::{self, AuditRow};
 use crate::time;
 
-/// Something that was done.
+/// A recorded action.
 #[derive(Serialize, ToSchema)]
 #[schema(as = Deed)]
 pub struct DeedView {
     pub id: Uuid,
     #[schema(format = DateTime)]
     pub done_at: String,
-    /// `key`, `keyless` (someone whom the server asked for no key), `server` (by itself) or `command` (the operator's).
+    /// `key`, `keyless` (a server without keys), `server` (automatically) or `command` (the operator's).
     pub actor: String,
     /// Id of the key.
     pub key: Option<Uuid>,
-    /// `delete`, `restore`, `erase`, or `change` of what is known of a ride.
+    /// `delete`, `restore`, `erase`, or `change` of a ride's facts.
     pub action: String,
-    /// What it was done to.
+    /// The object of the action, in words.
     pub subject: String,
 }
 
@@ -47,17 +47,17 @@ impl From<AuditRow> for DeedView {
 #[derive(Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 pub struct Params {
-    /// Items per page: 50 unless asked otherwise.
+    /// Items per page; 50 by default.
     #[param(minimum = 1, maximum = 1000)]
     limit: Option<i64>,
-    /// `next` of the page before.
+    /// `next` of the previous page.
     cursor: Option<Uuid>,
 }
 
-/// What was deleted, brought back, erased and changed in the caller's group, by whom and when; newest first.
+/// Deletions, restorations, erasures and changes in the caller's group, with actor and time; newest first.
 #[utoipa::path(get, path = "/v1/audit", operation_id = "list_audit", tag = "operations", params(Params),
     responses(
-        (status = 200, description = "A page of deeds", body = Page<DeedView>),
+        (status = 200, description = "A page of recorded actions", body = Page<DeedView>),
         (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json")))]
 pub async fn list(
     State(server): App,

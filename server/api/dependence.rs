@@ -27,7 +27,7 @@ const DAY_MS: f64 = 86_400_000.0;
 #[derive(Default, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 pub struct Params {
-    /// Only of this bike; of all, with a level of each, unless asked otherwise.
+    /// Only this bike; by default all bikes, each with its own level.
     pub bike: Option<String>,
     /// `front` unless asked otherwise.
     #[param(schema_with = names::axles)]
@@ -35,8 +35,8 @@ pub struct Params {
     /// `k_n_m` unless asked otherwise; a parameter of an effect is `effect.parameter`.
     #[param(schema_with = names::parameters)]
     pub name: Option<String>,
-    /// Facts with commas between, the most important one first: `pressure_front_bar,temperature_c,date`. Those that
-    /// three quarters of the rides have unless asked otherwise.
+    /// Comma-separated facts, the most important first: `pressure_front_bar,temperature_c,date`. A fact in words (`rider`, `tyres`,
+    /// `road`) stands for its categories. By default the numbers that three quarters of the rides have.
     #[param(pattern = r"^([a-z][a-z0-9_]*(,[a-z][a-z0-9_]*){0,11})?$")]
     pub on: Option<String>,
     /// Where to predict, the other facts being at their means: `pressure_front_bar:2.5,date:2026-05-01`.
@@ -52,13 +52,14 @@ pub struct Params {
     pub to: Option<String>,
 }
 
-/// What a parameter depends on.
+/// Dependence of a parameter on the rides' facts.
 ///
-/// Mixed-effects regression over the latest 10 000 rides: each ride's error is known, what rides differ by beyond it is
-/// estimated, and of several bicycles each has a level of its own. Facts that go with others are not fitted, and it is said why.
+/// Mixed-effects regression over the latest 10 000 rides: each ride's error is known, the additional variance between rides is
+/// estimated, and each of several bicycles has its own level. A bicycle whose slope differs from that of the others is named with its
+/// slope; where more than a third differ there is no common slope. Confounded facts are not fitted; the reason is given.
 #[utoipa::path(get, path = "/v1/fleet/dependence", operation_id = "get_dependence", tag = "fleet", params(Params),
     responses(
-        (status = 200, description = "Influences with their intervals, what confounds what, and a sentence", body = Dependence),
+        (status = 200, description = "Influences with their intervals, confounded facts, and a summary", body = Dependence),
         (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such bike, or a fact that no ride has", body = Problem, content_type = "application/problem+json")))]
 pub async fn dependence(
@@ -109,7 +110,9 @@ pub async fn answer(server: &Server, group: &str, params: &Params) -> Result<Dep
     });
     let (found, at) = found.await?;
     if !found.known.is_empty() {
-        let known: Vec<&str> = found.known.iter().map(|fact| fact.name.as_str()).collect();
+        let numbers = found.known.iter().map(|fact| fact.name.as_str());
+        let in_words = found.known_categories.iter().map(|fact| fact.name.as_str());
+        let known: Vec<&str> = numbers.chain(in_words).collect();
         for fact in asked.iter().flatten() {
             names::one_of("on", Some(fact), &known).map_err(no_such)?;
         }
@@ -133,10 +136,23 @@ fn facts(text: &str) -> Result<Vec<String>, Problem> {
             names.push(name.to_owned());
         }
     }
+    if let Some(odd) = names.iter().find(|name| !is_name(name)) {
+        let odd = shown(odd);
+        return Err(bad(format!(
+            "on: '{odd}', expected names of facts such as pressure_front_bar"
+        )));
+    }
     match names.len() {
         0..=FACTS => Ok(names),
         n => Err(bad(format!("on: {n} facts, expected at most {FACTS}"))),
     }
+}
+
+/// Whether a fact may have this name: small letters, digits and underscores, a letter first.
+fn is_name(name: &str) -> bool {
+    let mut letters = name.chars();
+    letters.next().is_some_and(|c| c.is_ascii_lowercase())
+        && letters.all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
 }
 
 fn places(text: &str) -> Result<BTreeMap<String, f64>, Problem> {

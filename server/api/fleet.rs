@@ -21,10 +21,10 @@ const POOLED: usize = 20;
 /// Latest parameters of an effect.
 const PARAMETERS: i64 = 10_000;
 
-/// Every bicycle beside every other.
+/// Comparison of all bicycles.
 #[derive(Serialize, ToSchema)]
 pub struct Fleet {
-    /// How stiffness and damping scatter over the bikes.
+    /// Scatter of stiffness and damping over the bikes.
     pub spread: Vec<FleetSpread>,
     /// Each bike's latest 20 rides, pooled, and its distance from the fleet's median.
     pub bikes: Vec<PooledBike>,

@@ -34,7 +34,8 @@ pub async fn healthz() -> &'static str {
     "ok\n"
 }
 
-/// The server can take uploads: the database answers and is whole, there is room for files, and it is not shutting down.
+/// The server accepts uploads: the database answers and is intact, there is space for files, and the server is not shutting
+/// down.
 #[utoipa::path(get, path = "/readyz", tag = "operations",
     responses(
         (status = 200, description = "Ready", body = String, content_type = "text/plain"),
@@ -52,7 +53,7 @@ pub async fn readyz(State(server): App, headers: HeaderMap) -> Result<&'static s
     }
 }
 
-/// Figures for Prometheus.
+/// Metrics for Prometheus.
 #[utoipa::path(get, path = "/metrics", tag = "operations",
     responses((status = 200, description = "Prometheus text format", body = String, content_type = "text/plain")))]
 pub async fn metrics(State(server): App) -> Result<impl IntoResponse, Problem> {

@@ -15,7 +15,7 @@ pub const MOST: i64 = 1000;
 #[derive(Serialize, ToSchema)]
 pub struct Page<T> {
     pub items: Vec<T>,
-    /// Give this as `cursor` for the next page; absent on the last one.
+    /// Pass this as `cursor` for the next page; absent on the last page.
     pub next: Option<String>,
 }
 

@@ -35,7 +35,7 @@ impl<S: Sync> FromRequestParts<S> for Reader {
         let peer = parts.extensions.get::<Peer>();
         let address = peer.map(|Peer(address)| Self::Address(*address));
         let reader = caller.key.map(Self::Key).or(address);
-        reader.ok_or_else(|| Problem::internal("nobody noted where a request comes from"))
+        reader.ok_or_else(|| Problem::internal("the origin of a request was not recorded"))
     }
 }
 

@@ -15,6 +15,7 @@ pub mod long_readers;
 pub mod names;
 mod parameter_view;
 pub mod parameters;
+pub mod pressure;
 pub mod problem;
 pub mod rides;
 pub mod signs;

@@ -9,10 +9,9 @@ use veloid_engine::diagnosis::effects::Kind;
 use veloid_engine::report::diagnosis::Verdict;
 
 use super::problem::{self, Problem};
-use crate::store::parameter::AXLES;
+use crate::store::parameter::{AXLES, METHODS};
 use crate::unique::shown;
 use crate::webhooks::Event;
-use veloid_engine::report::Method;
 
 /// Effects that may be named.
 pub static EFFECTS: LazyLock<Vec<&'static str>> =
@@ -51,7 +50,7 @@ fn any_of<T: AsRef<str>>(known: &[T]) -> Schema {
 }
 
 pub fn methods() -> Schema {
-    any_of(&Method::NAMES)
+    any_of(&METHODS)
 }
 
 pub fn axles() -> Schema {

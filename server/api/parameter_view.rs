@@ -25,7 +25,7 @@ pub struct ParameterView {
     pub verdict: Option<String>,
     /// Version of veloid that identified it.
     pub version: String,
-    /// What is known of the ride besides its file.
+    /// Facts about the ride.
     pub facts: Facts,
 }
 

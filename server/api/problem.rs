@@ -17,7 +17,7 @@ use crate::options::OptionsError;
 use crate::store;
 use crate::time::TimeError;
 
-/// An error as RFC 9457 has it.
+/// An error in the form of RFC 9457.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub struct Problem {
     #[serde(rename = "type")]
@@ -26,9 +26,9 @@ pub struct Problem {
     #[schema(value_type = String)]
     pub title: &'static str,
     pub status: u16,
-    /// What is wrong this time, and what was expected.
+    /// What is wrong in this case, and what was expected.
     pub detail: String,
-    /// Where in the uploaded file the fault lies.
+    /// Where the fault is in the uploaded file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub place: Option<Box<Place>>,
     /// Wait before another try is worth it: the header `Retry-After`.
@@ -36,8 +36,9 @@ pub struct Problem {
     retry_after: Option<Duration>,
 }
 
-/// The kinds of problem, as the `type` that clients may rely on.
+/// The kinds of problem: the `type` on which clients may rely.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[schema(as = ProblemKind)]
 pub enum Kind {
     #[serde(rename = "urn:veloid:problem:bad-request")]
     BadRequest,
@@ -85,13 +86,13 @@ impl Kind {
     fn status_and_title(self) -> (StatusCode, &'static str) {
         match self {
             Kind::BadRequest => (StatusCode::BAD_REQUEST, "The request is malformed"),
-            Kind::NotFound => (StatusCode::NOT_FOUND, "There is no such thing"),
+            Kind::NotFound => (StatusCode::NOT_FOUND, "Not found"),
             Kind::MethodNotAllowed => (
                 StatusCode::METHOD_NOT_ALLOWED,
-                "The address does not know this method",
+                "The method is not allowed here",
             ),
             Kind::TooLarge => (StatusCode::PAYLOAD_TOO_LARGE, "The upload is too large"),
-            Kind::TooSlow => (StatusCode::REQUEST_TIMEOUT, "The request came too slowly"),
+            Kind::TooSlow => (StatusCode::REQUEST_TIMEOUT, "The request was too slow"),
             Kind::UnreadableRide => (
                 StatusCode::UNPROCESSABLE_ENTITY,
                 "The ride file cannot be used",
@@ -116,13 +117,13 @@ impl Kind {
             ),
             Kind::WrongState => (StatusCode::CONFLICT, "The job's state does not allow this"),
             Kind::Foreign => (StatusCode::FORBIDDEN, "Another site sent this request"),
-            Kind::Unauthorized => (StatusCode::UNAUTHORIZED, "This needs a key"),
+            Kind::Unauthorized => (StatusCode::UNAUTHORIZED, "A key is required"),
             Kind::Forbidden => (StatusCode::FORBIDDEN, "The key does not allow this"),
             Kind::TooMany => (StatusCode::TOO_MANY_REQUESTS, "The key's limit is reached"),
             Kind::Unavailable => (StatusCode::SERVICE_UNAVAILABLE, "Not ready"),
             Kind::NotBuilt => (
                 StatusCode::NOT_IMPLEMENTED,
-                "This server is built without what this needs",
+                "This server is built without the required feature",
             ),
             Kind::Internal => (
                 StatusCode::INTERNAL_SERVER_ERROR,
@@ -132,7 +133,7 @@ impl Kind {
     }
 }
 
-/// Where in an uploaded file a fault lies.
+/// Place of a fault in an uploaded file.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 #[schema(as = RidePlace)]
 pub struct Place {
@@ -199,12 +200,15 @@ impl From<sqlx::Error> for Problem {
         match error {
             error if store::is_outage(&error) => {
                 tracing::error!(%error, "database cannot be reached");
-                Self::new(Kind::Unavailable, "the database is busy or away; try again")
+                Self::new(
+                    Kind::Unavailable,
+                    "the database is busy or unavailable; try again",
+                )
             }
             // Two requests with one idempotency key met; the second one will find the first's job.
             sqlx::Error::Database(error) if error.is_unique_violation() => Self::new(
                 Kind::Unavailable,
-                "an equal request is being stored; try again",
+                "an identical request is being stored; try again",
             ),
             error => Self::internal(error),
         }
@@ -242,7 +246,7 @@ impl From<FileError> for Problem {
             FileError::Store(error) => error.into(),
             lost => {
                 tracing::error!(%lost, "a ride's file cannot be used");
-                let detail = format!("{lost}; uploaded again, the same file takes its place");
+                let detail = format!("{lost}; upload the same file again to replace it");
                 Self::new(Kind::FileLost, detail)
             }
         }
@@ -292,7 +296,7 @@ impl From<Fault> for Problem {
             }
             Fault::Killed(_) | Fault::Interrupted | Fault::Stopped => {
                 tracing::error!(%fault, "a ride could not be read");
-                let detail = "the process that read the ride was ended from outside, for want of memory perhaps; try again";
+                let detail = "the process that read the ride was killed from outside, possibly for lack of memory; try again";
                 Self::new(Kind::Unavailable, detail)
             }
             fault => Self::internal(fault),

@@ -43,8 +43,8 @@ const fn field(
 pub const GROUPS: [Group; 5] = [
     Group {
         legend: "Masses",
-        hint: "What each wheel carries, rider included, as two scales under the wheels show it. ± is the standard deviation, where \
-               you know it: the intervals of k and B bear it. Leave a mass blank only where a force channel tells it.",
+        hint: "Mass carried by each wheel, rider included, as shown by a scale under each wheel. ± is the standard deviation, if \
+               known; it is included in the intervals of k and B. Leave a mass blank only if a force channel determines it.",
         fields: &[
             field("mass_front_kg", "Front, m_F", "kg", "23.0"),
             field("mass_front_std_kg", "Front, ±", "kg", "0.2"),
@@ -55,8 +55,8 @@ pub const GROUPS: [Group; 5] = [
     },
     Group {
         legend: "Lengths",
-        hint: "Either the wheelbase, from which the distances follow by the loads or masses on the wheels, or the distances of \
-               the centre of gravity themselves, along the ground.",
+        hint: "Either the wheelbase, from which the distances are computed with the loads or masses on the wheels, or the \
+               horizontal distances from the centre of gravity.",
         fields: &[
             field(WHEELBASE, "Wheelbase, L", "m", "1.10"),
             field("l_front_m", "To the front wheel, l_F", "m", "0.81"),
@@ -66,7 +66,7 @@ pub const GROUPS: [Group; 5] = [
     },
     Group {
         legend: "Wheel radii",
-        hint: "From the hub to the ground. What turns with a wheel is only found where its radius is known.",
+        hint: "From the hub to the ground. Effects that turn with a wheel are found only if its radius is known.",
         fields: &[
             field("wheel_radius_front_m", "Front, r_F", "m", "0.34"),
             field("wheel_radius_rear_m", "Rear, r_R", "m", "0.34"),
@@ -75,7 +75,7 @@ pub const GROUPS: [Group; 5] = [
     },
     Group {
         legend: "Static loads",
-        hint: "The wheels' weight on the ground, where it was weighed in newtons; else it follows from the masses.",
+        hint: "The wheels' load on the ground, if measured in newtons; otherwise it is computed from the masses.",
         fields: &[
             field("static_load_front_n", "Front, F_F", "N", "225.6"),
             field("static_load_rear_n", "Rear, F_R", "N", "608.2"),
@@ -83,8 +83,8 @@ pub const GROUPS: [Group; 5] = [
         needed: false,
     },
     Group {
-        legend: "Noise of the sensors",
-        hint: "Standard deviation, where you know it.",
+        legend: "Sensor noise",
+        hint: "Standard deviation, if known.",
         fields: &[
             field("noise_displacement_m", "Displacement", "m", "0.00005"),
             field("noise_road_m", "Road", "m", "0.00005"),

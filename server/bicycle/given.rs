@@ -52,7 +52,7 @@ pub enum Chosen<'a> {
 
 /// A bicycle given in two ways, of which none was chosen.
 #[derive(Debug, thiserror::Error)]
-#[error("the bicycle is told by `{text}` and by `{field}`, expected one of the two ways")]
+#[error("the bicycle is given by `{text}` and by `{field}`, expected only one of them")]
 pub struct TwoWays {
     text: &'static str,
     field: &'static str,

@@ -15,7 +15,7 @@ pub struct Known {
 pub fn split(wheelbase: f64, front: Known, rear: Known) -> Result<[f64; 2], String> {
     match (front.length_m, rear.length_m) {
         (Some(_), Some(_)) => Err(format!(
-            "{WHEELBASE} stands beside l_front_m and l_rear_m, expected at most two of the three"
+            "{WHEELBASE} is given together with l_front_m and l_rear_m, expected at most two of the three"
         )),
         (Some(length), None) => Ok([length, wheelbase - length]),
         (None, Some(length)) => Ok([wheelbase - length, length]),
@@ -28,7 +28,7 @@ fn balanced(wheelbase: f64, front: Known, rear: Known) -> Result<[f64; 2], Strin
     let (on_front, on_rear) = loads.or(front.mass_kg.zip(rear.mass_kg)).ok_or_else(|| {
         format!(
             "{WHEELBASE} needs both masses, both static loads or one of l_front_m and l_rear_m, \
-             which say where the centre of gravity lies"
+             to locate the centre of gravity"
         )
     })?;
     let share = on_rear / (on_front + on_rear);

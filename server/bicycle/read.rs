@@ -9,13 +9,14 @@ use veloid_engine::bicycle::Bike;
 
 use super::fields::{self, EQUAL, Field, NAME, WHEELBASE};
 use super::lengths::{Known, split};
+use crate::decimal::with_point;
 use crate::unique::shown;
 
-/// What is wrong with one part.
+/// A fault of one part.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = BikeFault)]
 pub struct Fault {
-    /// The part of the form.
+    /// Name of the part.
     #[schema(value_type = String)]
     pub part: &'static str,
     /// What is wrong with it, and what was expected.
@@ -82,7 +83,8 @@ fn value(part: &str, text: &str) -> Result<Value, String> {
 fn number(field: &Field, text: &str) -> Result<Value, String> {
     let bare = text.trim();
     let bare = bare.strip_suffix(field.unit).unwrap_or(bare).trim_end();
-    let read = bare.parse().ok().filter(|number: &f64| number.is_finite());
+    let read = with_point(bare).parse().ok();
+    let read = read.filter(|number: &f64| number.is_finite());
     read.map(Value::from).ok_or_else(|| {
         format!(
             "{}: '{}', expected a number of {} such as {}",
@@ -170,6 +172,15 @@ mod tests {
     }
 
     #[test]
+    fn a_decimal_comma_is_a_point() {
+        let bike = read(&[("mass_front_kg", "23,5 kg"), ("mass_rear_kg", "63,25")]).unwrap();
+        assert_eq!(
+            (bike.mass_front_kg, bike.mass_rear_kg),
+            (Some(23.5), Some(63.25))
+        );
+    }
+
+    #[test]
     fn each_fault_stands_with_its_field() {
         for (part, text, said) in [
             (
@@ -182,7 +193,7 @@ mod tests {
                 "51 lb",
                 "'51 lb', expected a number of kg such as 23.0",
             ),
-            ("mass_front_kg", "23,5", "'23,5', expected a number of kg"),
+            ("mass_front_kg", "2,3,5", "'2,3,5', expected a number of kg"),
             ("mass_front_kg", "inf", "'inf', expected a number"),
             ("mass_front_kg", "1e999", "expected a number"),
             ("l_front_m", "808 mm", "'808 mm', expected a number of m"),

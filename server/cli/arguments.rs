@@ -12,19 +12,20 @@ use crate::options::Options;
 /// What one ride and several are arguments alike.
 #[derive(Args)]
 pub struct Arguments {
-    /// Where to write the report; `-` is stdout, in place of the summary.
+    /// Where to write the report; `-` is stdout, instead of the summary.
     #[arg(long)]
     json: Option<PathBuf>,
-    /// A word that stands for a missing value, as NA; may be given more than once.
+    /// Word for a missing value, such as NA; may be given more than once.
     #[arg(long, value_name = "WORD", allow_hyphen_values = true)]
     missing: Vec<String>,
     /// +1: d is the deflection u - z; -1: d is a sensor's distance to the road.
     #[arg(long, allow_negative_numbers = true)]
     deflection_sign: Option<f64>,
-    /// Seed of what is drawn.
+    /// Seed of the random numbers.
     #[arg(long)]
     seed: Option<u64>,
-    /// Family-wise false-alarm rate of the diagnosis.
+    /// Significance level of the diagnosis's tests. False alarms are rarer, since the held-out part has to confirm them
+    /// (measured: docs/calibration.md).
     #[arg(long)]
     alpha: Option<f64>,
     /// Share of a ride, at its end, on which nothing is fitted.

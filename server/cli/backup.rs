@@ -6,14 +6,14 @@ use super::CliError;
 use super::storage::Storage;
 use super::vault::{Vault, is_empty};
 
-/// Copies database and raw files into a new folder, while the server runs.
+/// Copies the database and the raw files into a new folder while the server runs.
 ///
-/// Everything that was acknowledged before this begins is in the copy. On PostgreSQL use pg_dump.
+/// The copy contains everything acknowledged before it begins. With PostgreSQL use pg_dump.
 #[derive(Args)]
 pub struct Backup {
     #[command(flatten)]
     storage: Storage,
-    /// Where to write the backup: a folder that is empty or not there yet.
+    /// Where to write the backup: a new or empty folder.
     folder: PathBuf,
 }
 

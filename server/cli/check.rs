@@ -6,16 +6,16 @@ use super::prune::by_command;
 use super::storage::Storage;
 use crate::erasure::Prune;
 
-/// Holds raw files and rows against each other, and SQLite's database against itself.
+/// Checks the raw files against the database, and a SQLite database for damage.
 ///
-/// Says in a line each: files that are missing, were altered or belong to no ride, jobs that succeeded without a
-/// report, faults of the database. Exit status: how many, at most 100. A server may run meanwhile.
+/// Prints one line for each problem: files that are missing, were altered or belong to no ride, jobs that succeeded without a
+/// report, faults of the database. Exit status: the number of problems, at most 100. A server may be running.
 #[derive(Args)]
 pub struct Check {
     #[command(flatten)]
     storage: Storage,
-    /// Remove files that no ride has for an hour. What else is found needs somebody who knows more: a lost file is
-    /// back when it is uploaded again.
+    /// Remove files that have belonged to no ride for an hour. Other problems need manual work: a lost file is recovered by
+    /// uploading it again.
     #[arg(long)]
     repair: bool,
 }
@@ -26,7 +26,7 @@ impl Check {
         let scrub = async |prune: &Prune<'_>| prune.scrub().await;
         match by_command(&self.storage, &policy, !self.repair, scrub).await? {
             0 => {
-                println!("nothing is wrong");
+                println!("no problems found");
                 Ok(())
             }
             found => Err(CliError::Found(found)),

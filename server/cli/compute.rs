@@ -3,14 +3,14 @@ use clap::Args;
 use super::CliError;
 use crate::jobs::Child;
 
-/// Computes what its parent, a server or a worker, asks for on its standard input.
+/// Computes what its parent process, a server or a worker, requests on standard input.
 #[derive(Args)]
 pub struct Compute {
     #[arg(long)]
     threads: usize,
     #[arg(long)]
     nice: i32,
-    /// Memory of a job (bytes).
+    /// Memory limit of a job (bytes).
     #[arg(long)]
     memory: u64,
 }

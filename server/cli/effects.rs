@@ -6,7 +6,7 @@ use super::CliError;
 use crate::effects::{EffectView, library, preface};
 use crate::pages::words::title;
 
-/// Prints the library of effects that the diagnosis knows, as Markdown.
+/// Prints the diagnosis's library of effects as Markdown.
 #[derive(Args)]
 pub struct Effects {}
 
@@ -16,9 +16,9 @@ impl Effects {
         writeln!(
             std::io::stdout(),
             "# Effects\n\n\
-             What the diagnosis can name, one file each in `engine/diagnosis/effects/`. `veloid effects` prints this page, and a test \
-             holds it equal; every server shows it under `/effects`.\n\n{}\n{}\n\
-             # General laws\n\nNever named: shapes against which names are held.\n{}",
+             The effects that the diagnosis can name, one file each in `engine/diagnosis/effects/`. This page is the output of \
+             `veloid effects`, checked by a test; every server shows it under `/effects`.\n\n{}\n{}\n\
+             # General laws\n\nNever named: general shapes that the named effects are compared with.\n{}",
             preface(),
             sections(&named),
             sections(&general).trim_end()

@@ -26,7 +26,7 @@ pub enum CliError {
     #[error("{}: {source}", .path.display())]
     Bike { path: PathBuf, source: EngineError },
     #[error(
-        "{bikes} bike files for {rides} rides: give one for all, or one for each in their order"
+        "{bikes} bike files for {rides} rides: give one for all, or one for each, in the same order"
     )]
     Bikes { bikes: usize, rides: usize },
     #[error(transparent)]
@@ -35,16 +35,16 @@ pub enum CliError {
     Options(#[from] OptionsError),
     #[error(transparent)]
     Engine(#[from] EngineError),
-    #[error("{}: another veloid works on this data; PostgreSQL lets many do so", .0.display())]
+    #[error("{}: another veloid uses this data; several can only share PostgreSQL", .0.display())]
     Locked(PathBuf),
     #[error(
-        "{0} can be reached from other machines and there is no valid key: make one with `veloid key create`, \
-         or say `--open` to serve everyone"
+        "{0} can be reached from other machines and there is no valid key: create one with `veloid key create`, \
+         or use `--open` to serve everyone"
     )]
     NoKeys(SocketAddr),
     #[error(
-        "`--keys` asks everyone for a key and there is no valid one: make one with `veloid key create`, \
-         or leave `--keys` out to serve this machine alone without keys"
+        "`--keys` requires a key from everyone and there is no valid one: create one with `veloid key create`, \
+         or omit `--keys` to serve this machine alone without keys"
     )]
     NoKeysAskedFor,
     #[error("there is no valid key {0}")]
@@ -52,24 +52,24 @@ pub enum CliError {
     #[error("there is no session {0}")]
     NoSuchSession(Uuid),
     #[error(
-        "the database is PostgreSQL: pg_dump and pg_restore copy it, and whatever keeps the raw files has its own way, \
-         as a bucket has its versions"
+        "the database is PostgreSQL: copy it with pg_dump and pg_restore, and the raw files with the tools of their store, \
+         such as bucket versions"
     )]
     OnPostgres,
     #[error("{}: there is no such database", .0.display())]
     NoDatabase(PathBuf),
     #[error(
-        "the PostgreSQL database holds no installation of veloid: is DATABASE_URL right? `veloid serve`, `worker`, `migrate` and \
-         `key create` begin one"
+        "the PostgreSQL database contains no installation of veloid: is DATABASE_URL right? `veloid serve`, `worker`, `migrate` \
+         and `key create` create one"
     )]
     NoSchema,
-    #[error("{}: something is there already, expected a new or an empty folder", .0.display())]
+    #[error("{}: not empty, expected a new or an empty folder", .0.display())]
     NotEmpty(PathBuf),
     #[error(
-        "{lost} of {of} raw files are missing or damaged, as said above; everything else was copied"
+        "{lost} of {of} raw files are missing or damaged (listed above); everything else was copied"
     )]
     FilesLost { lost: usize, of: usize },
-    #[error("{0} findings, as said above")]
+    #[error("{0} problems found (listed above)")]
     Found(u64),
     #[error(transparent)]
     Snapshot(#[from] SnapshotError),

@@ -7,10 +7,10 @@ use super::CliError;
 
 const PATIENCE: Duration = Duration::from_secs(4);
 
-/// Asks the server or worker on this machine whether it is ready: exit status 0 or 1.
+/// Checks whether the server or worker on this machine is ready: exit status 0 or 1.
 #[derive(Args)]
 pub struct Health {
-    /// Address that it listens on.
+    /// Address on which it listens.
     #[arg(long, env = "VELOID_LISTEN", default_value = "127.0.0.1:8080")]
     listen: SocketAddr,
 }

@@ -3,20 +3,21 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use veloid_engine::Objective;
 use veloid_engine::bicycle::Bike;
-use veloid_engine::report::summary;
+use veloid_engine::report::{Report, summary};
 use veloid_engine::ride::{Ride, RideFile};
 
 use super::CliError;
 use super::arguments::{Arguments, name, read_bike, set};
 use super::progress::ProgressLine;
+use crate::export::{self, Format, IdentifiedModel};
 use crate::options::Options;
 
-/// Identifies one ride from start to finish, without a server.
+/// Identifies one ride, without a server.
 ///
 /// Progress goes to stderr, a summary to stdout. Exit status: 0 done, 2 bad input, 1 anything else.
 #[derive(Args)]
 pub struct Identify {
-    /// Ride file: CSV (also gzip or zstd) or MATLAB v5/v7. Several files are one ride, each on a clock of its own.
+    /// Ride file: CSV (also gzip or zstd) or MATLAB v5/v7. Several files are one ride, each on its own clock.
     #[arg(required = true, value_name = "RIDE")]
     rides: Vec<PathBuf>,
     /// Bike file (JSON).
@@ -24,8 +25,8 @@ pub struct Identify {
     bike: PathBuf,
     #[command(flatten)]
     arguments: Arguments,
-    /// Column of a channel, by header text or number, as `z_f=V2`; may be given more than once. With a file in front it
-    /// is that file's column, else that of any file that has it.
+    /// Column of a channel, by header text or number, such as `z_f=V2`; may be given more than once. With a leading file name
+    /// it is that file's column, otherwise that of any file with this column.
     #[arg(long, value_name = "[FILE:]CHANNEL=COLUMN")]
     map: Vec<String>,
     /// Sampling rate of a file without a time column (Hz).
@@ -34,7 +35,7 @@ pub struct Identify {
     /// Data rows to use, counted from 0, the second exclusive.
     #[arg(long, value_name = "[FILE:]FROM:TO")]
     rows: Vec<String>,
-    /// How much later a file begins than its time stamps say, or than the other files where these do not say when (s).
+    /// How much later a file begins (s) than its time stamps state, or than the other files where the stamps have no date.
     #[arg(long, value_name = "FILE:SECONDS")]
     offset: Vec<String>,
     /// Swarm trials.
@@ -46,7 +47,7 @@ pub struct Identify {
     /// Iterations of a swarm.
     #[arg(long)]
     iterations: Option<usize>,
-    /// What the swarm minimises.
+    /// Objective that the swarm minimises.
     #[arg(long, value_enum)]
     objective: Option<ObjectiveArg>,
     /// Bound f on the jerk of the observer (m/s^3); estimated when absent.
@@ -55,18 +56,30 @@ pub struct Identify {
     /// Search box: a factor around the instrumental-variable estimate, both ways.
     #[arg(long)]
     search_factor: Option<f64>,
-    /// Do not look for missing physics.
+    /// Do not search for missing physics.
     #[arg(long)]
     no_diagnosis: bool,
-    /// Least share of the held-out error that a material effect removes.
+    /// Smallest share of the held-out error that a material effect removes.
     #[arg(long)]
     materiality: Option<f64>,
-    /// Steps of the integrator that the search for missing physics may take for each sample of an axle.
+    /// Integrator steps that the search for missing physics may take per sample of an axle.
     #[arg(long)]
     search_budget: Option<f64>,
-    /// A law of one's own (TOML) that is looked for beside the library: docs/own-law.md.
+    /// Custom law (TOML) to test in addition to the library: see docs/own-law.md.
     #[arg(long, value_name = "FILE")]
     law: Option<PathBuf>,
+    /// Where to write the identified model: a script that simulates it (.py, .m), its numbers and laws (.json), or the ride for such
+    /// a script (.csv); may be given more than once.
+    #[arg(long, value_name = "FILE", value_parser = model_file)]
+    model: Vec<(PathBuf, Format)>,
+}
+
+fn model_file(text: &str) -> Result<(PathBuf, Format), String> {
+    let path = PathBuf::from(text);
+    match Format::of(&path) {
+        Some(format) => Ok((path, format)),
+        None => Err("expected a name that ends in .json, .m, .py or .csv".to_owned()),
+    }
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -91,7 +104,21 @@ impl Identify {
         };
         let report = veloid_engine::identify(&ride, &bike, &options.settings, &progress)
             .inspect_err(doubts)?;
+        for (path, format) in &self.model {
+            let text = self.model_text(*format, &report, &ride)?;
+            std::fs::write(path, text).map_err(CliError::of_file(path))?;
+        }
         self.arguments.write(&report, &summary(&report))
+    }
+
+    fn model_text(&self, format: Format, report: &Report, ride: &Ride) -> Result<String, CliError> {
+        let file = name(&self.rides[0], &self.rides);
+        Ok(match format {
+            Format::Json => serde_json::to_string_pretty(&IdentifiedModel::of(report.clone()))?,
+            Format::Matlab => export::matlab(report, &file),
+            Format::Python => export::python(report, &file),
+            Format::Csv => export::table(ride),
+        })
     }
 
     fn ride(&self, bike: &Bike, options: &Options) -> Result<Ride, CliError> {

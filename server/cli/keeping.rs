@@ -20,10 +20,10 @@ const EVERY: Duration = Duration::from_secs(3600);
 
 #[derive(Args, Clone, Default)]
 pub struct Keeping {
-    /// Days for which what was deleted can be brought back; then it is erased.
+    /// Days for which deleted data can be restored; then it is erased.
     #[arg(long, env = "VELOID_GRACE_DAYS", default_value_t = 7, value_parser = clap::value_parser!(u32).range(..=36_500))]
     grace_days: u32,
-    /// Days after which results are deleted; never unless given.
+    /// Days after which results are deleted; by default never.
     #[arg(long, env = "VELOID_RETAIN_DAYS", value_parser = clap::value_parser!(u32).range(1..=36_500))]
     retain_days: Option<u32>,
     /// The same for one group, as GROUP=DAYS; may be given several times.
@@ -63,9 +63,9 @@ pub async fn keep_tidy(server: Arc<Server>, storage: Storage, stop: Cancellation
         match server.files.clear().await {
             Ok(0) => {}
             Ok(removed) => {
-                tracing::info!(removed, "files that no process receives any more are gone")
+                tracing::info!(removed, "removed abandoned partial uploads")
             }
-            Err(error) => tracing::error!(%error, "files on their way were not looked at"),
+            Err(error) => tracing::error!(%error, "partial uploads were not checked"),
         }
         match scrub::first_fault(&server.db).await {
             Ok(fault) => {
@@ -74,15 +74,15 @@ pub async fn keep_tidy(server: Arc<Server>, storage: Storage, stop: Cancellation
                 }
                 server.signs.note(fault);
             }
-            Err(error) => tracing::error!(%error, "the database was not looked through"),
+            Err(error) => tracing::error!(%error, "the database was not checked"),
         }
         let pruned = stop.run_until_cancelled(prune(&server, &storage)).await;
         match pruned {
             Some(Ok(Some(erased))) if erased != Erased::default() => {
-                tracing::info!(?erased, "erased what was deleted");
+                tracing::info!(?erased, "erased deleted data");
             }
             Some(Ok(None)) => tracing::info!("nothing is erased during a backup"),
-            Some(Err(error)) => tracing::error!(%error, "what was deleted is not all erased"),
+            Some(Err(error)) => tracing::error!(%error, "deleted data was not completely erased"),
             _ => {}
         }
     }

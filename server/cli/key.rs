@@ -28,44 +28,44 @@ pub struct Key {
 #[derive(Subcommand)]
 enum Action {
     Create(Create),
-    /// Prints every key but the keys themselves, oldest first.
+    /// Lists all keys without their secrets, oldest first.
     List,
-    /// Prints the browsers that are signed in, oldest first.
+    /// Lists the browsers that are signed in, oldest first.
     Sessions,
     /// Signs a browser out.
     End {
-        /// The session's id, as `sessions` shows it.
+        /// The session's id, as shown by `sessions`.
         id: Uuid,
     },
-    /// Closes the server to a key and the browsers that signed in with it, at once and for good.
+    /// Revokes a key and signs out the browsers that use it, immediately and permanently.
     Revoke {
-        /// The key's id, as `list` shows it.
+        /// The key's id, as shown by `list`.
         id: Uuid,
     },
 }
 
-/// Makes a key and prints it, this once.
+/// Creates a key and prints it once.
 #[derive(Args)]
 struct Create {
-    /// Whom or what the key is for.
+    /// User or purpose of the key.
     #[arg(long, default_value = "", value_parser = plain)]
     name: String,
-    /// Group whose rides, jobs and bikes the key opens; others' are not there for it.
+    /// Group whose rides, jobs and bikes the key gives access to; it cannot see other groups.
     #[arg(long, default_value = HOME, value_parser = group)]
     group: String,
-    /// What the key is good for; may be given several times.
+    /// Scope of the key; may be given several times.
     #[arg(long = "scope", value_enum, default_values = ["read", "upload"])]
     scopes: Vec<Scope>,
-    /// Days until the key expires; never unless given.
+    /// Days until the key expires; by default never.
     #[arg(long, value_parser = clap::value_parser!(i64).range(1..=36_500))]
     days: Option<i64>,
-    /// Largest upload (bytes); the server's limit unless given.
+    /// Largest upload (bytes); by default the server's limit.
     #[arg(long, value_parser = clap::value_parser!(i64).range(1..))]
     max_upload: Option<i64>,
-    /// Requests per minute; the server's limit unless given.
+    /// Requests per minute; by default the server's limit.
     #[arg(long, value_parser = clap::value_parser!(i64).range(1..=1_000_000))]
     requests_per_minute: Option<i64>,
-    /// Jobs that may be queued or running; the server's limit unless given.
+    /// Jobs that may be queued or running; by default the server's limit.
     #[arg(long, value_parser = clap::value_parser!(i64).range(0..))]
     unfinished_jobs: Option<i64>,
 }
@@ -82,7 +82,7 @@ fn group(text: &str) -> Result<String, String> {
 fn plain(text: &str) -> Result<String, String> {
     match text.chars().find(|c| is_unseen(*c)) {
         Some(found) => Err(format!(
-            "U+{:04X} in it, expected characters that can be seen",
+            "U+{:04X} in it, expected visible characters",
             u32::from(found)
         )),
         None => Ok(text.to_owned()),
@@ -117,7 +117,7 @@ impl Key {
                 if !ended {
                     return Err(CliError::NoSuchSession(id));
                 }
-                eprintln!("session {id} is over");
+                eprintln!("session {id} has ended");
             }
             Action::Revoke { id } => {
                 let mut tx = db.begin().await?;
@@ -126,7 +126,7 @@ impl Key {
                 if !revoked {
                     return Err(CliError::NoSuchKey(id));
                 }
-                eprintln!("key {id} opens nothing any more");
+                eprintln!("key {id} is revoked");
             }
         }
         Ok(())

@@ -38,13 +38,13 @@ use tracing_subscriber::EnvFilter;
 
 use crate::built;
 
-/// Turns a bicycle's ride log into its stiffness and damping, and names the physics left out.
+/// Identifies a bicycle's stiffness and damping from a ride log, and names the physics the model leaves out.
 #[derive(Parser)]
 #[command(version, long_version = built::VERSION, propagate_version = true)]
 pub struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// What to log to stderr, as `info` or `veloid=debug,sqlx=warn`.
+    /// What to log to stderr, such as `info` or `veloid=debug,sqlx=warn`.
     #[arg(
         long,
         global = true,
@@ -52,7 +52,7 @@ pub struct Cli {
         default_value = "info,riverqueue=warn"
     )]
     log: String,
-    /// Log JSON lines.
+    /// Log as JSON lines.
     #[arg(long, global = true, env = "VELOID_LOG_JSON")]
     log_json: bool,
 }

@@ -54,7 +54,7 @@ impl Progress for ProgressLine {
         if spoke.elapsed() > EVERY {
             *spoke = Instant::now();
             eprintln!(
-                "{:7.2} s  searched {:.1} of {:.1} million steps that it may take",
+                "{:7.2} s  searched {:.1} of at most {:.1} million steps",
                 self.begin.elapsed().as_secs_f64(),
                 1e-6 * steps as f64,
                 1e-6 * budget as f64

@@ -9,16 +9,16 @@ use crate::erasure::{EraseError, Policy, Prune};
 use crate::jobs::Queue;
 use crate::store::audit::Actor;
 
-/// Erases now what was deleted long enough ago, and raw files that no ride has.
+/// Erases data whose days of grace have passed, and raw files that belong to no ride.
 ///
-/// A running server does so every hour. Give it the same days as the server, or the same environment.
+/// A running server does so every hour. Use the same days as the server, or the same environment.
 #[derive(Args)]
 pub struct PruneNow {
     #[command(flatten)]
     storage: Storage,
     #[command(flatten)]
     keeping: Keeping,
-    /// Say what would be erased, and erase nothing.
+    /// Report what would be erased, without erasing it.
     #[arg(long)]
     dry_run: bool,
 }

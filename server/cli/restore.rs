@@ -6,14 +6,14 @@ use super::CliError;
 use super::storage::Storage;
 use super::vault::{DATABASE, Vault};
 
-/// Copies what `veloid backup` wrote into an empty data folder.
+/// Copies a backup of `veloid backup` into an empty data folder.
 ///
-/// A server that is started there afterwards takes up the jobs that had not ended.
+/// A server started there afterwards resumes unfinished jobs.
 #[derive(Args)]
 pub struct Restore {
     #[command(flatten)]
     storage: Storage,
-    /// The folder that the backup was written into.
+    /// The folder of the backup.
     folder: PathBuf,
 }
 

@@ -24,7 +24,7 @@ use crate::store::key::{self, KeyRow};
 /// Time that answers in progress get, from the moment on in which the server is asked to stop.
 const DRAIN: Duration = Duration::from_secs(5);
 
-/// HTTP API, web pages and, unless `--workers 0`, workers in the same process.
+/// Serves the HTTP API and the web pages, with workers in the same process unless `--workers 0`.
 #[derive(Args)]
 pub struct Serve {
     #[command(flatten)]
@@ -34,7 +34,7 @@ pub struct Serve {
     /// Address to listen on.
     #[arg(long, env = "VELOID_LISTEN", default_value = "127.0.0.1:8080")]
     listen: SocketAddr,
-    /// Threads that run swarms and diagnoses; by default one per core; 0 leaves the work to others.
+    /// Threads for swarms and diagnoses; by default one per core; 0 leaves the work to other processes.
     #[arg(long, env = "VELOID_WORKERS")]
     workers: Option<usize>,
     /// Largest upload (bytes).
@@ -48,7 +48,7 @@ pub struct Serve {
     keeping: Keeping,
     #[command(flatten)]
     webhooks: WebhookOptions,
-    /// Upload an example ride through the API and print the address of its result.
+    /// Upload example rides and a season of one bicycle through the API and print the addresses of the results.
     #[arg(long)]
     demo: bool,
 }
@@ -56,19 +56,19 @@ pub struct Serve {
 /// Who may enter.
 #[derive(Args)]
 struct Entry {
-    /// Ask for a key on a loopback address too, as behind a proxy.
+    /// Require a key on a loopback address too, for example behind a proxy.
     #[arg(long, env = "VELOID_KEYS", conflicts_with = "open")]
     keys: bool,
-    /// Serve everyone who reaches the address, without keys.
+    /// Serve everyone who can reach the address, without keys.
     #[arg(long, env = "VELOID_OPEN")]
     open: bool,
-    /// Requests per minute of a key that has no limit of its own.
+    /// Requests per minute of a key without its own limit.
     #[arg(long, env = "VELOID_REQUESTS_PER_MINUTE", default_value_t = 6000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     requests_per_minute: u32,
-    /// Queued and running jobs of a key that has no limit of its own.
+    /// Queued and running jobs of a key without its own limit.
     #[arg(long, env = "VELOID_UNFINISHED_JOBS", default_value_t = 1000)]
     unfinished_jobs: i64,
-    /// Queued and running jobs of all together; further uploads are put off.
+    /// Queued and running jobs in total; further uploads are rejected for the moment.
     #[arg(long, env = "VELOID_QUEUE", default_value_t = 10_000)]
     queue: i64,
 }
@@ -164,7 +164,7 @@ impl Serve {
             asked = asked_to_stop() => asked?,
             ended = &mut served => return Ok(ended.map_err(std::io::Error::other)?),
         }
-        eprintln!("veloid stops");
+        eprintln!("veloid is stopping");
         let until = Instant::now() + DRAIN;
         stop.cancel();
         if let Some(running) = running {

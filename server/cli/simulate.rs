@@ -14,11 +14,10 @@ use veloid_engine::{EngineError, Imposed, SettingProblem, simulate};
 
 use super::{CliError, ride_csv, split};
 
-/// Writes a simulated ride, and what is true of it.
+/// Writes a simulated ride and its true parameters.
 ///
-/// By default the paper's bicycle rides for a minute over a road of ISO 8608 class B. The ride is as a
-/// logger would record it: `veloid identify RIDE.csv --bike BIKE.json` reads it. The same arguments give
-/// the same bytes.
+/// By default the paper's bicycle rides for a minute on a road of ISO 8608 class B. The ride is written as a logger would
+/// record it; `veloid identify RIDE.csv --bike BIKE.json` reads it. The same arguments give the same bytes.
 #[derive(Args)]
 pub struct Simulate {
     /// Where to write the ride (CSV); `-` is stdout.
@@ -26,7 +25,7 @@ pub struct Simulate {
     /// Where to write the bike file.
     #[arg(long, value_name = "JSON")]
     bike: Option<PathBuf>,
-    /// Where to write the truth: stiffness and damping, and all else that made the ride.
+    /// Where to write the truth: stiffness, damping and all other parameters of the ride.
     #[arg(long, value_name = "JSON")]
     truth: Option<PathBuf>,
     /// Length of the ride (s).
@@ -38,7 +37,7 @@ pub struct Simulate {
     /// Riding speed (m/s).
     #[arg(long, default_value_t = 5.0)]
     speed: f64,
-    /// A speed that swings around its mean: the share of it, and the period (s), as `0.4:20`.
+    /// A speed that oscillates around its mean: relative amplitude and period (s), such as `0.4:20`.
     #[arg(
         long,
         value_name = "SHARE:PERIOD",
@@ -46,21 +45,19 @@ pub struct Simulate {
         conflicts_with_all = ["shaker", "release"]
     )]
     speed_change: Option<SpeedChange>,
-    /// Steady pedalling (revolutions per minute); without it there is no cadence channel.
+    /// Steady cadence (revolutions per minute); without it there is no cadence channel.
     #[arg(long, value_name = "RPM")]
     cadence: Option<f64>,
-    /// Roughness of the road, a class of ISO 8608; `flat` for bumps alone.
+    /// Roughness of the road: a class of ISO 8608, or `flat` for bumps only.
     #[arg(long, value_enum, ignore_case = true, default_value = "B")]
     road: Road,
-    /// A rounded bump: where it begins, its length and its height (m; negative for a hole); may be
-    /// given more than once.
+    /// A rounded bump: start, length and height (m; negative for a hole); may be given more than once.
     #[arg(long, value_name = "AT:LENGTH:HEIGHT", allow_hyphen_values = true)]
     bump: Vec<Triple>,
-    /// In place of a road a shaker: a sine force on each axle mass (N), its frequency rising evenly
-    /// (Hz).
+    /// A shaker instead of a road: a sine force on each axle mass (N), with linearly rising frequency (Hz).
     #[arg(long, value_name = "FORCE:FROM:TO", conflicts_with_all = ["bump", "release"])]
     shaker: Option<Triple>,
-    /// In place of a road a free decay from this displacement (m).
+    /// A free decay from this displacement (m) instead of a road.
     #[arg(
         long,
         value_name = "M",
@@ -68,55 +65,59 @@ pub struct Simulate {
         allow_hyphen_values = true
     )]
     release: Option<f64>,
-    /// Mass on the front and the rear wheel (kg).
+    /// Mass on the front and rear wheel (kg).
     #[arg(long, value_name = "FRONT:REAR", default_value = "23:63")]
     mass: Pair,
-    /// Vertical stiffness (N/m); one number stands for both axles.
+    /// Vertical stiffness (N/m); one number applies to both axles.
     #[arg(long, value_name = "FRONT:REAR", default_value = "110000")]
     stiffness: Pair,
-    /// Vertical damping (N s/m); one number stands for both axles.
+    /// Vertical damping (N s/m); one number applies to both axles.
     #[arg(long, value_name = "FRONT:REAR", default_value = "1150")]
     damping: Pair,
     /// Distance from the centre of gravity to the wheels (m).
     #[arg(long, value_name = "FRONT:REAR", default_value = "0.808:0.293")]
     lengths: Pair,
-    /// Radius of the wheels (m), for the bike file; one number stands for both.
+    /// Radius of the wheels (m), for the bike file; one number applies to both.
     #[arg(long, value_name = "FRONT:REAR")]
     wheel_radius: Option<Pair>,
-    /// An effect that the plain model leaves out, by the names that the diagnosis gives it, as
-    /// `coulomb_friction:front:friction=20`; the axle is front, rear or both. Up to three times.
+    /// An effect outside the plain model, named as in the diagnosis, such as `coulomb_friction:front:friction=20`; the axle is
+    /// front, rear or both. Up to three times.
     #[arg(long, value_name = "ID:AXLE:NAME=VALUE,..")]
     effect: Vec<Effect>,
-    /// Record one axle only.
+    /// Record only one axle.
     #[arg(long, value_enum)]
     only: Option<OneAxle>,
+    /// Highest frequency of the road where the ride is fastest (Hz), at most 0.45 of the rate. By default a fifth of the rate, and at
+    /// most 4 cycles a metre; beyond half of its own rate a laser takes the road for a slower one.
+    #[arg(long, value_name = "HZ", conflicts_with_all = ["shaker", "release"])]
+    road_to: Option<f64>,
     /// Standard deviation of the white noise on the displacement (m).
     #[arg(long, default_value_t = 0.0)]
     noise: f64,
     /// Standard deviation of the white noise on the road (m).
     #[arg(long, default_value_t = 0.0)]
     road_noise: f64,
-    /// In place of road and displacement write accelerometers on the axles, with white noise of this standard deviation
-    /// (m/s^2): a ride to identify without a sensor for the road.
+    /// Write accelerometers on the axles instead of road and displacement, with white noise of this standard deviation (m/s^2):
+    /// a ride without a road sensor.
     #[arg(
         long,
         value_name = "M_S2",
         conflicts_with_all = ["shaker", "release", "effect", "noise", "road_noise"]
     )]
     accelerometers: Option<f64>,
-    /// A laser beside the accelerometer on an axle, on a logger of its own: the axle, its white noise (m, standard deviation), how
-    /// late its clock is at the start (ms) and by how many parts per million it runs fast, as `rear:2e-4:20:50`; once for each axle.
+    /// A laser next to the accelerometer on an axle, on its own logger: axle, white noise (m, standard deviation), delay of its
+    /// clock at the start (ms) and drift (parts per million fast), such as `rear:2e-4:20:50`; once for each axle.
     #[arg(
         long,
         value_name = "AXLE:NOISE[:OFFSET_MS[:DRIFT_PPM]]",
         requires = "accelerometers"
     )]
     laser: Vec<LaserClock>,
-    /// Sampling rate of the lasers by their own clocks (Hz); their rows stand between the others, with blanks.
+    /// Sampling rate of the lasers by their own clocks (Hz); their rows are between the others, with blanks.
     #[arg(long, value_name = "HZ", default_value_t = 30.0, requires = "laser")]
     laser_rate: f64,
-    /// Write a file for each logger beside RIDE in place of it (ride-accelerometers.csv, ride-laser-rear.csv, ride-speed.csv), with
-    /// time stamps that begin when the logger was started: so much earlier as its clock is late. Their names go to stdout.
+    /// Instead of RIDE write one file per logger next to it (ride-accelerometers.csv, ride-laser-rear.csv, ride-speed.csv),
+    /// with time stamps that begin when the logger was started: earlier by the delay of its clock. Their names go to stdout.
     #[arg(long, requires = "accelerometers")]
     split: bool,
     /// Seed of the road and of the noise.
@@ -230,6 +231,7 @@ impl Simulate {
             front: spring(Axle::Front),
             rear: spring(Axle::Rear),
             excitation,
+            road_to_hz: self.road_to,
             noise_displacement_m: self.noise,
             noise_road_m: self.road_noise,
             seed: self.seed,
@@ -334,7 +336,7 @@ impl FromStr for Triple {
         numbers
             .try_into()
             .map(Triple)
-            .map_err(|_| "expected three numbers with colons between them".to_owned())
+            .map_err(|_| "expected three numbers separated by colons".to_owned())
     }
 }
 

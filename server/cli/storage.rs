@@ -19,11 +19,11 @@ use crate::store::{Db, is_postgres};
 
 #[derive(Args, Clone)]
 pub struct Storage {
-    /// Folder of the raw files and of the SQLite database; made when absent.
+    /// Folder of the raw files and the SQLite database; created if missing.
     #[arg(long, global = true, env = "VELOID_DATA", default_value = "data")]
     data: PathBuf,
-    /// Where the raw files lie when not in the data folder: `file:///FOLDER`, or `s3://BUCKET/PREFIX`
-    /// with credentials, region and endpoint from the AWS_* variables.
+    /// Location of the raw files if not in the data folder: `file:///FOLDER`, or `s3://BUCKET/PREFIX` with credentials, region
+    /// and endpoint from the AWS_* variables.
     #[arg(long, env = "VELOID_FILES", value_name = "URL")]
     files: Option<Url>,
     /// Database: `postgres://...` or `sqlite:FILE`; by default `veloid.db` in the data folder.

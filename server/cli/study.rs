@@ -10,20 +10,20 @@ use super::arguments::{Arguments, name, read_bike};
 use super::progress::ProgressLine;
 use crate::options::Options;
 
-/// Identifies several rides of one bicycle as one: what they have in common, and which ride differs.
+/// Identifies several rides of one bicycle jointly: what they have in common, and which ride differs.
 ///
 /// Progress goes to stderr, a summary to stdout. Exit status: 0 done, 2 bad input, 1 anything else.
 #[derive(Args)]
 pub struct Study {
-    /// Ride files, each a ride of its own: 2 to 64.
+    /// Ride files, each a separate ride: 2 to 64.
     #[arg(required = true, num_args = 2..=64, value_name = "RIDE")]
     rides: Vec<PathBuf>,
-    /// Bike file (JSON); one for all rides, or one for each in their order where the masses differ.
+    /// Bike file (JSON): one for all rides, or one for each, in the same order, if the masses differ.
     #[arg(long, required = true, value_name = "BIKE")]
     bike: Vec<PathBuf>,
     #[command(flatten)]
     arguments: Arguments,
-    /// Column of a channel in every file, by header text or number, as `z_f=V2`; may be given more than once.
+    /// Column of a channel in every file, by header text or number, such as `z_f=V2`; may be given more than once.
     #[arg(long, value_name = "CHANNEL=COLUMN")]
     map: Vec<String>,
     /// Sampling rate of files without a time column (Hz).

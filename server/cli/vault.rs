@@ -73,7 +73,7 @@ async fn copy(from: &Files, to: &Files, sha256: &str) -> std::io::Result<u64> {
     let found = incoming.sha256();
     if found != sha256 {
         return Err(std::io::Error::other(format!(
-            "its bytes have the SHA-256 {found}"
+            "the SHA-256 of its bytes is {found}"
         )));
     }
     Ok(to.keep(incoming).await?.bytes)

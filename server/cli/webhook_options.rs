@@ -5,7 +5,7 @@ use crate::webhooks::Targets;
 /// Where webhooks may go.
 #[derive(Args, Clone)]
 pub struct WebhookOptions {
-    /// Host that webhooks may go to, as in its address; several with commas between or given several times.
+    /// Host to which webhooks may be sent, as in its address; comma-separated or given several times.
     #[arg(
         long = "webhook-allow",
         env = "VELOID_WEBHOOK_ALLOW",
@@ -13,7 +13,7 @@ pub struct WebhookOptions {
         value_delimiter = ','
     )]
     hosts: Vec<String>,
-    /// Let webhooks reach this machine and private networks too, and without TLS.
+    /// Allow webhooks to this machine and private networks too, and without TLS.
     #[arg(long = "webhook-private", env = "VELOID_WEBHOOK_PRIVATE")]
     private: bool,
 }

@@ -24,20 +24,20 @@ use crate::router::connection;
 use crate::store::Db;
 use crate::webhooks::Targets;
 
-/// Works on queued jobs, without HTTP: for more machines on one PostgreSQL database.
+/// Works on queued jobs, without HTTP: for additional machines on one PostgreSQL database.
 #[derive(Args)]
 pub struct Worker {
     #[command(flatten)]
     storage: Storage,
     #[command(flatten)]
     limits: WorkLimits,
-    /// Threads that run swarms and diagnoses; by default one per core.
+    /// Threads for swarms and diagnoses; by default one per core.
     #[arg(long, env = "VELOID_WORKERS")]
     workers: Option<usize>,
-    /// Address on which to answer /healthz, /readyz and /metrics; by default none.
+    /// Address that serves /healthz, /readyz and /metrics; by default none.
     #[arg(long, env = "VELOID_LISTEN")]
     listen: Option<SocketAddr>,
-    /// Answer /metrics to everyone who reaches the address, without a key.
+    /// Serve /metrics to everyone who can reach the address, without a key.
     #[arg(long, env = "VELOID_OPEN")]
     open: bool,
     #[command(flatten)]
@@ -48,13 +48,13 @@ pub struct Worker {
 
 #[derive(Args, Clone, Copy)]
 pub struct WorkLimits {
-    /// Time that one stage of a job, or reading a file, may take (s).
+    /// Time limit of one stage of a job, or of reading a file (s).
     #[arg(long, env = "VELOID_STAGE_TIMEOUT", default_value_t = 1800)]
     stage_timeout: u64,
-    /// Whether rides are read and stages computed in child processes, so that what a ride does to its process harms nobody else.
+    /// Whether rides are read and stages computed in child processes, so that a crash affects only one ride.
     #[arg(long, env = "VELOID_ISOLATE", value_enum, default_value_t = Isolate::On)]
     isolate: Isolate,
-    /// Memory that one job may take (bytes).
+    /// Memory limit of one job (bytes).
     #[arg(long, env = "VELOID_MEMORY_BUDGET", default_value_t = 4 << 30)]
     memory_budget: u64,
 }
@@ -144,7 +144,10 @@ fn signs(db: Db, asks: bool) -> Router {
     };
     let ready = async move || match db.ping().await {
         Ok(()) => (StatusCode::OK, "ready\n"),
-        Err(_) => (StatusCode::SERVICE_UNAVAILABLE, "the database is away\n"),
+        Err(_) => (
+            StatusCode::SERVICE_UNAVAILABLE,
+            "the database is unavailable\n",
+        ),
     };
     Router::new()
         .route("/healthz", get(|| async { "ok\n" }))

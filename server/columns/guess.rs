@@ -2,41 +2,49 @@
 
 use serde::Serialize;
 use utoipa::ToSchema;
+use veloid_engine::ride::is_unit;
 
 use super::words::{self, holds};
 
-/// What a column may hold that no channel was recognised in.
+/// What a column may hold in which no channel was recognised.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = ColumnGuess)]
 pub struct Guess {
+    /// Name of the file, where the ride has several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    pub file: Option<String>,
     /// Header text as in the file.
     pub header: String,
-    /// Channel that it may be.
+    /// Likely channel.
     #[schema(value_type = String)]
     pub channel: &'static str,
-    /// Unit that the header seems to end in but that is not read there: the channel would be taken as SI. In brackets it is read.
+    /// Unit at the end of the header that is only read if the mapping repeats it in brackets (`z_f=Weg vorne mm [mm]`);
+    /// otherwise the column is read as SI.
     pub unread_unit: Option<String>,
+    /// -1 for a distance to the road: set `deflection_sign` to it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    pub deflection_sign: Option<i8>,
 }
 
-/// Guesses for these headers. A channel that is there already, or that two headers may be, is not guessed.
-pub fn guesses<'a>(headers: &[String], known: impl Iterator<Item = &'a str>) -> Vec<Guess> {
-    let known: Vec<&str> = known.collect();
-    let all: Vec<Guess> = headers.iter().filter_map(|header| guess(header)).collect();
-    let is_alone = |channel| all.iter().filter(|other| other.channel == channel).count() == 1;
-    (all.iter())
-        .filter(|guess| is_alone(guess.channel) && !known.contains(&guess.channel))
-        .cloned()
-        .collect()
-}
-
-fn guess(header: &str) -> Option<Guess> {
+/// The guess for one header; none where its words leave a choice.
+pub fn guess(header: &str) -> Option<Guess> {
     let (name, is_bracketed) = without_unit(header);
     let unread = (!is_bracketed).then(|| ending(name)).flatten();
     let name = unread.map_or(name, |unit| &name[..name.len() - unit.len()]);
+    let words = words::of(name);
+    let channel = channel(&words)?;
+    if unread.is_some_and(|unit| !is_unit(channel, unit)) {
+        return None;
+    }
+    let is_distance = channel.starts_with("d_") && holds(&words, words::DISTANCE);
     Some(Guess {
+        file: None,
         header: header.to_owned(),
-        channel: channel(&words::of(name))?,
+        channel,
         unread_unit: unread.map(str::to_owned),
+        deflection_sign: is_distance.then_some(-1),
     })
 }
 
@@ -82,6 +90,7 @@ fn channel(words: &[String]) -> Option<&'static str> {
     }
     for (known, names) in [
         (words::ACCELERATION, ["a_f", "a_r"]),
+        (words::DISTANCE, ["d_f", "d_r"]),
         (words::ROAD, ["u_f", "u_r"]),
         (words::FORCE, ["force_f", "force_r"]),
         (words::DEFLECTION, ["d_f", "d_r"]),
@@ -121,7 +130,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn headers_of_two_languages_are_guessed() {
+    fn headers_in_english_and_german_are_guessed() {
         for (header, channel) in [
             ("AccZ_front [g]", "a_f"),
             ("Accel rear (m/s^2)", "a_r"),
@@ -132,6 +141,11 @@ mod tests {
             ("Weg hinten [mm]", "z_r"),
             ("displacement_front", "z_f"),
             ("Laser rear [mm]", "d_r"),
+            ("Einfederung vorne [mm]", "d_f"),
+            ("Abstand Fahrbahn Gabel [mm]", "d_f"),
+            ("acc_front_m_s2", "a_f"),
+            ("time_s", "t"),
+            ("time (ms)", "t"),
             ("Kraft vorne [N]", "force_f"),
             ("Geschwindigkeit [km/h]", "v"),
             ("GPS speed", "v"),
@@ -150,6 +164,47 @@ mod tests {
                 (channel, None),
                 "{header}"
             );
+        }
+    }
+
+    #[test]
+    fn loggers_in_other_languages_are_guessed() {
+        for (header, channel) in [
+            ("temps (ms)", "t"),
+            ("Tiempo [s]", "t"),
+            ("tempo", "t"),
+            ("Tijd (s)", "t"),
+            ("accélération avant", "a_f"),
+            ("aceleración trasera [g]", "a_r"),
+            ("accelerazione posteriore", "a_r"),
+            ("versnelling achter", "a_r"),
+            ("distance fourche (mm)", "d_f"),
+            ("distancia horquilla", "d_f"),
+            ("distanza sella [mm]", "d_r"),
+            ("afstand voorvork", "d_f"),
+            ("vitesse [km/h]", "v"),
+            ("velocidad", "v"),
+            ("velocità", "v"),
+            ("snelheid", "v"),
+        ] {
+            let guess = guess(header).unwrap_or_else(|| panic!("{header}"));
+            assert_eq!(guess.channel, channel, "{header}");
+        }
+    }
+
+    #[test]
+    fn a_distance_to_the_road_is_a_deflection_turned_round() {
+        for (header, channel) in [
+            ("Abstand Gabel (mm)", "d_f"),
+            ("Abstand Sattel (mm)", "d_r"),
+            ("range_fork_mm", "d_f"),
+            ("laser distance rear [mm]", "d_r"),
+        ] {
+            let guess = guess(header).unwrap();
+            assert_eq!((guess.channel, guess.deflection_sign), (channel, Some(-1)));
+        }
+        for header in ["deflection front [mm]", "Weg vorne [mm]", "road front"] {
+            assert_eq!(guess(header).unwrap().deflection_sign, None, "{header}");
         }
     }
 
@@ -173,6 +228,10 @@ mod tests {
             "Druck hinten [bar]",
             "lat",
             "row",
+            "distance",
+            "Abstand (mm)",
+            "orange front",
+            "laser front kN",
         ] {
             assert_eq!(guess(header), None, "{header}");
         }
@@ -185,6 +244,7 @@ mod tests {
             ("Geschwindigkeit km/h", "v", "km/h"),
             ("disp_rear_cm", "z_r", "cm"),
             ("AccZ_front g", "a_f", "g"),
+            ("time_ms", "t", "ms"),
         ] {
             let guess = guess(header).unwrap();
             assert_eq!(
@@ -193,13 +253,5 @@ mod tests {
             );
         }
         assert_eq!(guess("Weg vorne m").unwrap().unread_unit, None);
-    }
-
-    #[test]
-    fn a_channel_is_guessed_once_and_only_where_it_is_not_there() {
-        let headers = ["Weg vorne", "displacement front", "Weg hinten", "speed"].map(str::to_owned);
-        let seen = guesses(&headers, ["v"].into_iter());
-        let channels: Vec<&str> = seen.iter().map(|guess| guess.channel).collect();
-        assert_eq!(channels, ["z_r"]);
     }
 }

@@ -1,12 +1,67 @@
-//! The words of headers, English and German. Long ones also count within a compound (`Vorderradbeschleunigung`).
+//! The words of headers: English, German, French, Spanish, Italian and Dutch. Long ones also count within a compound
+//! (`Vorderradbeschleunigung`).
 
 /// Letters from which on a word is looked for within others.
 const LONG: usize = 5;
+/// Long ones that other words hold by chance: `orange`, `temporal`.
+const WHOLE: &[&str] = &["range", "tempo"];
 
-pub const FRONT: &[&str] = &["front", "vorne", "vorn", "vorder", "f", "fw"];
-pub const REAR: &[&str] = &["rear", "hinten", "hinter", "back", "r", "rw"];
+pub const FRONT: &[&str] = &[
+    "front",
+    "vorne",
+    "vorn",
+    "vorder",
+    "f",
+    "fw",
+    "fork",
+    "gabel",
+    "avant",
+    "fourche",
+    "delante",
+    "delantera",
+    "delantero",
+    "horquilla",
+    "anteriore",
+    "forcella",
+    "voor",
+    "voorvork",
+];
+pub const REAR: &[&str] = &[
+    "rear",
+    "hinten",
+    "hinter",
+    "back",
+    "r",
+    "rw",
+    "saddle",
+    "seat",
+    "sattel",
+    "arrière",
+    "arriere",
+    "selle",
+    "trasera",
+    "trasero",
+    "sillín",
+    "sillin",
+    "posteriore",
+    "sella",
+    "achter",
+    "zadel",
+];
 
-pub const TIME: &[&str] = &["time", "timestamp", "zeit", "zeitstempel", "t"];
+pub const TIME: &[&str] = &[
+    "time",
+    "timestamp",
+    "zeit",
+    "zeitstempel",
+    "messzeit",
+    "uhrzeit",
+    "t",
+    "temps",
+    "tiempo",
+    "tempo",
+    "tijd",
+];
 pub const ROAD: &[&str] = &["road", "fahrbahn", "strasse", "straße", "untergrund"];
 pub const ACCELERATION: &[&str] = &[
     "acc",
@@ -15,11 +70,39 @@ pub const ACCELERATION: &[&str] = &[
     "beschl",
     "beschleunigung",
     "az",
+    "accélération",
+    "aceleración",
+    "aceleracion",
+    "accelerazione",
+    "versnelling",
 ];
 pub const DISPLACEMENT: &[&str] = &["displacement", "disp", "weg", "auslenkung"];
-pub const DEFLECTION: &[&str] = &["deflection", "laser", "einfederung", "abstand"];
+/// What a laser measures: the way from sensor to road, which grows where the deflection u - z shrinks.
+pub const DISTANCE: &[&str] = &[
+    "laser",
+    "lidar",
+    "distance",
+    "range",
+    "abstand",
+    "distanz",
+    "entfernung",
+    "distancia",
+    "distanza",
+    "afstand",
+];
+pub const DEFLECTION: &[&str] = &["deflection", "einfederung"];
 pub const FORCE: &[&str] = &["force", "kraft"];
-pub const SPEED: &[&str] = &["speed", "velocity", "geschwindigkeit", "geschw"];
+pub const SPEED: &[&str] = &[
+    "speed",
+    "velocity",
+    "geschwindigkeit",
+    "geschw",
+    "vitesse",
+    "velocidad",
+    "velocità",
+    "velocita",
+    "snelheid",
+];
 pub const LATERAL: &[&str] = &["lateral", "quer"];
 pub const CADENCE: &[&str] = &["cadence", "trittfrequenz", "kadenz"];
 pub const YAW: &[&str] = &["yaw", "gier"];
@@ -37,8 +120,12 @@ pub const OTHER: &[&str] = &[
     "temp",
     "temperature",
     "temperatur",
+    "température",
     "pressure",
     "druck",
+    "pression",
+    "presión",
+    "pressione",
     "power",
     "leistung",
     "max",
@@ -75,7 +162,7 @@ pub fn holds(words: &[String], known: &[&str]) -> bool {
     words.iter().any(|word| {
         known.iter().any(|known| {
             word == known
-                || known.chars().count() >= LONG && word.contains(known)
+                || known.chars().count() >= LONG && !WHOLE.contains(known) && word.contains(known)
                 || *known == "gier" && word.starts_with(known)
                 || *known == "quer" && word.starts_with(known)
         })

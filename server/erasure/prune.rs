@@ -13,7 +13,7 @@ use crate::installation::{InstallationError, pair};
 use crate::jobs::{Fault, Queue, give_up};
 use crate::store::audit::{self, Actor};
 use crate::store::deletion::{self, Due};
-use crate::store::{Db, Tx, erased_file, job, now_ms, ride};
+use crate::store::{Db, Tx, bike_event, erased_file, job, now_ms, ride};
 
 /// Jobs that are erased in one transaction.
 const BATCH: i64 = 50;
@@ -68,6 +68,14 @@ impl Prune<'_> {
             released.extend(self.erase(&due, until, &mut erased).await?);
         }
         let mut tx = self.db.begin().await?;
+        let mut events: BTreeMap<(String, String), u64> = BTreeMap::new();
+        for of in bike_event::erase(&mut tx, until).await? {
+            *events.entry(of).or_default() += 1;
+        }
+        for ((group, name), count) in events {
+            let what = format!("{count} events of bike {name}");
+            self.note(&mut tx, &group, "erase", &what).await?;
+        }
         for (group, name) in deletion::erase_bikes(&mut tx, until).await? {
             self.note(&mut tx, &group, "erase", &format!("bike {name}"))
                 .await?;

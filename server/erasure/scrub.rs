@@ -26,7 +26,7 @@ impl Prune<'_> {
         }
         for job in scrub::without_report(self.db).await? {
             say(format!(
-                "job {job} succeeded and has no report; it can be begun anew"
+                "job {job} succeeded and has no report; it can be retried"
             ));
         }
         let mut last = String::new();
@@ -38,13 +38,11 @@ impl Prune<'_> {
                 match self.files.verify(&file.sha256).await {
                     Ok(bytes) if bytes.cast_signed() == file.bytes => {}
                     Ok(bytes) => say(format!(
-                        "raw file {} has {bytes} bytes, its rides say {}",
+                        "raw file {} has {bytes} bytes, its rides state {}",
                         file.sha256, file.bytes
                     )),
                     Err(FileError::Store(error)) => return Err(error.into()),
-                    Err(lost) => say(format!(
-                        "{lost}; uploaded again, the same file takes its place"
-                    )),
+                    Err(lost) => say(format!("{lost}; upload the same file again to replace it")),
                 }
             }
         }

@@ -33,7 +33,7 @@ pub enum FactsError {
     },
     #[error("{name}: U+{code:04X} in the text, expected characters that can be seen")]
     Unseen { name: String, code: u32 },
-    #[error("ridden_at: {0}, which is still to come")]
+    #[error("ridden_at: {0}, which is in the future")]
     Ahead(String),
     #[error(
         "unknown fact `{name}`, expected {known}, or a number under a name of small letters, digits and `_`"

@@ -155,7 +155,7 @@ pub fn tags(value: Value) -> Result<Vec<String>, FactsError> {
     Ok(tags)
 }
 
-/// A number under a name that nobody knows here.
+/// A number under a name that is not known here.
 pub fn further(name: &str, value: Value) -> Result<Option<f64>, FactsError> {
     if is_name(name) && (value.is_null() || value.is_number()) {
         return finite(name, value);

@@ -9,7 +9,7 @@ mod of_file;
 
 pub use document::bounded;
 pub use error::FactsError;
-pub use known::{MOMENT, NUMBERS, TEXTS};
+pub use known::{MOMENT, NUMBERS, TEXTS, is_name};
 pub use lines::{from_form, from_json, names};
 pub use of_file::of_file;
 
@@ -78,6 +78,17 @@ impl Facts {
         self.ridden_at.as_deref().and_then(known::moment)
     }
 
+    /// A number that has a name here.
+    pub fn value(&self, key: &str) -> Option<f64> {
+        match key {
+            "pressure_front_bar" => self.pressure_front_bar,
+            "pressure_rear_bar" => self.pressure_rear_bar,
+            "temperature_c" => self.temperature_c,
+            "rider_mass_kg" => self.rider_mass_kg,
+            _ => None,
+        }
+    }
+
     pub fn number(&mut self, key: &str) -> Option<&mut Option<f64>> {
         Some(match key {
             "pressure_front_bar" => &mut self.pressure_front_bar,
@@ -97,6 +108,17 @@ impl Facts {
             "notes" => &mut self.notes,
             _ => return None,
         })
+    }
+
+    /// Facts in words that rides can be grouped by.
+    pub fn groups(&self) -> impl Iterator<Item = (&'static str, &str)> {
+        let known = [
+            ("rider", &self.rider),
+            ("tyres", &self.tyres),
+            ("road", &self.road),
+        ];
+        let named = known.into_iter();
+        named.filter_map(|(name, text)| Some((name, text.as_deref()?)))
     }
 
     fn set(&mut self, key: &str, value: Value) -> Result<(), FactsError> {

@@ -26,7 +26,7 @@ impl Files {
         let id = Uuid::try_parse(text.trim());
         let bad = |error| {
             let bytes = bytes.len();
-            let text = format!("`{MARKER}` of {bytes} bytes holds no UUID: {error}");
+            let text = format!("`{MARKER}` ({bytes} bytes) contains no UUID: {error}");
             io::Error::new(io::ErrorKind::InvalidData, text)
         };
         id.map(Some).map_err(bad)

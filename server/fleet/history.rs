@@ -8,10 +8,12 @@ use uuid::Uuid;
 
 use super::change::Change;
 use super::development::Development;
+use super::event::{self, BikeEvent};
 use super::pool::Pooled;
 use super::trend::Trend;
 use crate::store::Db;
-use crate::store::parameter::{self, BestRow};
+use crate::store::bike_event::{self, EventRow};
+use crate::store::parameter::{self, ResultRow};
 use crate::time;
 
 /// What is followed: axle and parameter.
@@ -28,6 +30,8 @@ pub struct BikeHistory {
     pub bike: String,
     /// One per axle and parameter that was identified.
     pub courses: Vec<Course>,
+    /// What was done to the bicycle, oldest first.
+    pub events: Vec<BikeEvent>,
     /// Effects that its last rides name, where they were asked for.
     #[serde(skip)]
     pub effects: Vec<String>,
@@ -60,7 +64,7 @@ pub struct Course {
     pub axle: String,
     pub name: String,
     pub unit: String,
-    /// Oldest first; by the extended model where the diagnosis found effects, else by output error.
+    /// Oldest first; each ride's result.
     pub points: Vec<Point>,
     pub pooled: Option<Pooled>,
     pub trend: Option<Trend>,
@@ -87,13 +91,15 @@ pub struct Point {
 
 /// The history of one bicycle of the group.
 pub async fn history(db: &Db, group: &str, bike: &str, rides: i64) -> sqlx::Result<BikeHistory> {
-    let rows = parameter::best_of_bike(db, group, bike, rides).await?;
+    let rows = parameter::results_of_bike(db, group, bike, rides).await?;
     let mut history = of(bike, &rows, usize::MAX);
+    let events = bike_event::of_bike(db, group, bike).await?;
+    history.events = events.into_iter().map(BikeEvent::from).collect();
     for course in &mut history.courses {
         let points = course.weighed();
         course.trend = Trend::of(&points);
         course.change = Change::of(&points);
-        course.development = Development::of(&points);
+        course.development = event::beside(Development::of(&points), &history.events);
     }
     Ok(history)
 }
@@ -107,16 +113,28 @@ pub async fn histories(
     pooled: usize,
 ) -> sqlx::Result<Vec<BikeHistory>> {
     let mut found = Vec::new();
+    let mut events = of_bikes(bike_event::of_group(db, group).await?);
     for bike in bikes {
-        let rows = parameter::best_of_bike(db, group, bike, rides).await?;
+        let rows = parameter::results_of_bike(db, group, bike, rides).await?;
         let mut history = of(bike, &rows, pooled);
+        history.events = events.remove(bike).unwrap_or_default();
         for course in &mut history.courses {
-            course.development = Development::of(&course.weighed());
+            let development = Development::of(&course.weighed());
+            course.development = event::beside(development, &history.events);
         }
         found.push(history);
     }
     name_effects(db, &mut found, pooled).await?;
     Ok(found)
+}
+
+fn of_bikes(rows: Vec<EventRow>) -> HashMap<String, Vec<BikeEvent>> {
+    let mut events: HashMap<String, Vec<BikeEvent>> = HashMap::new();
+    for row in rows {
+        let own = events.entry(row.bike.clone()).or_default();
+        own.push(BikeEvent::from(row));
+    }
+    events
 }
 
 /// Jobs that are asked after at once.
@@ -157,9 +175,9 @@ impl Course {
 }
 
 /// The last `pooled` rides are joined.
-fn of(bike: &str, rows: &[BestRow], pooled: usize) -> BikeHistory {
+fn of(bike: &str, rows: &[ResultRow], pooled: usize) -> BikeHistory {
     let course = |(axle, name): (&str, &str)| {
-        let mut rows: Vec<&BestRow> = rows
+        let mut rows: Vec<&ResultRow> = rows
             .iter()
             .filter(|row| {
                 let weighs = row.std_error.is_some_and(|e| e.powi(-2).is_normal());
@@ -200,6 +218,7 @@ fn of(bike: &str, rows: &[BestRow], pooled: usize) -> BikeHistory {
     BikeHistory {
         bike: bike.to_owned(),
         courses: FOLLOWED.into_iter().filter_map(course).collect(),
+        events: Vec::new(),
         effects: Vec::new(),
     }
 }

@@ -4,17 +4,25 @@ mod change;
 mod dependence;
 mod development;
 mod effect;
+mod event;
 mod history;
 mod outliers;
 mod pool;
 mod regression;
 mod trend;
+pub mod words;
 
-pub use dependence::{DATE, Dependence, Influence, Question, label};
-pub use development::{Development, Kind};
+pub use dependence::{
+    Categories, Category, DATE, Dependence, Influence, Question, influence, label,
+};
+#[cfg(test)]
+pub use development::Development;
+pub use development::Kind;
 pub use effect::{EffectOnBike, on_bikes};
+pub use event::BikeEvent;
 pub use history::{BikeHistory, Course, FOLLOWED, histories, history};
-pub use outliers::{FleetSpread, PooledBike, against_the_fleet};
+pub use outliers::{FleetSpread, PooledBike, PooledParameter, against_the_fleet};
+pub use regression::Coefficient;
 
 /// Mean and variance weighted.
 fn weighted(values: impl Iterator<Item = (f64, f64)> + Clone) -> (f64, f64) {

@@ -8,6 +8,7 @@ use super::development::Development;
 use super::history::{BikeHistory, Course, FOLLOWED};
 use super::median;
 use super::pool::Pooled;
+use super::words::became;
 
 /// Robust deviations beyond which a bicycle is called an outlier (Iglewicz and Hoaglin, 1993).
 const FAR: f64 = 3.5;
@@ -51,6 +52,11 @@ pub struct PooledParameter {
     pub outlier: bool,
     /// What became of it over the bike's latest 100 rides.
     pub development: Option<Development>,
+    /// What became of it in words, as "fell by 4.1 ± 0.9 kN/m on 12 June"; null where nothing did.
+    pub summary: Option<String>,
+    /// Its values over these rides, oldest first.
+    #[serde(skip)]
+    pub values: Vec<f64>,
 }
 
 /// A course of a bike, and its rides pooled.
@@ -101,7 +107,10 @@ pub fn against_the_fleet(histories: &[BikeHistory]) -> (Vec<FleetSpread>, Vec<Po
                     axle: spread.axle.clone(),
                     name: spread.name.clone(),
                     unit: course.unit.clone(),
+                    summary: (course.development.as_ref())
+                        .and_then(|development| became(development, &course.unit)),
                     development: course.development.clone(),
+                    values: course.points.iter().map(|point| point.value).collect(),
                     outlier: deviations.is_some_and(|d| d.abs() > FAR),
                     deviations,
                     pooled: pooled.clone(),
@@ -121,6 +130,7 @@ mod tests {
         BikeHistory {
             bike: format!("bike-{name}"),
             effects: Vec::new(),
+            events: Vec::new(),
             courses: vec![Course {
                 axle: "front".into(),
                 name: "k_n_m".into(),

@@ -29,13 +29,13 @@ impl Slow {
     /// In words: of what, and what should have happened to it.
     pub fn described(&self, what: &str, did: &str) -> String {
         match self {
-            Slow::Idle(idle) => format!("nothing more of {what} {did} for {} s", idle.as_secs()),
+            Slow::Idle(idle) => format!("no more of {what} {did} for {} s", idle.as_secs()),
             Slow::Rate {
                 bytes,
                 waited,
                 rate,
             } => format!(
-                "{bytes} bytes of {what} {did} in {} s, expected {rate} bytes/s at least",
+                "{bytes} bytes of {what} {did} in {} s, expected at least {rate} bytes/s",
                 waited.as_secs()
             ),
         }

@@ -11,29 +11,28 @@ const OTHERS: u64 = 256;
 /// What strangers may hold open, and for how long.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct HttpLimits {
-    /// Connections at a time. Beyond it, those make room that ask for nothing.
+    /// Simultaneous connections. Beyond this limit, idle ones are closed.
     #[arg(long, env = "VELOID_CONNECTIONS", default_value_t = 2048, value_parser = count)]
     pub connections: usize,
-    /// Connections of one address at a time; half of all unless given. Behind a proxy, where all have its
-    /// address: as many as of all.
+    /// Simultaneous connections of one address; by default half of all. Behind a proxy, which is the only address: as many as
+    /// in total.
     #[arg(long, env = "VELOID_CONNECTIONS_PER_ADDRESS", value_parser = count)]
     pub connections_per_address: Option<usize>,
-    /// Time that the head of a request may take to come, and that a connection may wait for one (s): much less, and
-    /// clients that keep their connections meet closed ones.
+    /// Time in which the head of a request must arrive, and for which a connection may be idle (s): with a much shorter time,
+    /// clients that keep their connections find them closed.
     #[arg(long, env = "VELOID_HEADER_TIMEOUT", default_value_t = 60, value_parser = seconds)]
     header_timeout: u64,
-    /// Time within which something more of a request's body has to come (s).
+    /// Time in which more of a request's body must arrive (s).
     #[arg(long, env = "VELOID_BODY_TIMEOUT", default_value_t = 30, value_parser = seconds)]
     body_timeout: u64,
-    /// Rate at which a request's body has to come at least, once it was waited for as long as
-    /// `--body-timeout` says (bytes/s); 0 lets any rate pass.
+    /// Minimum rate of a request's body, once the server has waited for it for `--body-timeout` (bytes/s); 0 allows any rate.
     #[arg(long, env = "VELOID_BODY_RATE", default_value_t = 1000)]
     body_rate: u64,
-    /// Time within which something more of an answer has to be taken (s).
+    /// Time in which the client must read more of an answer (s).
     #[arg(long, env = "VELOID_ANSWER_TIMEOUT", default_value_t = 60, value_parser = seconds)]
     answer_timeout: u64,
-    /// Rate at which an answer has to be taken at least, once the server waited for its reader as long as
-    /// `--answer-timeout` says (bytes/s); 0 lets any rate pass.
+    /// Minimum rate at which the client must read an answer, once the server has waited for it for `--answer-timeout`
+    /// (bytes/s); 0 allows any rate.
     #[arg(long, env = "VELOID_ANSWER_RATE", default_value_t = 1000)]
     answer_rate: u64,
 }
@@ -115,7 +114,7 @@ impl HttpLimits {
                 asked = self.connections,
                 connections,
                 descriptors = granted,
-                "the system grants too few descriptors for so many connections"
+                "the system allows too few file descriptors for this many connections"
             );
             self.connections = connections;
         }

@@ -13,9 +13,9 @@ use super::account::{Pace, Slow, Watch};
 /// Why a body is not waited for any longer.
 #[derive(Clone, Copy, Debug, thiserror::Error)]
 pub enum Unfinished {
-    #[error("{}", .0.described("the request", "came"))]
+    #[error("{}", .0.described("the request", "arrived"))]
     Slow(Slow),
-    #[error("the server stops; send the request again")]
+    #[error("the server is stopping; send the request again")]
     Stops,
 }
 

@@ -41,7 +41,7 @@ impl<S> Taken<S> {
             Poll::Pending => ready!(self.watch.waits(context)),
         };
         METRICS.answers_cut.add(1, []);
-        let why = slow.described("an answer", "was taken");
+        let why = slow.described("an answer", "was read");
         tracing::info!(%why, "a connection was closed");
         Poll::Ready(Err(io::Error::new(ErrorKind::TimedOut, why)))
     }

@@ -11,6 +11,7 @@ use super::stage::{backoff, complete, queue};
 use super::work::Stages;
 use crate::fleet;
 use crate::store::job::{self, JobRow, State};
+use crate::store::parameter::{self, JobResult};
 use crate::store::webhook::{self, WebhookRow};
 use crate::store::{Tx, now_ms};
 use crate::webhooks::{Event, Notification, changes};
@@ -64,7 +65,10 @@ impl Stages {
         let mut tx = db.begin().await?;
         complete(context, &mut tx, id).await?;
         webhook::lock_bike(&mut tx, group, bike).await?;
-        let mut news = vec![(ended(job.state), of_job(&job))];
+        let mut news = vec![(
+            ended(job.state),
+            of_job(&job, &parameter::results(db, &[id]).await?),
+        )];
         if !effects.is_empty() {
             news.push((Event::BikeNewPhysics, of_effects(&job, &effects)));
         }
@@ -122,9 +126,16 @@ fn ended(state: State) -> Event {
     }
 }
 
-fn of_job(job: &JobRow) -> Value {
+fn of_job(job: &JobRow, results: &[JobResult]) -> Value {
+    let quantity = |found: &JobResult| {
+        json!({
+            "axle": found.axle, "name": found.name, "value": found.value, "std_error": found.std_error, "unit": found.unit,
+        })
+    };
+    let result: Vec<Value> = results.iter().map(quantity).collect();
     json!({
         "job": job.id, "bike": job.bike, "ride": job.ride_name, "state": job.state, "verdict": job.verdict,
+        "result": result,
         "failure": job.failure.as_ref().map(|failure| &failure.0),
         "links": {"job": format!("/v1/jobs/{}", job.id), "page": format!("/jobs/{}", job.id)},
     })

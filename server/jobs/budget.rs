@@ -16,7 +16,7 @@ pub struct Budget(pub u64);
 
 #[derive(Debug, thiserror::Error, Serialize, Deserialize)]
 #[error(
-    "the ride needs about {:.1} GB of memory, {:.1} GB allowed; `rows` uses a part of it, and without a diagnosis it needs less",
+    "the ride needs about {:.1} GB of memory, {:.1} GB allowed; use part of it with `rows`, or omit the diagnosis",
     *.needed as f64 / 1e9, *.allowed as f64 / 1e9
 )]
 pub struct OverBudget {
@@ -58,6 +58,7 @@ mod tests {
             valid: Vec::new(),
             prescribed: false,
             plant: veloid_engine::plant::PlantRef::default(),
+            band: None,
         };
         let ride = Ride {
             samples: 1_000_000,
@@ -74,7 +75,7 @@ mod tests {
         assert_eq!(
             refused.err().as_deref(),
             Some(
-                "the ride needs about 3.0 GB of memory, 1.0 GB allowed; `rows` uses a part of it, and without a diagnosis it needs less"
+                "the ride needs about 3.0 GB of memory, 1.0 GB allowed; use part of it with `rows`, or omit the diagnosis"
             )
         );
         assert!(Budget(4 << 30).bears(&ride, &settings).is_ok());

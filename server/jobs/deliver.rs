@@ -56,7 +56,7 @@ impl Stages {
             tx.commit().await
         };
         if let Err(error) = noted.await {
-            tracing::warn!(%error, %webhook, "how a delivery ended was not noted");
+            tracing::warn!(%error, %webhook, "the outcome of a delivery was not recorded");
         }
     }
 }

@@ -54,8 +54,8 @@ pub enum Found {
 #[derive(Serialize, Deserialize)]
 pub struct Checked {
     pub summary: RideSummary,
-    /// Time of the first sample (s).
-    pub start_s: f64,
+    /// Epoch (s) of the first sample, where the files say it.
+    pub begun_s: Option<f64>,
     /// Mean of the speed (m/s).
     pub speed: Option<f64>,
     /// What the files say in comments above their headers, by line.
@@ -149,7 +149,7 @@ impl Errand {
         let lacks = ride.fits(&self.request.bike).err();
         Checked {
             summary: ride.summary.clone(),
-            start_s: ride.time_s(0),
+            begun_s: ride.epoch_s.map(|epoch_s| epoch_s + ride.time_s(0)),
             speed: ride.speed.as_ref().map(mean),
             comments,
             lacks: lacks.map(|error| error.to_string()),

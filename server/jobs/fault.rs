@@ -24,11 +24,11 @@ pub enum Fault {
     Read(#[from] Unreadable),
     #[error(transparent)]
     Budget(#[from] OverBudget),
-    #[error("reading the ride needs more memory than the {:.1} GB that it may have", .0.0 as f64 / 1e9)]
+    #[error("reading the ride needs more memory than the {:.1} GB allowed", .0.0 as f64 / 1e9)]
     TooLargeToRead(Budget),
     #[error("the stage took longer than {} s", .0.as_secs())]
     Deadline(Duration),
-    #[error("the computation broke down: {0}")]
+    #[error("the computation failed: {0}")]
     Panic(String),
     /// The child process that computed it ended by itself.
     #[error("{0}")]
@@ -41,9 +41,9 @@ pub enum Fault {
     #[error("{0}")]
     Killed(String),
     /// It was asked to end, as all processes of a service are.
-    #[error("the process that computed it was asked to end")]
+    #[error("the computing process was asked to end")]
     Interrupted,
-    #[error("the child process answered another question")]
+    #[error("the child process answered a different request")]
     Mismatch,
     #[error("child process: {0}")]
     Child(io::Error),
@@ -51,7 +51,7 @@ pub enum Fault {
     #[error("stopped")]
     Stopped,
     /// Another job has to go first.
-    #[error("another job goes first")]
+    #[error("another job has priority")]
     GivesWay,
     #[error("the queue's row has no client")]
     NoClient,

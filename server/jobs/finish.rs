@@ -2,16 +2,15 @@
 
 use serde_json::Value;
 use uuid::Uuid;
-use veloid_engine::bicycle::PerAxle;
+use veloid_engine::bicycle::{Axle, PerAxle};
 use veloid_engine::report::diagnosis::{Diagnosis, Verdict};
-use veloid_engine::report::{Estimate, Report};
+use veloid_engine::report::{AxleResult, Estimate, Method, Report, ResultQuantity};
 
 use super::fault::Fault;
 use super::queue::Queue;
 use super::stage::announce;
 use crate::store::parameter::{self, Parameter};
 use crate::store::{Tx, job, result};
-use veloid_engine::report::Method;
 
 /// Publishes the report of a running job; does nothing for one that was cancelled meanwhile.
 pub async fn finish(
@@ -43,7 +42,7 @@ fn verdict_name(diagnosis: &Diagnosis) -> Option<String> {
 
 /// Every parameter that the report holds.
 fn parameters(report: &Report) -> Vec<Parameter> {
-    let mut found = Vec::new();
+    let mut found = of_result(report);
     for method in Method::ALL.into_iter().rev() {
         found.extend(of_estimates(method, &report.estimates(method)));
     }
@@ -62,6 +61,30 @@ fn parameters(report: &Report) -> Vec<Parameter> {
         }
     }
     found
+}
+
+/// The one answer. `k`, `B` and `mass` have the names that they have by every method.
+fn of_result(report: &Report) -> Vec<Parameter> {
+    let on_axle = |(axle, result): (Axle, &AxleResult)| -> Vec<Parameter> {
+        let parameter = |(name, quantity): (&str, &ResultQuantity)| {
+            let is_given = name == "mass" && quantity.std_error.is_none();
+            Some(Parameter {
+                method: parameter::RESULT,
+                axle: axle.name(),
+                name: match name {
+                    "k" => "k_n_m".to_owned(),
+                    "B" => "b_n_s_m".to_owned(),
+                    "mass" => "mass_kg".to_owned(),
+                    other => other.to_owned(),
+                },
+                value: quantity.value.filter(|_| !is_given)?,
+                std_error: quantity.std_error,
+                unit: quantity.unit.clone(),
+            })
+        };
+        result.iter().filter_map(parameter).collect()
+    };
+    report.result.iter().flat_map(on_axle).collect()
 }
 
 fn of_estimates(method: Method, estimates: &PerAxle<Estimate>) -> Vec<Parameter> {

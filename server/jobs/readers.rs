@@ -93,7 +93,7 @@ impl Readers {
         });
         let outcome = match self.once(&errand).await {
             Err(Fault::Killed(why)) => {
-                tracing::warn!(why, "reading a ride is tried once more");
+                tracing::warn!(why, "retrying to read a ride");
                 self.once(&errand).await
             }
             outcome => outcome,
@@ -102,7 +102,7 @@ impl Readers {
             Ok(Outcome::Errand(found)) => Ok(found?),
             Ok(_) => Err(Fault::Mismatch),
             Err(Fault::OutOfMemory(why)) => {
-                tracing::warn!(why, "a ride was too large to be read");
+                tracing::warn!(why, "a ride was too large to read");
                 Err(Fault::TooLargeToRead(self.budget))
             }
             Err(fault) => Err(fault),

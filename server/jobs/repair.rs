@@ -21,7 +21,7 @@ pub async fn repair(db: &Db, queue: &Queue) -> Result<(), Fault> {
         job::lock(&mut tx, id).await?;
         if repair::strike(&mut tx, id).await? && broken {
             begin_anew(queue, &mut tx, id, ended).await?;
-            tracing::warn!(job = %id, "begins anew: a number that is none was stored with it");
+            tracing::warn!(job = %id, "restarting: a non-finite number was stored with it");
         }
         tx.commit().await?;
     }

@@ -149,10 +149,10 @@ async fn live(db: Db, queue: Queue, hub: Hub, slots: i64, stop: CancellationToke
         match in_time(beat(&db, queue.0.id(), slots, judges)).await {
             Ok(now_ms) => {
                 if clock.was_set(now_ms) {
-                    tracing::warn!("the database's clock was set");
+                    tracing::warn!("the database's clock was changed");
                     steady = None;
                     if let Err(error) = in_time(hasten(&db)).await {
-                        tracing::error!(%error, "rows may wait for the time that the clock was set by");
+                        tracing::error!(%error, "rows may wait for as long as the clock was changed by");
                     }
                 }
                 steady = steady.or_else(|| Some(Instant::now()));
@@ -164,7 +164,7 @@ async fn live(db: Db, queue: Queue, hub: Hub, slots: i64, stop: CancellationToke
             }
         }
         if let Err(error) = in_time(sweep(&db, &queue, &hub)).await {
-            tracing::error!(%error, "looking for lost work failed");
+            tracing::error!(%error, "the search for lost work failed");
         }
     }
 }

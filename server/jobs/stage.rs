@@ -73,7 +73,7 @@ impl Work {
                 }
                 Err(_) => Fault::Database(sqlx::Error::PoolTimedOut),
             };
-            tracing::warn!(%fault, "result kept until the database is back");
+            tracing::warn!(%fault, "keeping the result until the database is available again");
             let stopped = context.cancellation_token().cancelled();
             if tokio::time::timeout(PAUSE, stopped).await.is_ok() {
                 return Err(Fault::Stopped);
@@ -96,7 +96,7 @@ impl Work {
             // The attempt is not to blame.
             Err(fault) if fault.is_outage() => return Ok(WorkOutcome::Snooze(PAUSE)),
             Err(Fault::Queue(riverqueue::Error::JobNotRunning { state })) => {
-                tracing::warn!(%job, kind = row.kind, %state, "result came too late and is refused");
+                tracing::warn!(%job, kind = row.kind, %state, "late result rejected");
                 METRICS.stale_completions.add(1, []);
                 return Ok(WorkOutcome::Complete);
             }
@@ -110,7 +110,7 @@ impl Work {
                 format!("gave up after {} attempts: {fault}", row.attempt),
             ),
         };
-        tracing::warn!(%job, kind = row.kind, %fault, "job fails");
+        tracing::warn!(%job, kind = row.kind, %fault, "job failed");
         let mut tx = self.db.begin().await?;
         complete(context, &mut tx, job).await?;
         give_up(&queue(context)?, &mut tx, job, Some(&failure)).await?;
@@ -140,7 +140,7 @@ impl Work {
                 match (leave, outcome) {
                     (Leave::Alone(_), outcome) => {
                         if let Err(error) = self.survived(job, row.id).await {
-                            tracing::warn!(%error, %job, "that the process lives was not noted");
+                            tracing::warn!(%error, %job, "the sign of life was not recorded");
                         }
                         outcome.map_err(Fault::when_alone)
                     }

@@ -38,7 +38,7 @@ pub async fn sweep(db: &Db, queue: &Queue, hub: &Hub) -> Result<(), Fault> {
         let taken = take_over(&mut tx, queue, id, rows).await?;
         tx.commit().await?;
         if taken > 0 {
-            tracing::warn!(job = %id, rows = taken, "took over the work of a process that is gone");
+            tracing::warn!(job = %id, rows = taken, "took over the work of a dead process");
             METRICS.rescues.add(taken as u64, []);
             for name in [QUICK, SWARM, DIAGNOSIS] {
                 queue.wake(name);
@@ -86,9 +86,9 @@ async fn take_over(
         Verdict::Ended => return Ok(orphaned.len()),
         Verdict::Guilty(deaths) => {
             let detail = format!(
-                "{deaths} processes that worked on it died, the last of them with nothing beside it"
+                "{deaths} processes died while working on it, the last of them with no other work"
             );
-            tracing::error!(job = %id, deaths, "job ends the processes that work on it; it fails");
+            tracing::error!(job = %id, deaths, "job failed: it kills the processes that work on it");
             give_up(queue, tx, id, Some(&Failure::new("crash", detail))).await?;
             return Ok(orphaned.len());
         }

@@ -54,13 +54,13 @@ impl Threads {
             received = receive => received,
             () = reached.unheard() => {
                 let job = reached.job.as_ref().map(|(job, _)| job);
-                tracing::error!(?job, lane = self.name, "a computation does not end; it gets no more of this process");
+                tracing::error!(?job, lane = self.name, "a computation does not end; it gets no further threads");
                 match pool(self.name, self.count, self.nice) {
                     Ok(new) => {
                         *lock(&self.pool) = new;
                         lock(&permit).take();
                     }
-                    Err(error) => tracing::error!(%error, "its thread stays taken"),
+                    Err(error) => tracing::error!(%error, "its thread remains occupied"),
                 }
                 return Err(reached.fault());
             }

@@ -1,4 +1,4 @@
-//! What a form shows of the bicycle that is given in it.
+//! The bicycle in the upload form.
 
 use crate::api::Server;
 use crate::api::access::Caller;
@@ -6,7 +6,7 @@ use crate::api::problem::{Kind, Problem};
 use crate::api::rides::looked_at;
 use crate::bicycle::{Fault, GROUPS, Given, Group, Way};
 
-/// The paper's bicycle, to be overwritten.
+/// The paper's bicycle, as a placeholder.
 const EXAMPLE: &str = r#"{"bike": "my-bike",
  "mass_front_kg": 23.0, "mass_rear_kg": 63.0,
  "l_front_m": 0.808, "l_rear_m": 0.293}"#;
@@ -20,12 +20,12 @@ pub struct BicycleForm {
     way: Way,
     given: Given,
     faults: Vec<Fault>,
-    /// What is wrong with the whole.
+    /// A problem with the bicycle as a whole.
     problem: String,
 }
 
 impl BicycleForm {
-    /// With this bicycle of the fleet chosen, if any.
+    /// With this bicycle of the fleet selected, if any.
     pub fn new(bikes: Vec<String>, chosen: Option<String>) -> Self {
         let given = Given {
             fleet: chosen,
@@ -34,7 +34,7 @@ impl BicycleForm {
         Self::filled(bikes, given, Vec::new(), String::new())
     }
 
-    /// As it was filled in, with what is wrong with it.
+    /// As it was filled in, with its faults.
     pub async fn again(
         server: &Server,
         caller: &Caller,
@@ -89,7 +89,7 @@ impl BicycleForm {
         self.given.fields.get(name).map_or("", String::as_str)
     }
 
-    /// What is wrong with the bike file, or with no part alone.
+    /// The fault of the bike file, or of the bicycle as a whole.
     pub fn whole(&self) -> &str {
         match self.fault("bike") {
             "" => &self.problem,
@@ -97,13 +97,13 @@ impl BicycleForm {
         }
     }
 
-    /// What is wrong with a part.
+    /// The fault of a part.
     pub fn fault(&self, part: &str) -> &str {
         let found = self.faults.iter().find(|fault| fault.part == part);
         found.map_or("", |fault| &fault.detail)
     }
 
-    /// Whether fields that few rides need hold something.
+    /// Whether any of the rarely used fields is filled.
     pub fn is_unusual(&self) -> bool {
         let unusual = self.groups.iter().filter(|group| !group.needed);
         let mut names = unusual.flat_map(|group| group.fields);

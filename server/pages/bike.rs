@@ -9,12 +9,15 @@ use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::bikes::course::RIDES;
 use crate::api::jobs::view::JobView;
+use crate::api::pressure;
 use crate::api::problem::Problem;
 use crate::erasure::DAY_MS;
-use crate::fleet::{self, Course, Development, Kind};
+use crate::fleet::words::{became, capital, subject};
+use crate::fleet::{self, BikeEvent, Course};
 use crate::pages::layout::{Fault, Path, html};
 use crate::pages::{verdict, words};
-use crate::store::{bike, job};
+use crate::store::{bike, job, now_ms};
+use crate::time;
 
 /// Latest jobs on a bicycle's page.
 const JOBS: i64 = 20;
@@ -35,8 +38,11 @@ struct BikePage {
     course: String,
     courses: Vec<CourseRow>,
     notices: Vec<String>,
-    /// With their verdicts in words.
-    jobs: Vec<(JobView, Option<String>)>,
+    /// What tyre pressure does, in a sentence for each axle.
+    pressure: Vec<String>,
+    events: Vec<BikeEvent>,
+    today: String,
+    jobs: Vec<verdict::Listed>,
     document: String,
     grace_days: i64,
 }
@@ -60,7 +66,7 @@ impl BikePage {
     }
 }
 
-pub fn chance(p: f64) -> String {
+fn chance(p: f64) -> String {
     if p < 1e-3 {
         "p\u{a0}<\u{a0}0.001".to_owned()
     } else {
@@ -78,9 +84,9 @@ impl CourseRow {
             rides: pooled.rides,
             pooled: Quantity::new(pooled.value, Some(pooled.std_error), &course.unit),
             heterogeneity: match pooled.p_heterogeneous {
-                _ if pooled.rides < 2 => "one ride".to_owned(),
+                _ if pooled.rides < 2 => "one ride only".to_owned(),
                 Some(p) => format!(
-                    "{} ({share} % of the scatter, {})",
+                    "{} ({share} % of the total, {})",
                     plain(pooled.between_rides),
                     chance(p)
                 ),
@@ -90,7 +96,7 @@ impl CourseRow {
                 || "too few rides".to_owned(),
                 |t| {
                     format!(
-                        "{} in 30 days ({})",
+                        "{} per 30 days ({})",
                         plain(30.0 * t.per_day),
                         chance(t.p_value)
                     )
@@ -100,7 +106,7 @@ impl CourseRow {
                 || "too few rides".to_owned(),
                 |c| {
                     format!(
-                        "{} to {} at {} ({})",
+                        "{} to {} on {} ({})",
                         plain(c.before),
                         plain(c.after),
                         day(&c.at),
@@ -117,36 +123,16 @@ pub fn day(time: &str) -> &str {
     time.get(..10).unwrap_or(time)
 }
 
-/// What has changed for certain, in a sentence each.
+/// What became of each parameter, in a sentence each.
 fn notices(courses: &[Course]) -> Vec<String> {
     let reported = |course: &Course| {
-        let name = label(&course.axle, &course.name);
-        let value = course.pooled.as_ref()?.value;
-        let said = changes(course.development.as_ref()?, value)?;
-        Some(format!("{name} {said}."))
+        let said = became(course.development.as_ref()?, &course.unit)?;
+        Some(format!(
+            "{} {said}.",
+            capital(&subject(&course.axle, &course.name))
+        ))
     };
     courses.iter().filter_map(reported).collect()
-}
-
-/// A drift, a step or both, as shares of a value.
-pub fn changes(development: &Development, value: f64) -> Option<String> {
-    let percent = |change: f64| format!("{} %", fixed(100.0 * change / value, 1));
-    let drifts = || {
-        format!(
-            "drifts by {} in 30 days",
-            percent(30.0 * development.per_day)
-        )
-    };
-    let stepped = || {
-        let at = development.at.as_deref().map_or("", day);
-        format!("changed by {} at {at}", percent(development.step))
-    };
-    match development.kind {
-        Kind::None => None,
-        Kind::Drift => Some(drifts()),
-        Kind::Step => Some(stepped()),
-        Kind::Both => Some(format!("{} and {}", drifts(), stepped())),
-    }
 }
 
 pub async fn bike(
@@ -169,7 +155,10 @@ pub async fn bike(
         course: format!("/v1{}/course", words::bike_page(&name)),
         courses: history.courses.iter().filter_map(CourseRow::of).collect(),
         notices: notices(&history.courses),
-        jobs: verdict::with_verdicts(&server.db, jobs).await?,
+        pressure: pressure::of(&server, &caller.group, Some(&name)).await?,
+        events: history.events,
+        today: day(&time::text(now_ms())).to_owned(),
+        jobs: verdict::listed(&server.db, jobs).await?,
         document: serde_json::to_string_pretty(&row.document.0).map_err(Problem::internal)?,
         grace_days: server.policy.grace_ms / DAY_MS,
         name,

@@ -8,9 +8,9 @@ use axum::response::Html;
 use uuid::Uuid;
 use veloid_engine::bicycle::{Axle, PerAxle};
 use veloid_engine::document::format_number::{Quantity, fixed};
-use veloid_engine::report::{Estimate, Report};
+use veloid_engine::report::{AxleResult, Report, ResultQuantity};
+use veloid_engine::result_of;
 
-use super::estimate::best;
 use super::layout::{Fault, html};
 use super::words;
 use crate::api::App;
@@ -41,7 +41,8 @@ struct Side {
 }
 
 struct Cell {
-    quantity: Quantity,
+    /// Absent where it is withheld.
+    quantity: Option<Quantity>,
     /// To the first job, in standard errors.
     difference: Option<String>,
     clear: bool,
@@ -105,36 +106,42 @@ fn bad(detail: String) -> Problem {
 }
 
 fn rows(reports: &[Report]) -> Vec<(String, Vec<Option<Cell>>)> {
-    type Pick = fn(&Estimate) -> (f64, Option<f64>);
-    let picks: [(&str, &str, Pick); 2] = [
-        ("stiffness k", "N/m", |e| (e.k_n_m, e.k_std_n_m)),
-        ("damping B", "N s/m", |e| (e.b_n_s_m, e.b_std_n_s_m)),
-    ];
-    let estimates: Vec<PerAxle<Estimate>> = reports.iter().map(best).collect();
-    let row = |axle: Axle, (name, unit, pick): (&str, &str, Pick)| {
-        let values: Vec<Option<(f64, Option<f64>)>> =
-            estimates.iter().map(|e| e.get(axle).map(pick)).collect();
-        let first = values.first().copied().flatten();
-        let cell = |(i, value): (usize, &Option<(f64, Option<f64>)>)| {
-            let (value, error) = (*value)?;
-            let difference = first
-                .filter(|_| i > 0)
-                .and_then(|(v, e)| Some((value - v) / error?.hypot(e?)));
-            Some(Cell {
-                quantity: Quantity::new(value, error, unit),
-                clear: difference.is_some_and(|d| d.abs() > CLEAR),
-                difference: difference.filter(|d| d.is_finite()).map(|d| fixed(d, 1)),
-            })
-        };
-        (
-            format!("{axle} {name}"),
-            values.iter().enumerate().map(cell).collect(),
-        )
+    let results: Vec<PerAxle<AxleResult>> = reports.iter().map(result_of).collect();
+    let mut rows = Vec::new();
+    for axle in Axle::BOTH {
+        let on_axle: Vec<Option<&AxleResult>> = results.iter().map(|r| r.get(axle)).collect();
+        let mut names: Vec<&str> = Vec::new();
+        for (name, _) in on_axle.iter().flatten().flat_map(|result| result.iter()) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        for name in names {
+            let found: Vec<Option<&ResultQuantity>> = (on_axle.iter())
+                .map(|result| result.and_then(|r| r.get(name)))
+                .collect();
+            rows.push((format!("{axle} {}", words::plain(name)), cells(&found)));
+        }
+    }
+    rows
+}
+
+/// The values of one quantity, each with its difference to the first.
+fn cells(found: &[Option<&ResultQuantity>]) -> Vec<Option<Cell>> {
+    let first = found.first().copied().flatten();
+    let cell = |(i, found): (usize, &Option<&ResultQuantity>)| {
+        let found = (*found)?;
+        let difference = first.filter(|_| i > 0).and_then(|first| {
+            let error = found.std_error?.hypot(first.std_error?);
+            Some((found.value? - first.value?) / error)
+        });
+        Some(Cell {
+            quantity: found.quantity(),
+            clear: difference.is_some_and(|d| d.abs() > CLEAR),
+            difference: difference.filter(|d| d.is_finite()).map(|d| fixed(d, 1)),
+        })
     };
-    Axle::BOTH
-        .into_iter()
-        .flat_map(|axle| picks.map(|pick| row(axle, pick)))
-        .collect()
+    found.iter().enumerate().map(cell).collect()
 }
 
 /// Every effect that any of the jobs names, with its parameters.

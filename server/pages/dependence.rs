@@ -1,9 +1,9 @@
-//! What a parameter depends on: a question as a form, and its answer.
+//! What influences a parameter: a form, and what was computed.
 
 use askama::Template;
 use axum::extract::{RawQuery, State};
 use axum::response::Html;
-use veloid_engine::document::format_number::{Number, Quantity, WIDE, fixed};
+use veloid_engine::document::format_number::{Number, Quantity, WIDE, fixed, significant};
 
 use super::layout::{Fault, html};
 use super::words;
@@ -12,13 +12,14 @@ use crate::api::access::Caller;
 use crate::api::dependence::{Params, answer};
 use crate::api::names::PARAMETERS;
 use crate::api::problem::{Kind, Problem};
-use crate::fleet::{DATE, Dependence, Influence, label};
-use crate::pages::bike::chance;
+use crate::fleet::{Categories, Category, Coefficient, DATE, Dependence, Influence, label};
 use crate::store::parameter::AXLES;
 use crate::unique::shown;
 
 /// Names of the address, beside those of the fields for places.
 const FIELDS: [&str; 7] = ["bike", "axle", "name", "on", "from", "to", "theme"];
+/// Share of a fact's variance from which on it is said to be shared with others.
+const WORTH_SAYING: f64 = 0.05;
 /// What the name of a field for a place begins with.
 const AT: &str = "at.";
 
@@ -30,6 +31,8 @@ struct Page {
     name: String,
     names: Vec<(String, String)>,
     facts: Vec<Choice>,
+    /// Facts in words: name, label, whether it is chosen, and how many categories it has.
+    in_words: Vec<(String, String, bool, usize)>,
     found: Dependence,
     rows: Vec<Row>,
     /// How far a single ride scatters about a prediction.
@@ -50,6 +53,8 @@ struct Choice {
 
 struct Row {
     name: String,
+    /// What stands in place of a slope.
+    missing: &'static str,
     slope: Option<Quantity>,
     per: String,
     chance: String,
@@ -90,12 +95,24 @@ pub async fn page(
             .iter()
             .find(|(key, _)| key.strip_prefix(AT) == Some(name))
     };
+    let in_words = found.known_categories.iter().map(|fact| {
+        let chosen = found.categories.iter().any(|known| known.fact == fact.name);
+        (
+            fact.name.clone(),
+            label(&fact.name),
+            chosen,
+            fact.categories,
+        )
+    });
     let facts = found.known.iter().map(|fact| Choice {
         label: label(&fact.name),
         chosen: chosen.contains(&fact.name.as_str()),
         at: places(&fact.name).map_or_else(String::new, |(_, value)| value.clone()),
         hint: match fact.name.as_str() {
             DATE => "a day".to_owned(),
+            _ if fact.least == fact.most => {
+                format!("always {} {}", Number::rough(fact.least, 4), fact.unit)
+            }
             _ => format!(
                 "{} to {} {}",
                 Number::rough(fact.least, 4),
@@ -118,12 +135,8 @@ pub async fn page(
         name: found.name.clone(),
         names,
         facts: facts.collect(),
-        rows: found
-            .facts
-            .iter()
-            .enumerate()
-            .map(|(i, fact)| Row::of(i, fact, &found.unit))
-            .collect(),
+        in_words: in_words.collect(),
+        rows: rows(&found),
         single_ride: found
             .prediction
             .as_ref()
@@ -190,36 +203,98 @@ fn address(params: &Params) -> String {
     query.finish()
 }
 
+fn rows(found: &Dependence) -> Vec<Row> {
+    let facts = found.facts.iter().enumerate();
+    let numbers = facts.flat_map(|(i, fact)| Row::of(i, fact, &found.unit));
+    let in_words = found
+        .categories
+        .iter()
+        .flat_map(|fact| Row::of_categories(fact, &found.unit));
+    numbers.chain(in_words).collect()
+}
+
 impl Row {
-    fn of(i: usize, fact: &Influence, unit: &str) -> Self {
+    /// A fact, and the bicycles that differ.
+    fn of(i: usize, fact: &Influence, unit: &str) -> Vec<Self> {
         let goes_with = fact
             .goes_with
             .as_deref()
             .zip(fact.correlation)
+            .filter(|_| fact.shared >= WORTH_SAYING)
             .map(|(with, r)| {
                 let share = fixed(100.0 * fact.shared, 0);
                 format!(
-                    "{share} % of it goes with those above, most with {} (correlation {})",
+                    "{share} % of its variance is shared with the facts above, most with {} (correlation {})",
                     label(with),
                     fixed(r, 2)
                 )
             });
-        let note = fact.reason.clone().or(goes_with).unwrap_or_default();
-        Self {
-            name: label(&fact.name),
-            slope: fact
-                .slope
-                .map(|slope| Quantity::new(slope.value, slope.margin() / WIDE, unit)),
-            per: if fact.unit.is_empty() {
-                "unit".to_owned()
-            } else {
-                fact.unit.clone()
-            },
-            chance: fact
-                .slope
-                .map_or_else(String::new, |slope| chance(slope.p_value)),
+        let per = match fact.unit.as_str() {
+            "" => "unit".to_owned(),
+            unit => unit.to_owned(),
+        };
+        let row = |name: String, slope: Option<Coefficient>, note: String| Self {
+            name,
+            slope: slope.map(|slope| quantity(&slope, unit)),
+            per: per.clone(),
+            chance: slope.map_or_else(String::new, |slope| p_value(slope.p_value)),
+            missing: "not fitted",
             note,
+            figure: None,
+        };
+        let own = fact.own.iter().map(|own| {
+            let name = format!("{}, {} only", label(&fact.name), own.bike);
+            row(
+                name,
+                Some(own.slope),
+                format!("{} rides; differs from the others", own.rides),
+            )
+        });
+        let note = fact.reason.clone().or(goes_with).unwrap_or_default();
+        let common = Self {
             figure: fact.slope.map(|_| format!("on-{i}")),
-        }
+            ..row(label(&fact.name), fact.slope, note)
+        };
+        std::iter::once(common).chain(own).collect()
     }
+
+    /// The categories of a fact in words.
+    fn of_categories(fact: &Categories, unit: &str) -> Vec<Self> {
+        let row = |category: &Category| Self {
+            name: format!("{}: {}", label(&fact.fact), category.name),
+            slope: category.effect.map(|effect| quantity(&effect, unit)),
+            per: String::new(),
+            chance: category
+                .effect
+                .map_or_else(String::new, |effect| p_value(effect.p_value)),
+            missing: match category.name == fact.reference {
+                true => "reference",
+                false => "not fitted",
+            },
+            note: match (&fact.reason, &category.reason) {
+                (Some(reason), _) => reason.clone(),
+                (None, Some(reason)) => reason.clone(),
+                (None, None) if category.name == fact.reference => {
+                    format!("{} rides", category.rides)
+                }
+                (None, None) => format!(
+                    "{} rides, compared with '{}'",
+                    category.rides, fact.reference
+                ),
+            },
+            figure: None,
+        };
+        fact.categories.iter().map(row).collect()
+    }
+}
+
+fn p_value(p: f64) -> String {
+    match p < 1e-3 {
+        true => "<\u{a0}0.001".to_owned(),
+        false => significant(p, 2),
+    }
+}
+
+fn quantity(coefficient: &Coefficient, unit: &str) -> Quantity {
+    Quantity::new(coefficient.value, coefficient.margin() / WIDE, unit)
 }

@@ -1,4 +1,4 @@
-//! What is known of a ride, as fields of a form and as lines to read.
+//! The facts of a ride, as fields of a form and as lines to read.
 
 use axum::Form;
 use axum::extract::State;
@@ -20,8 +20,8 @@ pub struct Field {
     pub label: &'static str,
     pub value: String,
     pub hint: &'static str,
-    /// Least and most of a number.
-    pub bounds: Option<[f64; 2]>,
+    /// Whether a keypad with digits and a decimal sign, and no minus, is enough.
+    pub is_decimal: bool,
     pub lines: bool,
 }
 
@@ -32,7 +32,7 @@ impl Field {
             label,
             value: value.unwrap_or_default(),
             hint: "",
-            bounds: None,
+            is_decimal: false,
             lines: false,
         }
     }
@@ -49,15 +49,15 @@ impl Field {
     }
 }
 
-/// The form's fields, filled with what is known.
+/// The form's fields, filled with the known facts.
 pub fn fields(facts: &Facts) -> Vec<Field> {
     let mut facts = facts.clone();
     let date = Field::new(MOMENT, "Ridden on", facts.ridden_at.clone());
-    let mut fields = vec![date.hint("a day such as 2026-05-01, or a time")];
-    for (name, _, least, most, label) in NUMBERS {
+    let mut fields = vec![date.hint("A date such as 2026-05-01, or a date and time")];
+    for (name, _, least, _, label) in NUMBERS {
         let value = facts.number(name).and_then(|value| *value);
         fields.push(Field {
-            bounds: Some([least, most]),
+            is_decimal: least >= 0.0,
             ..Field::new(name, label, value.map(|value| value.to_string()))
         });
     }
@@ -66,18 +66,18 @@ pub fn fields(facts: &Facts) -> Vec<Field> {
         fields.push(Field::new(name, label, value));
     }
     let tags = Field::new("tags", "Tags", Some(facts.tags.join(", ")));
-    fields.push(tags.hint("with commas between"));
+    fields.push(tags.hint("Separated by commas"));
     fields.push(Field::new("notes", "Notes", facts.notes.clone()).lines());
     let more = facts
         .more
         .iter()
         .map(|(name, value)| format!("{name}: {value}\n"));
-    let more = Field::new("more", "Further numbers", Some(more.collect()));
-    fields.push(more.lines().hint("name: number, a line each"));
+    let more = Field::new("more", "Other numbers", Some(more.collect()));
+    fields.push(more.lines().hint("One name: number per line"));
     fields
 }
 
-/// What is known, in words.
+/// The known facts, in words.
 pub fn lines(facts: &Facts) -> Vec<(String, String)> {
     let mut facts = facts.clone();
     let mut lines = Vec::new();
@@ -105,7 +105,7 @@ pub fn lines(facts: &Facts) -> Vec<(String, String)> {
     lines
 }
 
-/// Keeps what the form says, and nothing else.
+/// Replaces the facts by those of the form.
 pub async fn keep(
     State(server): App,
     caller: Caller,

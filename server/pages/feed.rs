@@ -7,7 +7,7 @@ use axum::response::{IntoResponse, Response};
 use veloid_engine::is_unseen;
 
 use super::layout::Fault;
-use super::verdict;
+use super::verdict::{self, Listed};
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::jobs::view::JobView;
@@ -46,8 +46,8 @@ pub async fn feed(State(server): App, caller: Caller) -> Result<Response, Fault>
         .into_iter()
         .map(JobView::from)
         .filter(|job| job.finished_at.is_some());
-    let mut jobs = verdict::with_verdicts(&server.db, jobs.collect()).await?;
-    jobs.sort_by(|(a, _), (b, _)| b.finished_at.cmp(&a.finished_at));
+    let mut jobs = verdict::listed(&server.db, jobs.collect()).await?;
+    jobs.sort_by(|a, b| b.job.finished_at.cmp(&a.job.finished_at));
     jobs.truncate(TOLD);
     let entries: Vec<Entry> = jobs.into_iter().map(Entry::of).collect();
     let updated = entries.first().map(|entry| entry.finished_at.clone());
@@ -65,9 +65,10 @@ pub async fn feed(State(server): App, caller: Caller) -> Result<Response, Fault>
 }
 
 impl Entry {
-    fn of((job, reported): (JobView, Option<String>)) -> Self {
+    fn of(listed: Listed) -> Self {
+        let Listed { job, verdict, .. } = listed;
         let state = job.state.name();
-        let what = reported.unwrap_or_else(|| state.to_owned());
+        let what = verdict.unwrap_or_else(|| state.to_owned());
         let failure = job.failure.map(|failure| failure.detail);
         Self {
             title: format!("{}: {what}", printable(&job.ride.name)),

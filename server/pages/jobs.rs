@@ -8,10 +8,13 @@ use uuid::Uuid;
 use veloid_engine::report::diagnosis::Verdict;
 
 use super::layout::{Fault, Query, filled, html};
+use super::search::{Field, fields, names};
 use super::{verdict, words};
 use crate::api::App;
 use crate::api::access::Caller;
+use crate::api::jobs::search::SearchParams;
 use crate::api::jobs::view::JobView;
+use crate::api::known;
 use crate::api::list::{Page, without_cursor};
 use crate::api::names::{EFFECTS, one_of};
 use crate::erasure::DAY_MS;
@@ -28,9 +31,13 @@ const STATES: [JobState; 5] = [
     JobState::Cancelled,
 ];
 
+/// The names of the address, beside those of a search.
+const NAMES: [&str; 11] = [
+    "state", "bike", "verdict", "tag", "name", "effect", "from", "to", "deleted", "cursor", "theme",
+];
+
 /// The filter, blank where the form's field was.
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct Params {
     state: Option<String>,
     bike: Option<String>,
@@ -48,8 +55,7 @@ pub struct Params {
 #[derive(Template)]
 #[template(path = "jobs.html")]
 struct Jobs {
-    /// With their verdicts in words.
-    jobs: Vec<(JobView, Option<String>)>,
+    jobs: Vec<verdict::Listed>,
     next: Option<String>,
     states: [&'static str; 5],
     verdicts: [&'static str; 6],
@@ -63,6 +69,7 @@ struct Jobs {
     effects: Vec<(&'static str, String)>,
     from: Option<String>,
     to: Option<String>,
+    search: SearchParams,
     deleted: bool,
     /// The bicycle that the list is of, if it is deleted too.
     deleted_bike: Option<String>,
@@ -87,7 +94,23 @@ impl Jobs {
         ]
         .into_iter()
         .any(Option::is_some)
+            || self.searches()
     }
+
+    /// Whether facts or results are searched for.
+    fn searches(&self) -> bool {
+        let fields = fields(&self.search);
+        fields.iter().any(|field| !field.value.is_empty())
+    }
+
+    fn fields(&self) -> Vec<Field> {
+        fields(&self.search)
+    }
+}
+
+fn known_names() -> Vec<String> {
+    let own = NAMES.into_iter();
+    own.chain(names()).map(str::to_owned).collect()
 }
 
 pub async fn list(
@@ -95,7 +118,9 @@ pub async fn list(
     caller: Caller,
     OriginalUri(uri): OriginalUri,
     Query(params): Query<Params>,
+    Query(search): Query<SearchParams>,
 ) -> Result<Html<String>, Fault> {
+    known::only(&known_names(), uri.query().unwrap_or_default())?;
     let names = STATES.map(JobState::name);
     let (state, verdict) = (filled(params.state), filled(params.verdict));
     one_of("state", state.as_deref(), &names)?;
@@ -118,6 +143,7 @@ pub async fn list(
         tag: tag.as_deref(),
         name: name.as_deref(),
         effect: effect.as_deref(),
+        search: search.search()?,
         from_ms,
         to_ms,
         deleted,
@@ -133,7 +159,7 @@ pub async fn list(
     let here = without_cursor(&uri);
     let mark = if here.contains('?') { '&' } else { '?' };
     html(&Jobs {
-        jobs: verdict::with_verdicts(&server.db, page.items).await?,
+        jobs: verdict::listed(&server.db, page.items).await?,
         next: page.next.map(|next| format!("{here}{mark}cursor={next}")),
         states: names,
         verdicts: Verdict::NAMES,
@@ -146,6 +172,7 @@ pub async fn list(
         effects: EFFECTS.iter().map(|id| (*id, words::plain(id))).collect(),
         from,
         to,
+        search,
         deleted,
         deleted_bike,
         grace_days: server.policy.grace_ms / DAY_MS,

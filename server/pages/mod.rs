@@ -8,7 +8,7 @@ mod deletion;
 mod dependence;
 mod effect;
 mod effects;
-mod estimate;
+mod events;
 mod facts;
 mod feed;
 pub mod fleet;
@@ -16,6 +16,7 @@ mod job;
 mod jobs;
 pub mod layout;
 mod parameters;
+mod search;
 mod sign_in;
 mod upload;
 mod verdict;
@@ -62,6 +63,8 @@ fn without_query() -> Router<Arc<Server>> {
         .route("/rides/{id}/facts", post(facts::keep))
         .route("/bikes/{bike}/delete", post(deletion::delete_bike))
         .route("/bikes/{bike}/restore", post(deletion::restore_bike))
+        .route("/bikes/{bike}/events", post(events::create))
+        .route("/bikes/{bike}/events/{id}/delete", post(events::delete))
         .route("/effects", get(effects::list))
         .route("/effects/{effect}", get(effect::page))
         .route("/bikes/{bike}", get(bike::bike))

@@ -14,9 +14,8 @@ use crate::api::access::Caller;
 use crate::api::list::{Page, without_cursor};
 use crate::api::names::{EFFECTS, PARAMETERS};
 use crate::api::parameters::{MOST, Params, cursor, rows};
-use crate::store::parameter::{self, AXLES, Filter, ParameterRow};
+use crate::store::parameter::{self, AXLES, Filter, METHODS, ParameterRow};
 use crate::time;
-use veloid_engine::report::Method;
 
 const PAGE: i64 = 50;
 
@@ -198,7 +197,7 @@ pub async fn list(
                 "method",
                 "Method",
                 params.method.as_deref(),
-                &Method::NAMES,
+                &METHODS,
                 words::method,
             ),
             Choice::new("axle", "Axle", params.axle.as_deref(), &AXLES, words::plain),

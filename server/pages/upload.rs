@@ -1,5 +1,5 @@
-//! The form that sends rides. Without JavaScript one ride at a time; `web/upload.js` adds several at
-//! once, previews and progress on top of the same form.
+//! The form that sends rides. Without JavaScript it sends one ride at a time; `web/upload.js` adds several at once, previews
+//! with a table of columns for each file, and progress.
 
 use askama::Template;
 use axum::extract::{Request, State};
@@ -15,6 +15,7 @@ use crate::api::access::Caller;
 use crate::api::problem::{Kind, Problem};
 use crate::api::rides::{Refused, Submitted, submit_upload};
 use crate::api::{App, Server};
+use crate::columns::{Choice, choices};
 use crate::facts::Facts;
 use crate::store::bike;
 
@@ -27,6 +28,7 @@ struct Form {
     problem: Option<Problem>,
     bicycle: BicycleForm,
     numbers: Vec<Number>,
+    choices: Vec<Choice>,
     facts: Vec<Field>,
 }
 
@@ -35,14 +37,12 @@ struct Number {
     name: &'static str,
     label: &'static str,
     default: String,
-    least: f64,
-    most: f64,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
-    /// Bike to choose beforehand.
+    /// The bike that is selected at first.
     bike: Option<String>,
 }
 
@@ -52,6 +52,7 @@ impl Form {
             problem,
             bicycle,
             numbers: numbers(),
+            choices: choices(),
             facts: fields(&Facts::default()),
         }
     }
@@ -84,32 +85,18 @@ impl Form {
 
 fn numbers() -> Vec<Number> {
     let settings = Settings::default();
-    let number = |name, label, default: f64, least, most| Number {
+    let number = |name, label, default: f64| Number {
         name,
         label,
         default: default.to_string(),
-        least,
-        most,
     };
     vec![
-        number("seed", "Seed", settings.seed as f64, 0.0, 1e15),
-        number("trials", "Swarm trials", settings.trials as f64, 1.0, 100.0),
-        number(
-            "particles",
-            "Particles",
-            settings.particles as f64,
-            2.0,
-            1e4,
-        ),
-        number(
-            "iterations",
-            "Iterations",
-            settings.iterations as f64,
-            1.0,
-            1e4,
-        ),
-        number("alpha", "False-alarm rate", settings.alpha, 0.001, 0.2),
-        number("held_out", "Share held out", settings.held_out, 0.1, 0.7),
+        number("seed", "Seed", settings.seed as f64),
+        number("trials", "Swarm trials", settings.trials as f64),
+        number("particles", "Particles", settings.particles as f64),
+        number("iterations", "Iterations", settings.iterations as f64),
+        number("alpha", "Significance level", settings.alpha),
+        number("held_out", "Held-out share", settings.held_out),
     ]
 }
 
@@ -133,7 +120,7 @@ pub async fn form(
     html(&Form::new(bicycle, None))
 }
 
-/// Takes the form and leads on to the job's page, or shows the form with what was wrong.
+/// Takes the form and redirects to the job's page, or shows the form again with the problem.
 pub async fn send(State(server): App, caller: Caller, request: Request) -> Result<Response, Fault> {
     match submit_upload(&server, &caller, request).await {
         Ok(Submitted { id, .. }) => Ok(Redirect::to(&format!("/jobs/{id}")).into_response()),

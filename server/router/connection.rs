@@ -24,7 +24,7 @@ fn one_host(version: Version, headers: &HeaderMap) -> Result<(), Problem> {
     let detail = match hosts.as_slice() {
         [] if version <= Version::HTTP_10 => return Ok(()),
         [host] if host.to_str().is_ok() => return Ok(()),
-        [_] => "the header `Host` is no text, expected a name or an address".to_owned(),
+        [_] => "the header `Host` is not text, expected a name or an address".to_owned(),
         hosts => format!("{} headers `Host`, expected one", hosts.len()),
     };
     Err(Problem::new(Kind::BadRequest, detail))
@@ -35,7 +35,8 @@ fn has_room(request: &Request) -> Result<(), Problem> {
     if !is_spare || OPEN.contains(&request.uri().path()) {
         return Ok(());
     }
-    let detail = "all connections of this address, or of all, are waiting for answers; try again";
+    let detail =
+        "all connections of this address, or of the server, are waiting for answers; try again";
     Err(Problem::new(Kind::Unavailable, detail))
 }
 

@@ -73,7 +73,7 @@ fn own_site(request: &Request) -> Result<(), Problem> {
     if request.method().is_safe() || is_of_own_page(request.headers()) {
         return Ok(());
     }
-    let detail = "changes are only taken from this server's own pages";
+    let detail = "changes are accepted only from this server's own pages";
     Err(Problem::new(Kind::Foreign, detail))
 }
 
@@ -111,7 +111,7 @@ fn own_name(request: &Request) -> Result<(), Problem> {
     Err(Problem::new(
         Kind::Foreign,
         format!(
-            "'{host}' is no name of this machine; behind a proxy the server needs `--keys` or `--open`"
+            "'{host}' is not a name of this machine; behind a proxy the server needs `--keys` or `--open`"
         ),
     ))
 }

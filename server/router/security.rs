@@ -11,7 +11,7 @@ pub fn secured(document: &mut OpenApi) {
     let scheme = HttpBuilder::new()
         .scheme(HttpAuthScheme::Bearer)
         .description(Some(
-            "Made by `veloid key create`. A server that only its own machine reaches asks for none.",
+            "Created by `veloid key create`. A server that only its own machine can reach requires none.",
         ))
         .build();
     let components = document.components.get_or_insert_default();
@@ -31,7 +31,7 @@ pub fn secured(document: &mut OpenApi) {
             operation.security = Some(vec![SecurityRequirement::new(SCHEME, none)]);
             let answers = &mut operation.responses.responses;
             for (status, response) in [
-                ("401", problem("No key, or one that is not valid")),
+                ("401", problem("No valid key")),
                 ("403", problem("The key does not allow this")),
                 ("429", later("A limit of the key is reached")),
             ] {
@@ -54,7 +54,7 @@ fn problem(description: &str) -> Response {
 fn later(description: &str) -> Response {
     let mut response = problem(description);
     let header = HeaderBuilder::new()
-        .description(Some("Seconds to wait before another try"))
+        .description(Some("Seconds to wait before trying again"))
         .build();
     response
         .headers

@@ -108,7 +108,7 @@ pub async fn mark_before(tx: &mut Tx, group: &str, before: i64, at: i64) -> sqlx
         .rows_affected()))
 }
 
-/// Takes marks off, all or those of one time, and off the bikes of these jobs; how many jobs come back.
+/// Takes marks off, all or those of one time, and off the bikes of these jobs and what was deleted with them; how many jobs come back.
 pub async fn unmark(
     tx: &mut Tx,
     group: &str,
@@ -119,6 +119,13 @@ pub async fn unmark(
         UPDATE job SET deleted_at = NULL, revision = revision + 1 \
         WHERE group_name = $1 AND (ride_id = $2 OR bike = $3) AND deleted_at IS NOT NULL \
           AND (CAST($4 AS BIGINT) IS NULL OR deleted_at = $4)";
+    // Those that were deleted with their bikes.
+    const EVENTS: &str = "\
+        UPDATE bike_event SET deleted_at = NULL \
+        WHERE group_name = $1 AND deleted_at IS NOT NULL AND EXISTS ( \
+            SELECT 1 FROM bike WHERE bike.group_name = $1 AND bike.name = bike_event.bike \
+              AND bike.deleted_at = bike_event.deleted_at AND (bike.name = $3 OR bike.name IN ( \
+                  SELECT job.bike FROM job WHERE job.group_name = $1 AND job.ride_id = $2)))";
     const BIKES: &str = "\
         UPDATE bike SET deleted_at = NULL \
         WHERE group_name = $1 AND deleted_at IS NOT NULL AND (name = $3 OR name IN ( \
@@ -126,24 +133,29 @@ pub async fn unmark(
     on!(tx, t => {
         let jobs = sqlx::query(JOBS).bind(group).bind(of.ride()).bind(of.bike());
         let back = jobs.bind(marked_at).execute(&mut **t).await?.rows_affected();
+        let events = sqlx::query(EVENTS).bind(group).bind(of.ride()).bind(of.bike());
+        events.execute(&mut **t).await?;
         let bikes = sqlx::query(BIKES).bind(group).bind(of.ride()).bind(of.bike());
         bikes.execute(&mut **t).await?;
         Ok(back)
     })
 }
 
-/// Marks a bike; false when the group has none of this name that bears no mark.
+/// Marks a bike and its events; false when the group has none of this name that is not marked.
 pub async fn mark_bike(tx: &mut Tx, group: &str, name: &str, at: i64) -> sqlx::Result<bool> {
     const SQL: &str = "\
         UPDATE bike SET deleted_at = $3 WHERE group_name = $1 AND name = $2 AND deleted_at IS NULL";
-    let changed = on!(tx, t => sqlx::query(SQL)
-        .bind(group)
-        .bind(name)
-        .bind(at)
-        .execute(&mut **t)
-        .await?
-        .rows_affected());
-    Ok(changed == 1)
+    const EVENTS: &str = "\
+        UPDATE bike_event SET deleted_at = $3 WHERE group_name = $1 AND bike = $2 AND deleted_at IS NULL";
+    on!(tx, t => {
+        let bike = sqlx::query(SQL).bind(group).bind(name).bind(at);
+        let changed = bike.execute(&mut **t).await?.rows_affected() == 1;
+        if changed {
+            let events = sqlx::query(EVENTS).bind(group).bind(name).bind(at);
+            events.execute(&mut **t).await?;
+        }
+        Ok(changed)
+    })
 }
 
 /// When a bike was marked, if it is.

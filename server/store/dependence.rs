@@ -24,6 +24,14 @@ pub struct RideRow {
     pub rear_kg: Option<f64>,
 }
 
+impl RideRow {
+    /// A number that is known of the ride besides its file.
+    pub fn number(&self, name: &str) -> Option<f64> {
+        let facts = &self.facts.as_ref()?.0;
+        facts.value(name).or_else(|| facts.more.get(name).copied())
+    }
+}
+
 /// Whose rides, and of which parameter.
 pub struct DependenceQuery<'a> {
     pub group: &'a str,
@@ -35,8 +43,7 @@ pub struct DependenceQuery<'a> {
     pub to_ms: Option<i64>,
 }
 
-/// One row for each of the rides that were ridden last: by its latest job and, there, by the extended model where there is one,
-/// else by output error or without a road.
+/// One row for each of the rides that were ridden last: the result of its latest job.
 pub async fn rides(db: &Db, asked: &DependenceQuery<'_>, most: i64) -> sqlx::Result<Vec<RideRow>> {
     // CROSS JOIN keeps SQLite from walking all that was ever identified.
     const SQLITE: &str = "\
@@ -50,7 +57,7 @@ pub async fn rides(db: &Db, asked: &DependenceQuery<'_>, most: i64) -> sqlx::Res
         FROM (SELECT id, ride_id, bike, dated_at, request FROM job \
               WHERE state = 'succeeded' AND deleted_at IS NULL AND group_name = ";
     const PARAMETERS: &str = ") AS latest CROSS JOIN parameter JOIN ride ON ride.id = ride_id \
-        WHERE job_id = latest.id AND method IN ('extended', 'output_error', 'latent_road') AND axle = ";
+        WHERE job_id = latest.id AND method = 'result' AND axle = ";
     let columns = db.spelt(SQLITE, POSTGRES);
     let mut rows: Vec<RideRow> = on!(read db, p => {
         let mut query = QueryBuilder::new(columns);
@@ -66,8 +73,7 @@ pub async fn rides(db: &Db, asked: &DependenceQuery<'_>, most: i64) -> sqlx::Res
         query.push(" ORDER BY dated_at DESC, id DESC LIMIT ").push_bind(most);
         query.push(PARAMETERS).push_bind(asked.axle);
         query.push(" AND parameter.name = ").push_bind(asked.name);
-        // `extended` sorts first; `latent_road` stands alone.
-        query.push(" ORDER BY latest.bike, ride_id, job_id DESC, method");
+        query.push(" ORDER BY latest.bike, ride_id, job_id DESC");
         query.build_query_as().fetch_all(p).await
     })?;
     rows.dedup_by(|a, b| (a.ride_id, &a.bike) == (b.ride_id, &b.bike));

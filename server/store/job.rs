@@ -10,6 +10,7 @@ use veloid_engine::bicycle::{Bike, PerAxle};
 use veloid_engine::report::Estimate;
 use veloid_engine::ride::RideSummary;
 
+use super::search::{Search, search};
 use super::{Db, Tx, now_ms};
 use crate::facts::Facts;
 use crate::options::Options;
@@ -165,6 +166,8 @@ pub struct Filter<'a> {
     pub name: Option<&'a str>,
     /// Those in which this effect was named.
     pub effect: Option<&'a str>,
+    /// Those whose rides and results are asked for.
+    pub search: Search,
     /// Ridden from this time on and before that; uploaded, where it is not known when it was ridden.
     pub from_ms: Option<i64>,
     pub to_ms: Option<i64>,
@@ -252,6 +255,7 @@ macro_rules! conditions {
             $query.push_bind(format!("{effect}.")).push(" AND name < ");
             $query.push_bind(format!("{effect}/")).push(")");
         }
+        search!($query, $filter.search);
         $query.push(match $filter.deleted {
             true => " AND deleted_at IS NOT NULL",
             false => " AND deleted_at IS NULL",

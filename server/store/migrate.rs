@@ -20,7 +20,7 @@ pub enum MigrateError {
     #[error("database: {0}")]
     Database(#[from] sqlx::Error),
     #[error(
-        "the database has schema {found}, this veloid knows none after {newest}: a newer one was here, use that"
+        "the database has schema {found}, but this veloid supports none after {newest}: use the newer veloid that created it"
     )]
     Newer { found: i64, newest: i64 },
     #[error("schema: {0}")]

@@ -24,6 +24,7 @@ pub(crate) use on;
 
 pub mod audit;
 pub mod bike;
+pub mod bike_event;
 mod connect;
 pub mod deletion;
 pub mod dependence;
@@ -50,6 +51,7 @@ pub mod result;
 pub mod ride;
 pub mod river;
 pub mod scrub;
+pub mod search;
 pub mod session;
 pub mod snapshot;
 mod transaction;

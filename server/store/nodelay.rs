@@ -17,7 +17,7 @@ static TOLD: Once = Once::new();
 pub fn send_at_once(port: u16) {
     if let Err(error) = try_send_at_once(port) {
         TOLD.call_once(|| {
-            tracing::warn!(%error, "documents may take 40 ms longer to PostgreSQL (TCP_NODELAY)");
+            tracing::warn!(%error, "sending documents to PostgreSQL may take 40 ms longer (TCP_NODELAY)");
         });
     }
 }

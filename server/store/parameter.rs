@@ -3,11 +3,19 @@
 use sqlx::types::Json;
 use sqlx::{FromRow, QueryBuilder};
 use uuid::Uuid;
+use veloid_engine::report::Method;
 
 use super::{Db, Tx, now_ms};
 use crate::facts::Facts;
 
 pub const AXLES: [&str; 3] = ["front", "rear", "both"];
+/// Method of the rows that are a report's `result`.
+pub const RESULT: &str = "result";
+/// The result, then every method.
+pub const METHODS: [&str; 7] = {
+    let [a, b, c, d, e, f] = Method::NAMES;
+    [RESULT, a, b, c, d, e, f]
+};
 
 #[derive(Clone, Debug, FromRow)]
 pub struct ParameterRow {
@@ -240,6 +248,35 @@ pub async fn effects(db: &Db, jobs: &[Uuid]) -> sqlx::Result<Vec<(Uuid, String, 
     })
 }
 
+/// Stiffness and damping of these jobs.
+pub async fn results(db: &Db, jobs: &[Uuid]) -> sqlx::Result<Vec<JobResult>> {
+    if jobs.is_empty() {
+        return Ok(Vec::new());
+    }
+    on!(read db, p => {
+        let mut query = QueryBuilder::new(
+            "SELECT job_id, axle, name, value, std_error, unit FROM parameter \
+             WHERE method = 'result' AND name IN ('k_n_m', 'b_n_s_m') AND job_id IN (",
+        );
+        let mut list = query.separated(", ");
+        for job in jobs {
+            list.push_bind(*job);
+        }
+        query.push(")").build_query_as().fetch_all(p).await
+    })
+}
+
+/// Stiffness or damping that a job found.
+#[derive(Clone, Debug, FromRow)]
+pub struct JobResult {
+    pub job_id: Uuid,
+    pub axle: String,
+    pub name: String,
+    pub value: f64,
+    pub std_error: Option<f64>,
+    pub unit: String,
+}
+
 /// What rides that were ridden last say of an effect.
 pub async fn of_effect(
     db: &Db,
@@ -270,9 +307,9 @@ pub struct EffectRow {
     pub dated_at: i64,
 }
 
-/// What one ride says best of a parameter.
+/// A ride's result.
 #[derive(Clone, Debug, FromRow)]
-pub struct BestRow {
+pub struct ResultRow {
     pub job_id: Uuid,
     pub axle: String,
     pub name: String,
@@ -285,14 +322,13 @@ pub struct BestRow {
     pub dated_at: i64,
 }
 
-/// Stiffness and damping of the rides of a bike that were ridden last: by the extended model where there is one,
-/// else by output error.
-pub async fn best_of_bike(
+/// Stiffness and damping of the rides of a bike that were ridden last.
+pub async fn results_of_bike(
     db: &Db,
     group: &str,
     bike: &str,
     rides: i64,
-) -> sqlx::Result<Vec<BestRow>> {
+) -> sqlx::Result<Vec<ResultRow>> {
     // CROSS JOIN keeps SQLite from walking all that was ever identified of the bike.
     const SQL: &str = "\
         SELECT job_id, axle, name, value, std_error, unit, verdict, identified_at, dated_at \
@@ -300,12 +336,9 @@ pub async fn best_of_bike(
               WHERE group_name = $3 AND bike = $1 AND state = 'succeeded' AND deleted_at IS NULL \
               ORDER BY dated_at DESC, id DESC LIMIT $2) AS latest \
         CROSS JOIN parameter \
-        WHERE job_id = latest.id AND method IN ('extended', 'output_error', 'latent_road') AND name IN ('k_n_m', 'b_n_s_m') \
-        ORDER BY job_id, axle, name, method";
-    let mut rows: Vec<BestRow> = on!(read db, p => sqlx::query_as(SQL).bind(bike).bind(rides).bind(group).fetch_all(p).await)?;
-    // `extended` sorts first; `latent_road` stands alone.
-    rows.dedup_by(|a, b| (a.job_id, &a.axle, &a.name) == (b.job_id, &b.axle, &b.name));
-    Ok(rows)
+        WHERE job_id = latest.id AND method = 'result' AND name IN ('k_n_m', 'b_n_s_m') \
+        ORDER BY job_id, axle, name";
+    on!(read db, p => sqlx::query_as(SQL).bind(bike).bind(rides).bind(group).fetch_all(p).await)
 }
 
 #[cfg(test)]

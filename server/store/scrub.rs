@@ -31,7 +31,7 @@ pub async fn integrity(db: &Db) -> sqlx::Result<Vec<String>> {
             .await?;
     let lacks = |(table, row, parent, _): (String, Option<i64>, String, i64)| {
         let row = row.map(|row| format!(" {row}")).unwrap_or_default();
-        format!("row{row} of {table} belongs to a row of {parent} that is not there")
+        format!("row{row} of {table} belongs to a missing row of {parent}")
     };
     faults.extend(orphans.into_iter().map(lacks));
     Ok(faults)

@@ -1,8 +1,8 @@
-// The bicycle of the upload form: one way of telling it at a time, and what the server makes of it while it is typed.
+// The bicycle of the upload form: one way to enter it at a time, checked by the server while it is typed.
 
 import { rough } from './number.js';
 
-/** How long typing has to rest before the server is asked (ms). */
+/** Pause in typing before the server is asked (ms). */
 const PAUSE = 350;
 const part = document.querySelector('#bicycle');
 const panels = [...part.querySelectorAll('.way')];
@@ -12,35 +12,33 @@ const understood = part.querySelector('#bike-understood');
 let timer = null;
 let asked = 0;
 
-/** Whether a part of the form tells the bicycle. */
+/** Whether a part of the form describes the bicycle. */
 export function isOfBicycle(name) {
   return names.has(name);
 }
 
-/** Whether something is told in the way that is chosen. */
-export function isTold() {
-  return [...told().keys()].some((name) => name !== 'bicycle');
+/** Whether something is entered in the chosen way. */
+export function isGiven() {
+  return [...given().keys()].some((name) => name !== 'bicycle');
 }
 
-/** Says what is wrong with the bicycle as a whole, and leads to the first field that is at fault. */
+/** Shows what is wrong with the bicycle as a whole; returns the field to correct first. */
 export function blame(text) {
   whole.textContent = text;
-  if (!text) return;
-  const wrong = part.querySelector('[aria-invalid=true]') ?? panel()?.querySelector('input, select, textarea');
-  wrong?.focus();
+  return part.querySelector('[aria-invalid=true]') ?? panel()?.querySelector('input, select, textarea');
 }
 
 function panel() {
   return panels.find(({ disabled }) => !disabled);
 }
 
-/** Fields of the ways that are not chosen are neither sent nor looked at. */
+/** Fields of the other ways are neither sent nor checked. */
 function choose() {
   const way = part.querySelector('[name=bicycle]:checked')?.value;
   for (const panel of panels) panel.disabled = panel.dataset.way !== way;
 }
 
-function told() {
+function given() {
   const parts = new URLSearchParams();
   for (const [name, value] of new FormData(part.form)) {
     if (names.has(name) && value.trim()) parts.append(name, value);
@@ -50,9 +48,9 @@ function told() {
 
 async function check() {
   const round = ++asked;
-  if (!isTold()) { show([]); return; }
+  if (!isGiven()) { show([]); return; }
   try {
-    const response = await fetch('/v1/rides/preview/bike', { method: 'POST', body: told() });
+    const response = await fetch('/v1/rides/preview/bike', { method: 'POST', body: given() });
     const answer = await response.json();
     if (round !== asked) return;
     if (response.ok) show(answer.faults, answer.bike);
@@ -74,7 +72,7 @@ function show(faults, bike = null) {
   understood.textContent = bike ? summary(bike) : '';
 }
 
-/** What the bicycle is taken for, in short. */
+/** The bicycle as it was read, in short. */
 function summary(bike) {
   const pair = (what, front, rear, unit) => (front === null && rear === null ? []
     : [`${what} ${[front, rear].map((x) => (x === null ? 'unknown' : `${rough(x)} ${unit}`)).join(' front, ')} rear`]);

@@ -7,7 +7,7 @@ const host = document.querySelector('#history');
 if (host) draw(host.dataset.address);
 
 async function draw(address) {
-  const { courses } = await (await fetch(address)).json();
+  const { courses, events } = await (await fetch(address)).json();
   for (const axle of ['front', 'rear']) {
     const own = courses.filter((course) => course.axle === axle);
     if (!own.length) continue;
@@ -17,11 +17,12 @@ async function draw(address) {
       hover: 'closest',
       x: { label: 'ridden', type: 'date' },
       panels: own.map(panel),
+      events: events.map(({ date, text }) => ({ at: date, label: text })),
     }), { eager: true });
   }
 }
 
-function panel({ name, unit, points, pooled, trend }) {
+function panel({ name, unit, points, pooled, trend, development }) {
   const x = points.map((point) => point.dated_at);
   const letter = name === 'k_n_m' ? 'k' : 'B';
   const traces = [{
@@ -29,7 +30,9 @@ function panel({ name, unit, points, pooled, trend }) {
     dots: true, ink: 'series-extended', legend: false, size: 7,
     text: points.map((point) => `${measured(point.value, point.std_error)} ${unit}, ${(point.verdict ?? 'no diagnosis').replaceAll('_', ' ')}`),
   }];
-  if (trend && trend.p_value < 0.05) {
+  // A step makes a trend significant too; the development is one choice between them.
+  const drifts = !development || ['drift', 'both'].includes(development.kind);
+  if (drifts && trend && trend.p_value < 0.05) {
     const day = (time) => Date.parse(time) / 864e5;
     const weights = points.map((point) => 1 / (point.std_error ** 2 + pooled.between_rides ** 2));
     const total = weights.reduce((sum, weight) => sum + weight, 0);

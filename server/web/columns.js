@@ -1,77 +1,112 @@
-// The columns of a ride that is about to be sent: each is given a channel by a drop-down. What the server guesses from a header is
-// chosen beforehand and marked; a guess whose unit would not be read is only told.
+// The columns of a ride that is about to be sent: a table for each file, in which each column is given a channel and a unit.
 
-const CHANNELS = {
-  t: 'time', u_f: 'road, front', u_r: 'road, rear', z_f: 'displacement, front', z_r: 'displacement, rear',
-  d_f: 'deflection, front', d_r: 'deflection, rear', a_f: 'acceleration, front', a_r: 'acceleration, rear',
-  force_f: 'force, front', force_r: 'force, rear', v: 'speed', v_lat: 'lateral speed', cadence: 'cadence',
-  roll: 'roll angle', steer: 'steering angle', yaw_rate: 'yaw rate',
-};
+import { channelOf, hasLaser, logOf, signOf, turn, unlearn } from './logs.js';
+import { rough } from './number.js';
 
-/** The parts `map` of a ride. */
-export function mapped(ride) {
-  return [...ride.maps ?? []].map(([header, channel]) => `${channel}=${header}`);
-}
+const channels = document.querySelector('#channels').content.querySelector('select');
+const option = (channel) => [...channels.options].find(({ value }) => value === channel);
+const HEAD = ['Column', 'First values', 'Channel', 'Unit'];
+const SIGNS = [['1', 'deflection u − z'], ['-1', 'distance to the road']];
 
-/** Takes the first guesses over as choices; whether there were any, so that the preview is another one. */
-export function guessed(ride, guesses) {
-  if (ride.maps) return false;
-  const read = guesses.filter((guess) => !guess.unread_unit);
-  ride.maps = new Map(read.map(({ header, channel }) => [header, channel]));
-  ride.guesses = new Map(guesses.map((guess) => [guess.header, guess]));
-  return read.length > 0;
-}
-
-/** Shows a drop-down for each column; `changed` is called once another channel is chosen. */
+/** Shows a table for each file; `changed` is called after each choice. */
 export function offer(ride, answer, changed) {
-  const own = new Map(answer.columns.map((column) => [column.header, column]));
-  const headers = [...own.keys(), ...answer.ignored.filter((header) => !own.has(header))].sort();
-  if (headers.join('\n') !== ride.headers) {
-    ride.headers = headers.join('\n');
-    ride.columns?.remove();
-    ride.columns = table(ride, headers, own, changed);
+  if (!ride.columns) {
+    ride.columns = build(ride, changed);
     ride.item.append(ride.columns);
-    ride.columns.open = ride.guesses.size > 0 || Boolean(answer.problem);
+    ride.columns.open = ride.files.length > 1 || ride.files.some((file) => logOf(file).choices.size > 0) || Boolean(answer.problem);
   }
-  for (const row of ride.columns.querySelectorAll('.column')) describe(ride, row, own.get(row.dataset.header));
+  ride.files.forEach((file, index) => update(logOf(file), ride.columns.querySelectorAll('.log')[index]));
+  const sign = ride.columns.querySelector('.sign');
+  sign.hidden = !hasLaser(ride);
+  sign.querySelector('select').value = signOf(ride);
 }
 
-function table(ride, headers, own, changed) {
-  const details = document.createElement('details');
-  details.className = 'columns';
-  details.innerHTML = '<summary>Columns</summary>';
-  for (const header of headers) {
-    const row = document.createElement('div');
-    row.className = 'column';
-    row.dataset.header = header;
-    row.innerHTML = '<label></label><select></select><p class="hint"></p>';
-    const select = row.querySelector('select');
-    const label = row.querySelector('label');
-    label.textContent = header;
-    select.id = label.htmlFor = `column-${crypto.getRandomValues(new Uint32Array(1))[0]}`;
-    const natural = ride.maps.has(header) ? null : own.get(header);
-    select.append(new Option(natural ? `as its name says: ${CHANNELS[natural.channel]}` : 'not used', ''));
-    for (const [channel, words] of Object.entries(CHANNELS)) select.append(new Option(`${channel} – ${words}`, channel));
-    select.value = ride.maps.get(header) ?? '';
-    select.addEventListener('change', (event) => {
-      event.stopPropagation();
-      if (select.value) ride.maps.set(header, select.value);
-      else ride.maps.delete(header);
-      ride.guesses.delete(header);
-      changed();
-    });
-    details.append(row);
-  }
+function element(name, className, ...nodes) {
+  const made = document.createElement(name);
+  if (className) made.className = className;
+  made.append(...nodes);
+  return made;
+}
+
+function build(ride, changed) {
+  const details = element('details', 'columns', element('summary', '', 'Columns'));
+  for (const file of ride.files) details.append(tableOf(logOf(file), changed));
+  const select = element('select', '', ...SIGNS.map(([value, text]) => new Option(text, value)));
+  select.addEventListener('change', (event) => {
+    event.stopPropagation();
+    turn(ride, Number(select.value));
+    changed();
+  });
+  details.append(element('p', 'sign', element('label', '', 'Laser columns (d_f, d_r) hold the ', select)));
+  details.append(element('p', 'hint', 'After the upload, this browser remembers the channels you choose for files with the same header.'));
   return details;
 }
 
-/** What is said below a column: how it is read, and that it is a guess. */
-function describe(ride, row, column) {
-  const guess = ride.guesses.get(row.dataset.header);
-  const said = [];
-  if (guess?.unread_unit) {
-    said.push(`Perhaps ${CHANNELS[guess.channel]}, but “${guess.unread_unit}” is not read there and SI would be assumed: write [${guess.unread_unit}] in the file's header.`);
-  } else if (guess) said.push('Guessed from the header: please check.');
-  if (column) said.push(`Read in ${column.unit}.`);
-  row.querySelector('.hint').textContent = said.join(' ');
+function tableOf(log, changed) {
+  const { name, format, rows, columns } = log.table;
+  const head = element('tr', '', ...HEAD.map((text) => element('th', '', text)));
+  head.querySelectorAll('th').forEach((cell) => { cell.scope = 'col'; });
+  const body = element('tbody', '', ...columns.map((column) => rowOf(log, column, changed)));
+  const caption = element('caption', '', name, element('span', 'quiet small', ` ${format}, ${rough(rows, 9)} rows`));
+  const table = element('table', 'cards', caption, element('thead', '', head), body);
+  const button = element('button', 'plain', 'Forget');
+  button.type = 'button';
+  button.setAttribute('aria-label', `Forget the channels kept for ${name}`);
+  button.addEventListener('click', () => { unlearn(log); changed(); });
+  const note = element('p', 'hint kept', 'Channels from your last upload with this header. ', button);
+  return element('div', 'log', element('div', 'scroll', table), note);
+}
+
+/** The first values of a column, none of them broken across lines. */
+function valuesOf({ first }) {
+  if (!first.length) return ['blank'];
+  return first.flatMap((value, index) => [index ? ' · ' : '', element('span', 'value', value)]);
+}
+
+function rowOf(log, column, changed) {
+  const title = column.header || `column ${column.number}`;
+  const channel = element('select', 'channel');
+  channel.append(new Option('not used', ''), ...[...channels.options].map((known) => known.cloneNode(true)));
+  channel.setAttribute('aria-label', `Channel of ${title}`);
+  const unit = element('select', 'unit');
+  unit.setAttribute('aria-label', `Unit of ${title}`);
+  const choose = (event) => {
+    event.stopPropagation();
+    const named = channel.value || (event.target === unit && log.names.get(column.number));
+    const isSame = event.target === unit || channel.value === channelOf(log, column.number);
+    if (named) log.choices.set(column.number, { channel: named, unit: isSame ? unit.value : '' });
+    else log.choices.delete(column.number);
+    log.from = 'user';
+    changed();
+  };
+  channel.addEventListener('change', choose);
+  unit.addEventListener('change', choose);
+  const cells = [element('th', '', title), element('td', 'quiet small', element('div', '', ...valuesOf(column))),
+    element('td', '', element('div', '', channel, element('p', 'hint'))), element('td', '', unit)];
+  cells[0].scope = 'row';
+  cells.forEach((cell, index) => { cell.dataset.label = HEAD[index]; });
+  const row = element('tr', 'column', ...cells);
+  row.dataset.header = column.header;
+  return row;
+}
+
+/** Brings the drop-downs of a file to what is chosen and read. */
+function update(log, section) {
+  section.querySelector('.kept').hidden = log.from !== 'kept';
+  const rows = section.querySelectorAll('.column');
+  log.table.columns.forEach((column, index) => {
+    const [channel, unit] = rows[index].querySelectorAll('select');
+    const choice = log.choices.get(column.number);
+    const named = log.names.get(column.number);
+    channel.options[0].text = named ? `${named} (by name)` : 'not used';
+    channel.value = choice?.channel ?? '';
+    rows[index].querySelector('.hint').textContent = choice?.isGuess ? 'Guessed from the header' : '';
+    const read = choice?.unit ? '' : column.unit;
+    const known = option(channelOf(log, column.number))?.dataset.units.split(',') ?? [];
+    const others = new Set([...known, ...choice?.unit ? [choice.unit] : []]);
+    others.delete(read);
+    unit.disabled = known.length === 0;
+    unit.replaceChildren(new Option(read || (choice?.unit ? 'as in the file' : '–'), ''), ...[...others].map((text) => new Option(text)));
+    unit.value = choice?.unit ?? '';
+  });
 }

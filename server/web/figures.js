@@ -9,10 +9,10 @@ const mm = (values) => values.map((value) => (value === null ? null : 1e3 * valu
 const minus = (a, b) => a.map((value, i) => (value === null || b[i] === null ? null : value - b[i]));
 
 const INKS = {
-  measured: 'series-measured', plain: 'series-plain', residual: 'series-plain', swarm: 'series-swarm',
+  measured: 'series-measured', plain: 'series-plain', residual: 'series-plain', logged: 'series-other', swarm: 'series-swarm',
   least_squares: 'series-least-squares', observer: 'series-extended',
 };
-const NAMES = { plain: 'output error', least_squares: 'least squares' };
+const NAMES = { plain: 'output error', least_squares: 'least squares', logged: 'accelerometer' };
 
 /** Draws every figure that the page has a place for. */
 export async function drawAll(job) {
@@ -31,8 +31,8 @@ export async function drawAll(job) {
     if (found) {
       const inForce = found.predicted === 'force';
       place(`worst-${axle}`, () => worst(found.worst, named, inForce), { eager: true });
-      place(`spectrum-${axle}`, () => spectrum(found.spectrum, named, inForce));
-      place(`surface-${axle}`, () => heat(found.surface.deflection_m, found.surface.rate_m_s, found.surface.lacking_n));
+      place(`spectrum-${axle}`, () => spectrum(found.spectrum, named, inForce), { eager: true });
+      place(`surface-${axle}`, () => heat(found.surface.deflection_m, found.surface.rate_m_s, found.surface.lacking_n), { eager: true });
     }
     const free = report.diagnosis?.free_form[axle];
     if (free?.force_n.length) place(`free-form-${axle}`, () => heat(free.deflection_m, free.rate_m_s, free.force_n));
@@ -158,8 +158,8 @@ function alongTheRide(job, report, present, place) {
     }
     return answers.get(address);
   };
-  const scale = { displacement: 1e3, velocity: 1, acceleration: 1, force: 1 };
-  const unit = { displacement: 'mm', velocity: 'm/s', acceleration: 'm/s²', force: 'N' };
+  const scale = { displacement: 1e3, velocity: 1, acceleration: 1, load: 1, force: 1 };
+  const unit = { displacement: 'mm', velocity: 'm/s', acceleration: 'm/s²', load: 'N', force: 'N' };
   const answersInForce = (axle) => report.output_error[axle]?.mass_kg === 0;
   const trace = (t, curves, quantity, name, extra) => curves[name] && {
     name: NAMES[name] ?? name, x: t, ink: INKS[name], ...extra,
@@ -172,14 +172,15 @@ function alongTheRide(job, report, present, place) {
         const { t_s: t, axles } = await series(quantity, range);
         const curves = axles[axle];
         const of = (name, extra) => trace(t, curves, quantity, name, extra);
-        const models = [of('measured'), of('least_squares', { dash: 'dot', shown: false }), of('swarm', { dash: 'dash', shown: false }), of('plain', { width: 1 })];
-        const letter = { displacement: 'z', velocity: "z'", acceleration: "z''", force: 'force' }[quantity];
+        if (!curves.plain && !curves.measured) return null;
+        const models = [of('measured'), of('least_squares', { dash: 'dot' }), of('swarm', { dash: 'dash' }), of('plain', { width: 1 }), of('logged', { width: 1 })];
+        const letter = { displacement: 'z', velocity: "z'", acceleration: "z''", load: 'load', force: 'force' }[quantity];
         return {
           x: { label: 'time (s)' },
           panels: [
             { label: `${letter} (${unit[quantity]})`, weight: 1.6, traces: models.filter(Boolean) },
             { label: `left (${unit[quantity]})`, traces: [of('residual', { name: 'residual of output error', legend: false })].filter(Boolean) },
-          ],
+          ].filter((panel) => panel.traces.length),
         };
       }, { timeline });
     }
@@ -230,7 +231,11 @@ function alongTheRide(job, report, present, place) {
     if (roll.measured_roll_rad) angles.push({ name: 'measured', x: roll.t_s, y: degrees(roll.measured_roll_rad), ink: 'series-measured' });
     const panels = [{ label: 'roll (°)', traces: angles }];
     if (roll.roll_acceleration_rad_s2) {
-      panels.push({ label: 'roll acceleration (rad/s²)', traces: [{ name: 'eq. (4)', x: roll.t_s, y: roll.roll_acceleration_rad_s2, ink: 'series-extended', legend: false }] });
+      const observed = roll.observed_roll_acceleration_rad_s2;
+      panels.push({ label: 'roll acceleration (rad/s²)', traces: [
+        ...(observed ? [{ name: 'observed', x: roll.t_s, y: observed, ink: 'series-measured' }] : []),
+        { name: 'eq. (4)', x: roll.t_s, y: roll.roll_acceleration_rad_s2, ink: 'series-extended' },
+      ] });
     }
     return { x: { label: 'time (s)' }, panels };
   });

@@ -9,11 +9,19 @@ const about = document.querySelector('#job').dataset;
 
 if ('report' in about) {
   drawAll(about.job);
+  reveal();
+  addEventListener('hashchange', reveal);
   const print = document.querySelector('#print');
   print.hidden = false;
   print.addEventListener('click', () => window.print());
 } else if (about.state === 'queued' || about.state === 'running') {
   watch();
+}
+
+/** Opens the part that the address names. */
+function reveal() {
+  const part = document.getElementById(location.hash.slice(1));
+  if (part instanceof HTMLDetailsElement) part.open = true;
 }
 
 function watch() {

@@ -42,3 +42,13 @@ const sizes = new ResizeObserver((entries) => {
   }
 });
 document.querySelectorAll('.scroll').forEach((element) => sizes.observe(element));
+
+// Filters fold on narrow screens, and say how many are set.
+const narrow = matchMedia('(max-width: 40rem)');
+const filters = document.querySelectorAll('details.fold');
+const asides = ['theme', 'cursor', 'sort', 'order', 'deleted'];
+const active = [...new URLSearchParams(location.search)].filter(([name, value]) => value && !asides.includes(name)).length;
+const fold = () => filters.forEach((element) => { element.open = !narrow.matches; });
+if (active) filters.forEach((element) => { element.querySelector('summary').textContent += ` (${active} active)`; });
+fold();
+narrow.addEventListener('change', fold);

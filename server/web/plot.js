@@ -1,7 +1,7 @@
 // Figures: plotly behind our own theme, toolbar, table and keyboard.
 //
-// A figure is described as { panels: [{ label, log, range, traces }], x: { label, log } }, a trace as
-// { name, x, y, ink, dash, dots, band, shown }. Panels stand above each other and share their x axis.
+// A figure is described as { panels: [{ label, log, range, traces }], x: { label, log }, marks: [{ from, to }], events: [{ at, label }] },
+// a trace as { name, x, y, ink, dash, dots, band, shown }. Panels stand above each other and share their x axis.
 
 import { rough } from './number.js';
 
@@ -73,6 +73,12 @@ function toPlotly(trace, axis) {
   };
 }
 
+/** A text as it stands beside a mark: short, and without what plotly takes for markup. */
+function plain(text) {
+  const short = text.length > 28 ? `${text.slice(0, 27)}…` : text;
+  return short.replaceAll('&', '&amp;').replaceAll('<', '&lt;').replaceAll('>', '&gt;');
+}
+
 /** Powers of ten that a panel's curves run through: ticks at 1, 2 and 5 say little within one. */
 function decades({ traces }) {
   const seen = traces.flatMap(({ y }) => [...y]).filter((value) => value > 0);
@@ -92,9 +98,16 @@ function toLayout(drawing, range) {
     hoverlabel: { bgcolor: ink('raised'), bordercolor: ink('line'), font: { color: ink('ink') } },
     legend: { orientation: 'h', y: 1.02, yanchor: 'bottom', x: 0, xanchor: 'left', bgcolor: 'rgba(0,0,0,0)' },
     xaxis: { ...axis, title: { ...axis.title, text: drawing.x.label }, type: drawing.x.log ? 'log' : drawing.x.type ?? 'linear', anchor: 'y' },
-    shapes: (drawing.marks ?? []).map(({ from, to }) => ({
+    shapes: [...(drawing.marks ?? []).map(({ from, to }) => ({
       type: 'rect', xref: 'x', yref: 'paper', x0: from, x1: to, y0: 0, y1: 1, line: { width: 0 },
       fillcolor: faint('accent', 0.1), layer: 'below',
+    })), ...(drawing.events ?? []).map(({ at }) => ({
+      type: 'line', xref: 'x', yref: 'paper', x0: at, x1: at, y0: 0, y1: 1, layer: 'below',
+      line: { width: 1.2, dash: 'dot', color: ink('quiet') },
+    }))],
+    annotations: (drawing.events ?? []).map(({ at, label }) => ({
+      x: at, xref: 'x', y: 1, yref: 'paper', yanchor: 'top', xanchor: 'right', showarrow: false, textangle: -90,
+      text: plain(label), font: { size: 11, color: ink('quiet') },
     })),
   };
   if (range) layout.xaxis.range = range;
@@ -291,7 +304,8 @@ function table(drawing) {
     const head = [drawing.x.label, ...traces.map((trace) => `${trace.name}, ${trace.label}`)];
     return [head, ...traces[0].x.map((x, i) => [x, ...traces.map((trace) => trace.y[i])])];
   }
-  const rows = traces.flatMap((trace) => trace.x.map((x, i) => [trace.name, x, trace.y[i]]));
+  const events = (drawing?.events ?? []).map(({ at, label }) => ['event', at, label]);
+  const rows = [...traces.flatMap((trace) => trace.x.map((x, i) => [trace.name, x, trace.y[i]])), ...events];
   return [['curve', drawing?.x.label ?? 'x', traces[0]?.label ?? 'y'], ...rows];
 }
 

@@ -1,33 +1,42 @@
-// The upload form with JavaScript: several rides at once, a preview of what was understood of each,
-// progress and outcome per ride, to the end of its job. Without it the plain form sends one ride.
+// The upload form with JavaScript: several rides at once, a preview and a table of columns for each, progress and outcome to the
+// end of its job. Without it the plain form sends one ride.
 
-import { blame, isOfBicycle, isTold } from './bicycle.js';
-import { guessed, mapped, offer } from './columns.js';
-import { running, watch } from './live.js';
-import { rough } from './number.js';
+import { blame, isGiven, isOfBicycle } from './bicycle.js';
+import { rethink } from './logs.js';
+import { clear, lead } from './outcome.js';
+import { look } from './preview.js';
+import { send } from './send.js';
 
-const STAGES = { observe: 'observer and least squares', trial: 'particle swarm', conclude: 'output error', diagnose: 'diagnosis' };
 const form = document.querySelector('#upload');
 const input = document.querySelector('#file');
 const list = document.querySelector('#rides');
 const drop = document.querySelector('.drop');
-const rides = new Map();
-/** What it depends on how a file is read, and whether it can be identified. */
-const READING = ['rate_hz', 'rows', 'map', 'deflection_sign', 'band_hz'];
-const isRead = (name) => READING.includes(name) || isOfBicycle(name);
-
 const together = document.querySelector('#together');
 const one = document.querySelector('#one');
+const reason = document.querySelector('#one-reason');
+const button = form.querySelector('button.primary');
+const rides = new Set();
+/** Options that change how a file is read. */
+const READING = ['rate_hz', 'rows', 'map', 'deflection_sign', 'band_hz'];
+const isRead = (name) => READING.includes(name) || isOfBicycle(name);
+/** Whether the page has proposed that the files are one ride, and whether the user has decided. */
+let isProposed = false;
+let isDecided = false;
 
 input.required = false;
-document.querySelector('#many').hidden = false;
-document.querySelector('#several').hidden = true;
-together.addEventListener('change', () => {
-  const files = [];
-  for (const ride of rides.values()) if (!ride.sent) { files.push(...ride.files); remove(ride); }
-  add(files);
-});
+for (const part of document.querySelectorAll('.unscripted')) part.hidden = true;
+for (const part of document.querySelectorAll('.scripted')) part.hidden = false;
+// Each ride has a choice of its own beside its columns.
+const sign = form.querySelector('#deflection_sign');
+sign.disabled = true;
+sign.closest('.field').hidden = true;
 
+together.addEventListener('change', () => {
+  isDecided = true;
+  isProposed = false;
+  reason.textContent = '';
+  group(takeBack());
+});
 drop.addEventListener('dragover', (event) => { event.preventDefault(); drop.classList.add('over'); });
 drop.addEventListener('dragleave', () => drop.classList.remove('over'));
 drop.addEventListener('drop', (event) => {
@@ -37,7 +46,8 @@ drop.addEventListener('drop', (event) => {
 });
 input.addEventListener('change', () => { add(input.files); input.value = ''; });
 form.addEventListener('change', ({ target }) => {
-  if (isRead(target.name)) for (const ride of rides.values()) if (!ride.sent) preview(ride);
+  clear();
+  if (isRead(target.name)) waiting().forEach(preview);
 });
 
 const another = document.querySelector('#another');
@@ -54,30 +64,46 @@ another.addEventListener('click', () => {
   field.focus();
 });
 
-/** Each file is a ride, or all that are not sent yet are one. */
+function waiting() {
+  return [...rides].filter((ride) => !ride.sent);
+}
+
+const same = (a, b) => a.name === b.name && a.size === b.size && a.lastModified === b.lastModified;
+
 function add(files) {
-  const fresh = [...files].filter((file) => ![...rides.values()].some((ride) => ride.files.some((other) => same(file, other))));
-  if (together.checked && fresh.length) {
-    const waiting = [...rides.values()].filter((ride) => !ride.sent);
-    waiting.forEach(remove);
-    begin([...waiting.flatMap((ride) => ride.files), ...fresh]);
-  } else for (const file of fresh) begin([file]);
+  clear();
+  const fresh = [...files].filter((file) => ![...rides].some((ride) => ride.files.some((other) => same(file, other))));
+  if (!fresh.length) return;
+  // With another file what was proposed may no longer hold.
+  const isOne = together.checked;
+  if (isProposed) { together.checked = isProposed = false; reason.textContent = ''; }
+  group([...isOne ? takeBack() : [], ...fresh]);
+}
+
+/** Files that are not sent yet, out of the list. */
+function takeBack() {
+  const back = waiting();
+  back.forEach(remove);
+  return back.flatMap((ride) => ride.files);
+}
+
+/** Each file is a ride, or all of them are one. */
+function group(files) {
+  files.forEach(rethink);
+  if (together.checked && files.length) begin(files);
+  else for (const file of files) begin([file]);
   offerOne();
 }
 
-function same(a, b) {
-  return a.name === b.name && a.size === b.size && a.lastModified === b.lastModified;
-}
-
 function begin(files) {
-  const ride = { files, name: files.map((file) => file.name).join(', '), item: document.createElement('li') };
-  ride.item.innerHTML = '<div class="top"><strong></strong><button type="button">Remove</button></div><p class="quiet small"></p>';
+  const ride = { files, name: files.map((file) => file.name).join(', '), item: document.createElement('li'), round: 0 };
+  ride.item.innerHTML = '<div class="top"><strong></strong><button type="button">Remove</button></div><p class="quiet small" role="status"></p>';
   ride.item.querySelector('strong').textContent = ride.name;
   ride.said = ride.item.querySelector('p');
-  const button = ride.item.querySelector('button');
-  button.setAttribute('aria-label', `Remove ${ride.name}`);
-  button.addEventListener('click', () => { remove(ride); offerOne(); input.focus(); });
-  rides.set(ride, ride);
+  const off = ride.item.querySelector('button');
+  off.setAttribute('aria-label', `Remove ${ride.name}`);
+  off.addEventListener('click', () => { clear(); remove(ride); offerOne(); propose(); input.focus(); });
+  rides.add(ride);
   list.append(ride.item);
   list.hidden = false;
   preview(ride);
@@ -89,17 +115,20 @@ function remove(ride) {
   ride.item.remove();
 }
 
-/** Whether several files are one ride is asked where there are several. */
+/** Several files may be one ride. */
 function offerOne() {
-  const waiting = [...rides.values()].filter((ride) => !ride.sent).flatMap((ride) => ride.files);
-  one.hidden = waiting.length < 2;
+  one.hidden = waiting().flatMap((ride) => ride.files).length < 2;
+  if (rides.size === 0) together.checked = isProposed = isDecided = false;
+  if (one.hidden) reason.textContent = '';
 }
 
-/** A form with the columns that were chosen for the ride, and its files at its end. */
-function withFiles(ride, body) {
-  for (const map of mapped(ride)) body.append('map', map);
-  for (const file of ride.files) body.append('file', file);
-  return body;
+/** Proposes one ride where every file was read and none is a ride by itself. */
+function propose() {
+  const alone = waiting();
+  if (isDecided || together.checked || alone.length < 2 || alone.some(({ isRide }) => isRide !== false)) return;
+  isProposed = together.checked = true;
+  reason.textContent = 'Checked because no file is a complete ride by itself. Uncheck it if they are separate rides.';
+  group(takeBack());
 }
 
 /** What is filled in of the form's fields, or of those whose names are wanted; several may have one name. */
@@ -111,129 +140,57 @@ function filled(isWanted = () => true) {
   return data;
 }
 
-async function preview(ride) {
-  say(ride, 'reading …');
-  const body = withFiles(ride, filled(isRead));
-  try {
-    const response = await fetch('/v1/rides/preview', { method: 'POST', body });
-    const answer = await response.json();
-    if (ride.sent || !rides.has(ride)) return;
-    if (!response.ok) { say(ride, answer.detail, true); return; }
-    if (guessed(ride, answer.guesses)) { await preview(ride); return; }
-    offer(ride, answer, () => preview(ride));
-    const columns = answer.columns.map((c) => (c.header === c.channel ? `${c.channel} (${c.unit})` : `${c.channel} from ${c.header} (${c.unit})`));
-    const parts = [answer.format];
-    if (answer.rate_hz) parts.push(`${answer.duration_s.toFixed(1)} s at ${rough(answer.rate_hz)} Hz`);
-    parts.push(columns.join(', '));
-    if (answer.ignored.length) parts.push(`not used: ${answer.ignored.join(', ')}`);
-    if (answer.gaps.length) parts.push(`${answer.gaps.length === 1 ? 'a gap' : `${answer.gaps.length} gaps, the first`} from ${answer.gaps[0].from_s.toFixed(2)} to ${answer.gaps[0].to_s.toFixed(2)} s`);
-    say(ride, parts.join(' · '));
-    for (const warning of answer.warnings) note(ride, warning);
-    if (answer.problem) say(ride, answer.problem, true);
-  } catch {
-    say(ride, 'The preview could not be fetched.', true);
+function preview(ride) {
+  const round = ++ride.round;
+  const isLast = () => round === ride.round && !ride.sent && rides.has(ride);
+  const reading = look(ride, () => filled(isRead), isLast, () => preview(ride)).then(() => {
+    if (!isLast()) return;
+    ride.reading = null;
+    propose();
+  });
+  ride.reading = reading;
+}
+
+/** Waits for the previews: they choose the channels, and whether the files are one ride. */
+async function settled() {
+  for (let open = waiting(); open.some(({ reading }) => reading); open = waiting()) {
+    await Promise.all(open.map(({ reading }) => reading));
   }
-}
-
-function say(ride, text, fault = false) {
-  ride.item.querySelectorAll('.note').forEach((element) => element.remove());
-  ride.said.textContent = text;
-  ride.said.className = fault ? 'fault' : 'quiet small';
-}
-
-function note(ride, text) {
-  const line = document.createElement('p');
-  line.className = 'note small';
-  line.textContent = `Note: ${text}`;
-  ride.item.append(line);
 }
 
 form.addEventListener('submit', async (event) => {
   event.preventDefault();
+  clear();
   blame('');
   if (rides.size === 0) { input.required = true; input.reportValidity(); input.required = false; return; }
-  if (!isTold()) { blame('Which bicycle was it?'); return; }
-  const button = form.querySelector('button.primary');
+  if (!isGiven()) { fail('Choose a bicycle or enter its values.'); return; }
   button.disabled = true;
+  lead(null, false, 'Reading the files …');
+  await settled();
+  clear();
   const jobs = [];
-  for (const ride of rides.values()) {
+  const refused = [];
+  for (const ride of rides) {
     if (ride.job) continue;
-    const job = await send(ride);
+    const { job, problem } = await send(ride, filled());
     if (job) jobs.push(job);
+    else refused.push({ ride, problem });
   }
   button.disabled = false;
-  const [ride] = rides.values();
-  if (rides.size === 1 && jobs.length === 1 && !ride.known) location.assign(jobs[0].links.page);
+  offerOne();
+  const [ride] = rides;
+  if (refused.length) {
+    const [first] = refused;
+    if (first.problem.type === 'urn:veloid:problem:bad-bike') fail(first.problem.detail);
+    else lead(first.ride.said, true, rides.size > 1 ? `${first.ride.name}: ${first.problem.detail}` : first.problem.detail);
+    return;
+  }
+  if (rides.size === 1 && jobs.length === 1 && !ride.known) { location.assign(jobs[0].links.page); return; }
+  const known = [...rides].find((other) => other.known && jobs.includes(other.job));
+  if (known) lead(known.said, false, ...known.said.cloneNode(true).childNodes);
 });
 
-/** Sends one ride and shows how far it is; its job, or nothing where it was refused. */
-function send(ride) {
-  ride.sent = true;
-  const bar = document.createElement('progress');
-  bar.max = ride.files.reduce((sum, file) => sum + file.size, 0);
-  bar.value = 0;
-  bar.setAttribute('aria-label', `Upload of ${ride.name}`);
-  ride.item.append(bar);
-  say(ride, 'sending …');
-  return new Promise((resolve) => {
-    const body = withFiles(ride, filled());
-    const request = new XMLHttpRequest();
-    ride.request = request;
-    request.upload.addEventListener('progress', (event) => { bar.value = event.loaded; });
-    request.addEventListener('loadend', () => {
-      bar.remove();
-      const answer = parse(request.responseText);
-      if (request.status === 202) {
-        ride.job = answer;
-        ride.known = request.getResponseHeader('Veloid-Known') === 'true';
-        ride.item.querySelector('button').remove();
-        ride.columns?.remove();
-        ride.said.className = '';
-        show(ride, answer);
-        watch(answer.links.job, (job) => show(ride, job));
-        resolve(answer);
-        return;
-      }
-      ride.sent = false;
-      const detail = answer?.detail ?? 'The upload did not reach the server.';
-      say(ride, detail, true);
-      if (answer?.type === 'urn:veloid:problem:bad-bike') blame(detail);
-      resolve(null);
-    });
-    request.open('POST', '/v1/rides');
-    request.send(body);
-  });
-}
-
-/** Where the job of a ride stands. */
-function show(ride, job) {
-  const said = {
-    queued: 'queued', running: STAGES[job.stage], failed: `failed: ${job.failure?.detail}`, cancelled: 'cancelled',
-    succeeded: job.verdict?.replaceAll('_', ' ') ?? 'done',
-  }[job.state];
-  const text = `${job.state} ${said}`;
-  if (ride.shown !== text) {
-    ride.shown = text;
-    const state = document.createElement('span');
-    state.className = `state ${job.state}`;
-    state.textContent = said;
-    const link = document.createElement('a');
-    link.href = job.links.page;
-    link.textContent = job.state === 'succeeded' ? 'see the result' : running(job) ? 'follow the identification' : 'see the job';
-    link.setAttribute('aria-label', `${ride.name}: ${link.textContent}`);
-    const known = !ride.known ? [] : [job.state === 'succeeded' ? ' · this ride was identified before' : ' · this ride was sent before'];
-    ride.said.replaceChildren(state, ...known, ' · ', link);
-  }
-  let bar = ride.item.querySelector('progress');
-  if (!running(job)) { bar?.remove(); return; }
-  if (!bar) {
-    bar = document.createElement('progress');
-    bar.setAttribute('aria-label', `Identification of ${ride.name}`);
-    ride.item.append(bar);
-  }
-  bar.value = job.progress;
-}
-
-function parse(text) {
-  try { return JSON.parse(text); } catch { return null; }
+/** Says what is wrong with the bicycle, in its place and beside the button. */
+function fail(detail) {
+  lead(blame(detail), true, detail);
 }

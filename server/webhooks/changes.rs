@@ -89,12 +89,16 @@ mod tests {
             development: Some(Development {
                 kind,
                 per_day: -1.0,
+                per_day_std_error: 0.1,
+                per_day_margin: 0.2,
                 at: None,
                 step: 0.0,
+                steps: Vec::new(),
             }),
         };
         BikeHistory {
             effects: Vec::new(),
+            events: Vec::new(),
             bike: "lab-7".to_owned(),
             courses: vec![course],
         }

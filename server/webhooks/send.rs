@@ -23,7 +23,7 @@ pub struct Message<'a> {
 pub enum SendError {
     #[error(transparent)]
     Target(#[from] TargetError),
-    #[error("the secret is none that can sign")]
+    #[error("the secret cannot be used to sign")]
     Secret,
     #[error("no answer: {0}")]
     Request(String),
@@ -54,7 +54,7 @@ pub async fn send(
     let url = targets.check(url)?;
     let addresses = tokio::time::timeout(PATIENCE, targets.resolve(&url)).await;
     let addresses = addresses
-        .map_err(|_| SendError::Request("the host's name was not told in time".to_owned()))??;
+        .map_err(|_| SendError::Request("the host's name was not resolved in time".to_owned()))??;
     let signature = secret.signature(message.id, message.timestamp, message.body);
     let client = Client::builder()
         .redirect(Policy::none())

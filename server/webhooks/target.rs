@@ -26,14 +26,14 @@ pub enum TargetError {
     Long(usize),
     #[error("url: '{0}' is not encrypted, expected https")]
     Scheme(String),
-    #[error("url: it holds a name or a password, expected none")]
+    #[error("url: it contains a name or a password, expected none")]
     Credentials,
     #[error(
-        "url: the host '{0}' is not allowed here; the server's operator allows hosts by `--webhook-allow`"
+        "url: the host '{0}' is not allowed here; the server's operator can allow hosts with `--webhook-allow`"
     )]
     Host(String),
     #[error(
-        "{0} is {1}, which is no public address; the server's operator allows such by `--webhook-private`"
+        "{0} is {1}, which is not a public address; the server's operator can allow such addresses with `--webhook-private`"
     )]
     Private(String, IpAddr),
     #[error("{0} cannot be found: {1}")]
@@ -190,10 +190,10 @@ mod tests {
             ("ftp://hooks.example.org/", "not encrypted"),
             ("hooks.example.org", "expected an address"),
             // However it is written, it is an address of this machine.
-            ("https://127.0.0.1/", "no public address"),
-            ("https://0x7f.1/", "no public address"),
-            ("https://2130706433/", "no public address"),
-            ("https://[::1]/", "no public address"),
+            ("https://127.0.0.1/", "not a public address"),
+            ("https://0x7f.1/", "not a public address"),
+            ("https://2130706433/", "not a public address"),
+            ("https://[::1]/", "not a public address"),
         ] {
             let fault = fault(url).unwrap_or_default();
             assert!(fault.contains(said), "{url}: {fault}");
@@ -208,7 +208,7 @@ mod tests {
     async fn what_a_name_resolves_to_is_looked_at() {
         let url = Url::parse("https://localhost:9/").unwrap();
         let refused = targets(false).resolve(&url).await.unwrap_err().to_string();
-        assert!(refused.contains("no public address"), "{refused}");
+        assert!(refused.contains("not a public address"), "{refused}");
         assert!(!targets(true).resolve(&url).await.unwrap().is_empty());
     }
 

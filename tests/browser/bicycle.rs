@@ -16,7 +16,7 @@ async fn choose_file(browser: &Browser, server: &Server) {
     field.send_keys(path.to_str().unwrap()).await.unwrap();
 }
 
-async fn be_quick(browser: &Browser) {
+pub async fn be_quick(browser: &Browser) {
     browser.click("#options > summary").await;
     for (field, value) in ride::QUICK {
         match field {
@@ -133,7 +133,7 @@ async fn one_way_counts_at_a_time() {
     browser.click("[name=bicycle][value=file]").await;
     assert_eq!(browser.run(shown).await, json!(["file"]));
     browser.fill("#bike", "{").await;
-    browser.sees("#bike-fault", "no JSON").await;
+    browser.sees("#bike-fault", "invalid JSON").await;
     browser.click("[name=bicycle][value=fleet]").await;
     browser.sees("#bike-understood", "masses 23 kg front").await;
     be_quick(&browser).await;

@@ -157,10 +157,14 @@ impl Browser {
         .await;
     }
 
+    /// Brings an element into view, with the part of the page that holds it unfolded.
     pub async fn scroll(&self, css: &str) {
         self.find(css).await;
         self.run(&format!(
-            "document.querySelector({css:?}).scrollIntoView({{ block: 'center' }})"
+            "const found = document.querySelector({css:?}); \
+             let part = (found.matches('summary') ? found.parentElement : found).parentElement.closest('details'); \
+             for (; part; part = part.parentElement.closest('details')) part.open = true; \
+             found.scrollIntoView({{ block: 'center' }})"
         ))
         .await;
     }
@@ -197,7 +201,7 @@ impl Browser {
             "return document.readyState === 'complete' && \
              [...document.querySelectorAll('.plot.waiting')].every((plot) => { \
                const { top, bottom } = plot.getBoundingClientRect(); \
-               return plot.closest('[hidden]') || bottom < 0 || top > innerHeight; })",
+               return plot.closest('[hidden], details:not([open])') || bottom < 0 || top > innerHeight; })",
             |settled| settled == true,
         )
         .await;

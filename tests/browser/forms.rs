@@ -72,9 +72,9 @@ async fn a_ride_is_uploaded_however_bicycle_and_channels_are_reported() {
         browser.click("button.primary").await;
         browser.sees("h1", &format!("{bike}: {name}")).await;
         // The live page turns into the result by itself.
-        browser.sees("main", "Stiffness and damping").await;
+        browser.sees("#result", "axle").await;
         browser.client.refresh().await.unwrap();
-        browser.sees("main", "Stiffness and damping").await;
+        browser.sees("#result", "axle").await;
         browser.client.back().await.unwrap();
         browser.sees("h1", "Identify a ride").await;
         let ready = "return !document.querySelector('button.primary').disabled";
@@ -96,7 +96,9 @@ async fn what_is_wrong_with_a_bicycle_is_said_beside_it_until_it_is_changed() {
     let field = browser.find("#file").await;
     field.send_keys(path.to_str().unwrap()).await.unwrap();
     browser.click("button.primary").await;
-    browser.sees("#bike-fault", "Which bicycle was it?").await;
+    browser
+        .sees("#bike-fault", "Choose a bicycle or enter its values.")
+        .await;
     assert_eq!(browser.run(SENT).await, 0, "nothing is sent");
     browser.choose("#fleet", "lab-7").await;
     browser
@@ -109,11 +111,11 @@ async fn what_is_wrong_with_a_bicycle_is_said_beside_it_until_it_is_changed() {
     let shown = browser.run(shown).await;
     assert!(shown.as_str().unwrap().contains("mass_front_kg"), "{shown}");
     browser.fill("#bike", &"1".repeat(300)).await;
-    browser.sees("#bike-fault", "no bike of the fleet").await;
+    browser.sees("#bike-fault", "not a bike of the fleet").await;
     let wide = "return document.documentElement.scrollWidth - innerWidth";
     assert!(browser.run(wide).await.as_f64() <= Some(0.0));
     browser.fill("#bike", "{").await;
-    browser.sees("#bike-fault", "no JSON").await;
+    browser.sees("#bike-fault", "invalid JSON").await;
     browser.fill("#bike", ride::BIKE).await;
     browser.until(FAULT, |fault| *fault == "").await;
     browser.stop().await;
@@ -154,7 +156,7 @@ async fn any_number_of_channels_is_mapped_and_what_was_identified_before_is_repo
             browser.click("#rides a").await;
         }
         browser.sees("h1", "lab-7: named.csv").await;
-        browser.sees("main", "Stiffness and damping").await;
+        browser.sees("#result", "axle").await;
     }
     browser.stop().await;
 }
@@ -192,7 +194,7 @@ async fn several_rides_are_followed_to_their_end() {
     assert_eq!(browser.run(REFUSED).await, json!([]));
     browser.click("#rides li:nth-child(2) a").await;
     browser.sees("h1", "lab-7: b.csv").await;
-    browser.sees("main", "Stiffness and damping").await;
+    browser.sees("#result", "axle").await;
     browser.stop().await;
 }
 
@@ -310,7 +312,7 @@ async fn a_browser_signs_in_and_out() {
         browser.goto(&server.address("/sign-in?next=/bikes")).await;
         browser.fill("#key", wrong).await;
         browser.click("button.primary").await;
-        browser.sees("[role=alert]", "opens nothing").await;
+        browser.sees("[role=alert]", "Key not accepted").await;
     }
     browser.fill("#key", &key).await;
     browser.click("button.primary").await;

@@ -33,7 +33,7 @@ PLANS = {
     "ride the same road a quarter slower": (["--speed", "3.75"], 80),
     "ride the same road a quarter faster": (["--speed", "6.25"], 48),
     "ride the same road at one and a half times the speed": (["--speed", "7.5"], 40),
-    "ride the same road at a speed that swings by 30 % to both sides every 20 s": (["--speed-change", "0.3:20"], 60),
+    "ride the same road at a speed that varies by ±30 % with a period of 20 s": (["--speed-change", "0.3:20"], 60),
     "ride a road half as rough": (["--road", "A"], 60),
     "ride a road twice as rough": (["--road", "C"], 60),
     "ride a road four times as rough": (["--road", "D"], 60),
@@ -81,8 +81,8 @@ def main():
             if d["verdict"] == "ambiguous" and [(effect, axle)] in told(d):
                 total["tied"] += 1
                 line += f" {len(told(d))} sets"
-                plan, _, times = ((d["next_ride"] or {}).get("what") or "").partition(", ")
-                times = int(times.split()[0]) if times else 1
+                plan, *more = ((d["next_ride"] or {}).get("what") or "").split(", ")
+                times = next((int(part.split()[0]) for part in more if part.endswith(" times")), 1)
                 line += f"; {plan} {times} {(d['next_ride'] or {}).get('predicted_separation', 0):.0f}"
                 seconds = times * PLANS[plan][1] if plan else 60
                 ways = {"advised": plan and PLANS[plan][0], "drawn": draw.choice(list(PLANS.values()))[0]}

@@ -116,6 +116,24 @@ def table(all_asked):
             print(f"{answer(a):7} {a['name']} {a['part'][0]:.2f} to {a['part'][1]:.2f}: {show(a)}")
 
 
+def figures(all_asked):
+    """The table of docs/real.md: whole recordings with what is affirmed, its 95 % intervals, and the held-out error without and with it."""
+    print("\n| recording | experts | veloid | plain -> extended | s | |\n|---|---|---|---|---|---|")
+    for a in (a for a in all_asked if a["part"] == [0, 1]):
+        said, error, d = "refused", "", a["diagnosis"]
+        if d is not None:
+            effects = [e for e in d["effects"] if e["affirmed"]]
+            parameters = [(name, p) for e in effects for name, p in e["parameters"].items()]
+            spread = lambda p: f" ± {1.96 * p['std_error']:.2g}" if p["std_error"] else ""
+            numbers = (f"{name} {p['value']:.4g}{spread(p)} {p['unit']}" for name, p in parameters)
+            said = f"`{d['verdict']}` " + ", ".join(e["id"] for e in effects) + (f" ({', '.join(numbers)})" if effects else "")
+            held = d["held_out"]["front"] or {}
+            errors = [held.get(k) for k in ("plain_rms_m", "extended_rms_m")]
+            error = " -> ".join(f"{e:.3g}" for e in dict.fromkeys(errors) if e is not None)
+        tick = "✓" if answer(a) == "right" else ""
+        print(f"| {a['name']} | {', '.join(a['expected']) or 'refused'} | {said} | {error} | {a['seconds']:.0f} | {tick} |")
+
+
 # A threshold, what of an effect's `support` it is asked of, and whether more is better.
 GATES = [
     ("AHEAD (rival_ratio)", "rival_ratio", [1.25, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0], True),
@@ -180,7 +198,9 @@ def main():
     parts = PARTS[:1] if asked.whole else PARTS
     jobs = [(c, p) for c in cases if asked.only in c.get("name", c["file"]) for p in parts]
     with concurrent.futures.ThreadPoolExecutor(asked.jobs) as pool:
-        table(list(pool.map(lambda job: ask(veloid, real, folder, *job), jobs)))
+        all_asked = list(pool.map(lambda job: ask(veloid, real, folder, *job), jobs))
+    table(all_asked)
+    figures(all_asked)
 
 
 main()

@@ -95,7 +95,7 @@ fn a_proof_that_was_killed_goes_on() {
     let nothing = prove(&["--budget", "0s"]);
     assert!(nothing.status.success(), "{}", said(&nothing));
     assert!(
-        said(&nothing).contains("2 of 4 rides, seed 1"),
+        said(&nothing).contains("2 of 4 rides, development seed 1"),
         "{}",
         said(&nothing)
     );
@@ -106,8 +106,20 @@ fn a_proof_that_was_killed_goes_on() {
     );
     assert_eq!(folder.begun().len(), 3);
 
-    let other = folder.program("other", &format!("{PROGRAM}# another\n"));
-    let other = folder.prove(&other, &[]).output().expect("run");
+    let says = |name: &str, verdict: &str| {
+        let text = format!(
+            "#!/bin/sh\necho '{{\"diagnosis\": {{\"verdict\": \"{verdict}\"}}}}' >\"$6\"\n"
+        );
+        let binary = folder.program(name, &text);
+        let run = folder.prove(&binary, &["--budget", "0s"]).output();
+        run.expect("run")
+    };
+    let other = says("other", "unnamed");
+    assert!(
+        said(&other).contains("reported otherwise of"),
+        "{}",
+        said(&other)
+    );
     for refused in [other, prove(&["--seed", "2"])] {
         assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
         assert!(
@@ -116,13 +128,19 @@ fn a_proof_that_was_killed_goes_on() {
             said(&refused)
         );
     }
+    let rebuilt = says("rebuilt", "nothing_missing");
+    assert!(
+        said(&rebuilt).contains("2 of 4 rides"),
+        "{}",
+        said(&rebuilt)
+    );
     assert_eq!(folder.begun().len(), 3);
 
     folder.allow("go");
     let whole = prove(&[]);
     assert!(whole.status.success(), "{}", said(&whole));
     assert!(
-        said(&whole).contains("4 of 4 rides, seed 1"),
+        said(&whole).contains("4 of 4 rides, development seed 1"),
         "{}",
         said(&whole)
     );

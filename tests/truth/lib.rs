@@ -4,8 +4,13 @@
 //! other roads and other sensors, so that a mistake in the engine cannot hide behind the same mistake in its test.
 
 pub mod baselines;
+pub mod calibrate;
 pub mod chance;
+pub mod misread;
+pub mod power;
 pub mod prove;
 pub mod refit;
 pub mod simulate;
+pub mod studies;
 pub mod suite;
+pub mod trial;

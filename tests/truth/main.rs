@@ -2,37 +2,46 @@
 //!
 //! `prove` keeps the outcome of every ride in its work folder as it comes. Stopped in whatever way, by `--budget 15m` for
 //! example, the same command goes on with the rides that are missing, and its tables say how many are in. A folder that
-//! holds outcomes of another binary or seed is refused.
+//! holds outcomes of another seed is refused, and of another binary unless this one reproduces three of its reports.
 
 mod options;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use veloid_truth::prove::origin::Origin;
+use veloid_truth::calibrate;
+use veloid_truth::misread::run::Trial;
+use veloid_truth::power;
 use veloid_truth::prove::proof::Proof;
 use veloid_truth::prove::times::Times;
 use veloid_truth::prove::whole::{self, Whole};
 use veloid_truth::refit::known;
+use veloid_truth::studies;
 use veloid_truth::suite::case::Suite;
 use veloid_truth::suite::files;
 
 use options::Options;
 
 const USAGE: &str = "usage:
-  veloid-truth make --out DIR --seed N [--suite standard|clean300|beside|quiet] [--sample 1/6] [--count N]
-  veloid-truth seal --seed N --docs docs/proof.md [--work target/proof]
-                     writes the keys' SHA-256 into the document, to be committed alone before `prove`
-  veloid-truth prove --suite all --seed N --docs docs/proof.md [--binary PATH] [--real ../shared/real] [--work target/proof]
-                     everything that the document shows; without --binary builds it, in release
-  veloid-truth prove --binary PATH --seed N [--suite standard|clean300|beside|quiet] [--sample 1/6] [--count N] [--docs docs/proof.md]
-                     [--work target/proof] [--bounds PERCENT]   fails where a row misses its demand by more than
-                     rides that meet it would in this percentage of such runs
-  veloid-truth prove --suite timing|timing-slower|real --seed N --docs docs/proof.md [--binary PATH]
-                     one of its sections; timing-slower on another machine
+  veloid-truth make --out DIR --seed N [--suite NAME] [--sample 1/6] [--count N]
+  veloid-truth prove --suite NAME|all|timing|timing-slower|real --seed sealed --docs docs/proof.md [--nonce ../shared/nonce.txt]
+                     [--binary PATH] [--real ../shared/real] [--work target/proof]
+                     the seed is computed from the committed trees and the nonce, the run is listed in the document, and its
+                     sections are written; needs a clean tree, the document aside; without --binary builds it, in release
+  veloid-truth prove --binary PATH --seed N [--suite NAME] [--sample 1/6] [--count N] [--work target/proof] [--bounds PERCENT]
+                     for development: prints the tables; fails where a row misses its demand by more than rides that meet it
+                     would in this percentage of such runs
                      Each `prove` with --budget 90s|15m|2h begins no ride after that time, counted from its start; the same
                      command goes on. It fails then only where --bounds does, of the rides that are in.
-                     Whatever goes into a document needs a clean tree, and keys that were sealed.
+  veloid-truth misread --binary PATH --seed N [--rides 20] [--clean 300] [--only WORDS] [--work DIR]
+                     rides that are misread in one way each, and clean ones: what is noticed, as a table
+  veloid-truth calibrate --binary PATH --seed N [--rides 40] [--work DIR] [--budget 10m]
+                     clean rides by class: p values, false alarms and intervals against their names
+  veloid-truth power --binary PATH --seed N [--rides 40] [--work DIR] [--budget 10m]
+                     effects of the sizes that reports call detectable: how often they show
+  veloid-truth studies --binary PATH --seed N [--count 30] [--work DIR] [--budget 10m]
+                     sets of rides of one bicycle, identified as one: verdicts and intervals
+                     These three keep outcomes in their folder as they come: another run with the same binary goes on.
   veloid-truth refit --rides DIR          plain model, noise floor and oracle of every ride, as JSON";
 
 fn main() -> ExitCode {
@@ -51,19 +60,34 @@ fn run(arguments: &[String]) -> Result<(), String> {
     match arguments.first().map(String::as_str) {
         Some("make") => {
             let folder = options.path("--out")?.ok_or("make needs --out DIR")?;
-            let digest = files::make(&folder, &options.order()?).map_err(|e| e.to_string())?;
+            let digest = files::make(
+                &folder,
+                &options.order(options.number("--seed", 1)? as u64)?,
+            )
+            .map_err(|e| e.to_string())?;
             println!("{digest}");
-            Ok(())
-        }
-        Some("seal") => {
-            let docs = options.path("--docs")?.ok_or("seal needs --docs PATH")?;
-            let seed = options.number("--seed", 1)? as u64;
-            let text = whole::seal(seed, &options.work()?, &docs).map_err(|e| e.to_string())?;
-            println!("{text}");
             Ok(())
         }
         Some("prove") => {
             println!("{}", prove(&options)?);
+            Ok(())
+        }
+        Some("misread") => {
+            let trial = Trial {
+                binary: &options
+                    .path("--binary")?
+                    .ok_or("misread needs --binary PATH")?,
+                work: &options.work()?.join("misread"),
+                seed: options.number("--seed", 1)? as u64,
+                rides: options.number("--rides", 20)? as u64,
+                clean: options.number("--clean", 0)? as u64,
+                only: options.get("--only").unwrap_or_default(),
+            };
+            println!("{}", trial.run().map_err(|e| e.to_string())?);
+            Ok(())
+        }
+        Some(trial @ ("calibrate" | "power" | "studies")) => {
+            println!("{}", further(trial, &options)?);
             Ok(())
         }
         Some("refit") => {
@@ -81,58 +105,75 @@ fn run(arguments: &[String]) -> Result<(), String> {
     }
 }
 
+fn further(trial: &str, options: &Options) -> Result<String, String> {
+    let table = match trial {
+        "calibrate" => calibrate::run::run(options.trial(trial, "--rides", 40)?),
+        "power" => power::run::run(options.trial(trial, "--rides", 40)?),
+        _ => studies::run::run(options.trial(trial, "--count", 30)?),
+    };
+    table.map_err(|e| e.to_string())
+}
+
 fn prove(options: &Options) -> Result<String, String> {
-    let (work, docs) = (options.work()?, options.path("--docs")?);
-    let binary = options.path("--binary")?;
+    let suite = options.get("--suite").unwrap_or("standard");
+    let known = Suite::ALL.iter().any(|known| known.name() == suite);
+    if options.is_sealed() {
+        return sealed(options, suite, known);
+    }
+    if options.path("--docs")?.is_some() || !known {
+        return Err(format!(
+            "--docs and --suite {suite} need --seed sealed\n{USAGE}"
+        ));
+    }
+    let binary = options
+        .path("--binary")?
+        .ok_or("prove needs --binary PATH")?;
+    let proof = Proof {
+        binary,
+        order: options.order(options.number("--seed", 1)? as u64)?,
+        work: options.work()?,
+        register: None,
+        budget: options.budget()?,
+        doubt: options.share("--bounds")?,
+    };
+    let shown = proof.run().map_err(|e| e.to_string())?;
+    Ok(shown.said(suite))
+}
+
+/// Runs on the seed that the committed trees and the nonce give, and writes into the document.
+fn sealed(options: &Options, suite: &str, known: bool) -> Result<String, String> {
+    let register = options.register()?;
+    eprintln!("{}", register.seal);
+    let budget = options.budget()?;
     let real = options.path("--real")?;
     let real = real.unwrap_or_else(|| PathBuf::from("../shared/real"));
-    let budget = options.budget()?;
-    let seed = options.number("--seed", 1)? as u64;
-    let suite = options.get("--suite").unwrap_or("standard");
-    if Suite::ALL.iter().any(|known| known.name() == suite) {
-        let origin = match &docs {
-            Some(docs) => Some(Origin::of(binary.clone(), docs).map_err(|e| e.to_string())?),
-            None => None,
-        };
-        let built = origin.as_ref().map(|origin| origin.binary.clone());
-        let proof = Proof {
-            binary: built.or(binary).ok_or("prove needs --binary PATH")?,
-            order: options.order()?,
-            work,
-            docs,
-            origin,
-            budget,
-            doubt: options.share("--bounds")?,
-        };
-        let shown = proof.run().map_err(|e| e.to_string())?;
-        return Ok(shown.said(suite));
-    }
-    let docs = docs.ok_or_else(|| format!("--suite {suite} needs --docs PATH"))?;
-    if suite == "all" {
-        let whole = Whole {
-            binary,
-            seed,
-            work,
-            docs,
+    let text = match suite {
+        "all" => Whole {
+            register: &register,
             real,
             budget,
-        };
-        return whole.run().map_err(|e| e.to_string());
-    }
-    let origin = Origin::of(binary, &docs).map_err(|e| e.to_string())?;
-    let text = match suite {
+        }
+        .run(),
         "timing" | "timing-slower" => {
             let times = Times {
-                origin: &origin,
-                seed,
-                work: &work,
-                docs: &docs,
+                register: &register,
                 section: suite,
                 budget,
             };
             times.write().map(|shown| shown.said(suite))
         }
-        "real" => whole::recordings(&origin, &real, &work, &docs),
+        "real" => whole::recordings(&register, &real),
+        _ if known => {
+            let proof = Proof {
+                binary: register.origin.binary.clone(),
+                order: options.order(register.seal.seed)?,
+                work: register.work.clone(),
+                register: Some(register),
+                budget,
+                doubt: options.share("--bounds")?,
+            };
+            proof.run().map(|shown| shown.said(suite))
+        }
         _ => return Err(format!("--suite {suite}\n{USAGE}")),
     };
     text.map_err(|e| e.to_string())

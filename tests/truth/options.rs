@@ -1,10 +1,14 @@
 //! What stands after the command.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use veloid_truth::prove::begun::Register;
 use veloid_truth::prove::budget::Budget;
+use veloid_truth::prove::origin::Origin;
+use veloid_truth::prove::seal::Seal;
 use veloid_truth::suite::case::Suite;
 use veloid_truth::suite::files::Order;
+use veloid_truth::trial::bench;
 
 /// `--name value` pairs after the command.
 pub struct Options<'a>(Vec<(&'a str, &'a str)>);
@@ -59,7 +63,39 @@ impl<'a> Options<'a> {
             .map_err(|_| format!("{name} {text}: not a whole number"))
     }
 
-    pub fn order(&self) -> Result<Order, String> {
+    /// Whether nobody chose the seed.
+    pub fn is_sealed(&self) -> bool {
+        self.get("--seed") == Some("sealed")
+    }
+
+    /// The document, what seals the seed, and the binary.
+    pub fn register(&self) -> Result<Register, String> {
+        let docs = self.path("--docs")?;
+        let docs = docs.ok_or("--seed sealed needs --docs PATH")?;
+        let nonce = self.path("--nonce")?;
+        let nonce = nonce.unwrap_or_else(|| PathBuf::from("../shared/nonce.txt"));
+        let origin = Origin::of(self.path("--binary")?, &docs).map_err(|e| e.to_string())?;
+        Ok(Register {
+            work: self.work()?,
+            seal: Seal::of(Path::new("."), &nonce).map_err(|e| e.to_string())?,
+            docs,
+            origin,
+        })
+    }
+
+    /// What a further trial is run on, in a folder of its name.
+    pub fn trial(&self, name: &str, count: &str, default: usize) -> Result<bench::Order, String> {
+        let binary = self.path("--binary")?;
+        Ok(bench::Order {
+            binary: binary.ok_or_else(|| format!("{name} needs --binary PATH"))?,
+            work: self.work()?.join(name),
+            seed: self.number("--seed", 1)? as u64,
+            count: self.number(count, default)? as u64,
+            budget: self.budget()?,
+        })
+    }
+
+    pub fn order(&self, seed: u64) -> Result<Order, String> {
         let one_in = match self
             .get("--sample")
             .map(|s| s.strip_prefix("1/").map(str::parse::<usize>))
@@ -69,10 +105,13 @@ impl<'a> Options<'a> {
             _ => return Err("--sample: expected 1/N".to_owned()),
         };
         let name = self.get("--suite").unwrap_or("standard");
-        let suite = (Suite::ALL.into_iter().find(|suite| suite.name() == name))
-            .ok_or_else(|| format!("--suite {name}: standard, clean300, beside or quiet"))?;
+        let suite =
+            (Suite::ALL.into_iter().find(|suite| suite.name() == name)).ok_or_else(|| {
+                let names = Suite::ALL.map(Suite::name).join(", ");
+                format!("--suite {name}: expected one of {names}")
+            })?;
         Ok(Order {
-            seed: self.number("--seed", 1)? as u64,
+            seed,
             one_in,
             count: self.number("--count", usize::MAX)?,
             suite,

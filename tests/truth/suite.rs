@@ -1,10 +1,12 @@
 //! What rides there are: the plan of a suite, the sizes of effects, the making of one ride, and the files.
 
 pub mod case;
+pub mod circumstance;
 pub mod disguise;
 pub mod excitation;
 pub mod files;
 pub mod made;
+pub mod plan;
 pub mod ride;
 pub mod sizes;
 pub mod strange;

@@ -9,6 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::bicycle::{Bike, PerAxle};
 use crate::numerics::random::normal;
 use crate::numerics::spectrum::{Spectrum, deviation, white_floor};
+use crate::numerics::spline::response;
 use crate::numerics::statistics::variance;
 use crate::output_error::AxleFit;
 use crate::plant::Coefficients;
@@ -23,6 +24,10 @@ const HIDDEN: f64 = 0.25;
 const MOST: f64 = 0.03;
 /// The same in any case: what is left of a mass that drifts, since no spring holds it, would be drowned by noise that hides a drift.
 const MOST_EVER: f64 = 0.3;
+/// Noise that is laid over a record whose channels hold only a band, as a share of what the plain model leaves: beyond a band that takes
+/// an eighth to a quarter of the rate its density is then a tenth of that within it. What an effect makes there, and the record cannot
+/// show, would be held against the effect by any less.
+const BANDED: f64 = 0.6;
 /// Errors of a cubic spline fall with the fourth power of the step, where it follows the road at all.
 const FOURTH: f64 = 1.0 / 16.0;
 /// Images of a spectrum, to either side of the multiples of the sampling rate, that a spline leaves: those beyond fall with the fourth
@@ -32,26 +37,36 @@ const IMAGES: usize = 3;
 /// Share of the motion (RMS) that no sensor shows (20 bits), and no integrator needs to.
 const FINEST: f64 = 1e-6;
 
-/// Noise (m) to lay over each sample of the displacement, on the axles that need it.
-pub fn dither(
+/// What lies between the samples of each axle.
+#[derive(Default)]
+pub struct Between {
+    /// Noise (m) to lay over each sample of the displacement, on the axles that need it.
+    pub noise: PerAxle<Vec<f64>>,
+    /// Gain in log likelihood that a model of all of it would have on the fitted part, under the noise that there is then.
+    pub unresolved: PerAxle<f64>,
+}
+
+/// Finds what lies between the samples, and the noise that hides it from a fit.
+pub fn between(
     ride: &Ride,
     bike: &Bike,
     fits: &PerAxle<AxleFit>,
     fitted: usize,
     seed: u64,
-) -> PerAxle<Vec<f64>> {
-    let mut dither = PerAxle::default();
+) -> Between {
+    let mut found = Between::default();
     for (axle, record) in ride.axles.iter() {
         let Some(fit) = fits.get(axle) else { continue };
-        let noise = lacking(record, fit, bike, ride.step_s, fitted);
+        let (noise, unresolved) = lacking(record, fit, bike, ride.step_s, fitted);
+        found.unresolved.set(axle, unresolved);
         if noise > 0.0 {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             rng.set_stream(u64::MAX - axle as u64);
             let draws = (0..ride.samples).map(|_| noise * normal(&mut rng));
-            dither.set(axle, draws.collect());
+            found.noise.set(axle, draws.collect());
         }
     }
-    dither
+    found
 }
 
 /// The ride with the noise on it; nothing where there is none.
@@ -66,40 +81,59 @@ pub fn lay_over(ride: &Ride, dither: &PerAxle<Vec<f64>>) -> Option<Ride> {
     noisy
 }
 
-/// Noise (m, RMS) that the record lacks to hide what lies between its samples from a fit.
-fn lacking(record: &AxleRecord, fit: &AxleFit, bike: &Bike, step: f64, fitted: usize) -> f64 {
+/// Noise (m, RMS) that the record lacks to hide what lies between its samples from a fit, and what it does not hide.
+fn lacking(
+    record: &AxleRecord,
+    fit: &AxleFit,
+    bike: &Bike,
+    step: f64,
+    fitted: usize,
+) -> (f64, f64) {
+    if record.band.is_some() {
+        return (BANDED * fit.train_rms, 0.0);
+    }
     let once = moved(record, &fit.plain, step, 1);
     let halves = by_halves(&once, record, &fit.plain, step);
     let between = match record.prescribed {
         true => halves,
         false => by_spectrum(record, &fit.plain, step).max(halves),
     };
-    let between = between.max(FINEST * rms(&once));
+    // From where nothing is known of its start, the motion may come from anywhere.
+    let known = |x: &[f64]| -> Vec<f64> {
+        let each = x.iter().zip(&record.valid).filter(|(_, valid)| **valid);
+        each.map(|(x, _)| *x).collect()
+    };
+    let between = between.max(FINEST * rms(&known(&once)));
+    if between == 0.0 {
+        return (0.0, 0.0);
+    }
     let own = (bike.noise_displacement_m.filter(|_| !record.prescribed))
         .unwrap_or_else(|| deviation(white_floor(record.output(), step), step));
     let own = own.min(fit.train_rms);
     let noise = |gain: f64| between * (fitted as f64 / (2.0 * gain)).sqrt();
+    let under = |noise: f64| 0.5 * fitted as f64 * (between / noise).powi(2);
     if own >= noise(BORNE) {
-        return 0.0;
+        return (0.0, under(own));
     }
     let deflection: Vec<f64> = record.road.iter().zip(&once).map(|(u, z)| u - z).collect();
     // Without a mass the road is none, and this the force that answers to the deflection.
-    let moves = variance(&deflection).sqrt();
+    let moves = variance(&known(&deflection)).sqrt();
     let least = noise(BORNE).min(MOST_EVER * moves);
     let wanted = noise(HIDDEN).min((MOST * moves).max(least));
-    (wanted * wanted - own * own).max(0.0).sqrt()
+    let added = (wanted * wanted - own * own).max(0.0).sqrt();
+    (added, under(wanted.max(own)))
 }
 
 /// RMS of what is between the samples (m, or N), by Richardson's extrapolation from every second and fourth of them.
 fn by_halves(once: &[f64], record: &AxleRecord, plain: &Coefficients, step: f64) -> f64 {
     let [twice, four] = [2, 4].map(|every| moved(record, plain, step, every));
-    let near = distance(once, &twice);
-    let far = distance(&twice, &four);
+    let valid = |every: usize| record.valid.iter().step_by(every);
+    let near = distance(once, &twice, valid(2));
+    let far = distance(&twice, &four, valid(4));
     near * (near / far).min(FOURTH)
 }
 
-/// RMS (m) of how the plain axle answers to the error of the splines that stand for what drives it, where this holds nothing faster
-/// than half the sampling rate.
+/// RMS (m) of how the plain axle answers to the error of the splines that stand for what drives it.
 fn by_spectrum(record: &AxleRecord, plain: &Coefficients, step: f64) -> f64 {
     let Coefficients {
         kappa,
@@ -109,42 +143,51 @@ fn by_spectrum(record: &AxleRecord, plain: &Coefficients, step: f64) -> f64 {
     } = *plain;
     let road = |hz| road_answer(kappa, beta, hz);
     let push = |hz| per_mass * per_mass * force_answer(kappa, beta, hz);
-    let of_road = spline_error(&record.road, step, &road);
+    let of_road = Spectrum::new(&record.road, step).map_or(0.0, |spectrum| {
+        spline_error(&spectrum, step, &road) + folded(&spectrum, step, &road)
+    });
     let of_force = record
         .force
         .as_ref()
-        .map(|force| spline_error(force, step, &push));
+        .and_then(|force| Spectrum::new(force, step))
+        .map(|spectrum| spline_error(&spectrum, step, &push));
     (of_road + of_force.unwrap_or_default()).sqrt()
 }
 
 /// Power of the error of a cubic spline through samples behind a filter of that power gain: what the spline damps, and the images
 /// that it leaves (Unser 1999, doi:10.1109/79.799930).
-fn spline_error(record: &[f64], step: f64, gain: &dyn Fn(f64) -> f64) -> f64 {
-    let Some(spectrum) = Spectrum::new(record, step) else {
-        return 0.0;
-    };
+fn spline_error(spectrum: &Spectrum, step: f64, gain: &dyn Fn(f64) -> f64) -> f64 {
     let rate = step.recip();
     let floor = spectrum.white_floor();
     let error = |hz: f64| {
         let images = (1..=IMAGES).flat_map(|k| [k as f64 * rate - hz, k as f64 * rate + hz]);
-        let images: f64 = images
-            .map(|f| spline_gain(f * step).powi(2) * gain(f))
-            .sum();
-        (1.0 - spline_gain(hz * step)).powi(2) * gain(hz) + images
+        let images: f64 = images.map(|f| response(f * step).powi(2) * gain(f)).sum();
+        (1.0 - response(hz * step)).powi(2) * gain(hz) + images
     };
     // A mass without a spring answers to what is constant without bound.
     let bins = spectrum.hz.iter().zip(&spectrum.density).skip(1);
     let power: f64 = bins
         .map(|(hz, density)| (density - floor).max(0.0) * error(*hz))
         .sum();
-    power * spectrum.hz.get(1).copied().unwrap_or_default()
+    let width = spectrum.hz.get(1).copied().unwrap_or_default();
+    power * width
 }
 
-/// What a cubic spline through samples makes of a wave of `turns` a sample.
-fn spline_gain(turns: f64) -> f64 {
-    let x = std::f64::consts::PI * turns;
-    let sinc = if x == 0.0 { 1.0 } else { x.sin() / x };
-    3.0 * sinc.powi(4) / (2.0 + (2.0 * x).cos())
+/// Power behind the same filter of what is faster than half the rate in a road and shows below it, at the distance from the next multiple
+/// of the rate: it moves the axle with its own frequency, and the model with the one that was recorded.
+fn folded(spectrum: &Spectrum, step: f64, gain: &dyn Fn(f64) -> f64) -> f64 {
+    let (tail, rate) = (spectrum.tail(), step.recip());
+    if tail == 0.0 {
+        return 0.0;
+    }
+    const PARTS: usize = 200;
+    let width = rate / PARTS as f64;
+    let each = (0..PARTS).map(|i| 0.5 * rate + (i as f64 + 0.5) * width);
+    let moved = |hz: f64| {
+        let shown = (hz - rate * (hz / rate).round()).abs();
+        tail / (hz * hz) * (gain(hz) + gain(shown))
+    };
+    each.map(moved).sum::<f64>() * width
 }
 
 /// Displacement (m) of the plain axle, or the force (N) that answers, if one sample in `every` had been recorded of what
@@ -164,10 +207,11 @@ fn moved(record: &AxleRecord, plain: &Coefficients, step: f64, every: usize) -> 
     simulate(&input, kappa, beta, per_mass, constant, plain.start()).0
 }
 
-/// RMS of the difference of two motions, the second with half the samples.
-fn distance(fine: &[f64], coarse: &[f64]) -> f64 {
-    let pairs = fine.iter().step_by(2).zip(coarse);
-    rms(&pairs.map(|(a, b)| a - b).collect::<Vec<_>>())
+/// RMS of the difference of two motions, the second with half the samples, where these are valid.
+fn distance<'a>(fine: &[f64], coarse: &[f64], valid: impl Iterator<Item = &'a bool>) -> f64 {
+    let pairs = fine.iter().step_by(2).zip(coarse).zip(valid);
+    let pairs = pairs.filter(|(_, valid)| **valid);
+    rms(&pairs.map(|((a, b), _)| a - b).collect::<Vec<_>>())
 }
 
 fn rms(x: &[f64]) -> f64 {
@@ -196,17 +240,64 @@ mod tests {
         rms(&errors.collect::<Vec<_>>())
     }
 
+    /// A road whose slope is white, recorded at one sample in eight.
+    #[test]
+    fn what_is_faster_than_half_the_rate_is_counted_where_the_record_shows_its_tail() {
+        let slope = crate::numerics::spectrum::tests::white(160_000, 7);
+        let road: Vec<f64> = (slope.iter())
+            .scan(0.0, |u, s| {
+                *u = 0.999 * *u + s;
+                Some(*u)
+            })
+            .collect();
+        let recorded: Vec<f64> = road.iter().copied().step_by(8).collect();
+        let fast = Spectrum::new(&road, 0.125).expect("long enough");
+        let width = fast.hz[1];
+        let beyond = fast.hz.iter().zip(&fast.density);
+        let beyond = beyond.filter(|(hz, _)| (0.5..1.5).contains(*hz));
+        let expected = 2.0 * width * beyond.map(|(_, density)| density).sum::<f64>();
+        let spectrum = Spectrum::new(&recorded, 1.0).expect("long enough");
+        let found = folded(&spectrum, 1.0, &|_| 1.0);
+        assert!(
+            (0.6..1.4).contains(&(found / expected)),
+            "{found} for {expected}"
+        );
+        let noise = crate::numerics::spectrum::tests::white(20_000, 8);
+        let noise = Spectrum::new(&noise, 1.0).expect("long enough");
+        assert!(folded(&noise, 1.0, &|_| 1.0) < 0.05);
+    }
+
     #[test]
     fn val_the_error_between_samples_is_the_splines() {
         for turns in [0.1, 0.2, 0.3, 0.4] {
             let wave = |i: usize| (std::f64::consts::TAU * turns * i as f64).sin();
             let samples: Vec<f64> = (0..4000).map(wave).collect();
             let expected = missed(turns);
-            let found = spline_error(&samples, 1.0, &|_| 1.0).sqrt();
+            let spectrum = Spectrum::new(&samples, 1.0).expect("long enough");
+            let found = spline_error(&spectrum, 1.0, &|_| 1.0).sqrt();
             assert!(
                 (found / expected - 1.0).abs() < 0.03,
                 "{turns}: {found} for {expected}"
             );
         }
+    }
+
+    /// Without motion and noise there is nothing between the samples, and no division by it.
+    #[test]
+    fn a_record_at_rest_hides_nothing() {
+        let ride = crate::simulate::simulated_ride::SimulatedRide::default().ride();
+        let mut record = ride.axles.front.expect("both");
+        for x in [&mut record.road, &mut record.displacement] {
+            x.fill(0.0);
+        }
+        let plain = Coefficients {
+            kappa: 2400.0,
+            beta: 20.0,
+            per_mass: 0.04,
+            ..Coefficients::default()
+        };
+        let fit = AxleFit::exact(plain, ride.samples);
+        let found = lacking(&record, &fit, &Bike::default(), ride.step_s, ride.samples);
+        assert_eq!(found, (0.0, 0.0));
     }
 }

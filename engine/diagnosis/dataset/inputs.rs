@@ -161,11 +161,11 @@ impl Dataset {
             Need::PrescribedMotion => (track.input.prescribed, "no rig prescribes the motion"),
             Need::Mass => (
                 track.plant.moves(),
-                "the motion is prescribed, so that no mass moves",
+                "the motion is prescribed, so no mass moves freely",
             ),
             Need::Hold => (
                 self.is_held,
-                "no spring holds the mass, so that its drift and a sensor's are one",
+                "no spring holds the mass, so its drift cannot be distinguished from the sensor's",
             ),
         };
         (!there).then_some(why)

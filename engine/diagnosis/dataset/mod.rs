@@ -3,7 +3,7 @@
 pub mod dither;
 pub mod inputs;
 pub mod planned;
-mod speed;
+pub mod speed;
 mod track;
 pub mod windows;
 mod work;

@@ -6,13 +6,13 @@ use rand_chacha::ChaCha8Rng;
 use crate::bicycle::{Axle, Bike};
 use crate::diagnosis::law::Scale;
 use crate::numerics::random::normal;
-use crate::numerics::spectrum::{measured_noise, white_floor};
+use crate::numerics::spectrum::{Spectrum, measured_noise, white_floor};
 use crate::numerics::spline::{cubic, slopes};
 use crate::numerics::statistics::variance;
 use crate::output_error::{self, AxleFit};
 use crate::plant::{Coefficient, Coefficients, Known, Plant, Sizes};
 use crate::report::diagnosis::Predicted;
-use crate::ride::{AxleRecord, Ride};
+use crate::ride::{AxleRecord, Band, Ride};
 use crate::simulate::linear::{Input, road_answer};
 
 /// One axle's inputs and measurement.
@@ -20,6 +20,8 @@ use crate::simulate::linear::{Input, road_answer};
 pub struct Track {
     pub axle: Axle,
     pub input: Input,
+    /// What road and displacement contain, where they were computed from other sensors.
+    pub band: Option<Band>,
     /// Integral of the road's spline up to each sample (m s).
     road_integral: Vec<f64>,
     /// What models predict: the displacement (m), or the force (N) that answers where the motion is prescribed.
@@ -36,6 +38,8 @@ pub struct Track {
     pub road_most: f64,
     /// The same of the force channel (N^2/Hz).
     pub force_most: f64,
+    /// Gain in log likelihood that what lies between the samples may bring to a model.
+    pub unresolved: f64,
     /// Deviations of height (m) and velocity (m/s) at the first sample from its measured height and none, where the
     /// record shows that it starts at rest.
     pub at_rest: Option<[f64; 2]>,
@@ -72,24 +76,27 @@ impl Track {
         let road_integral = spline_integral(&input);
         let at_rest = record.at_rest(ride.step_s);
         let most = |x: &[f64]| white_floor(x, ride.step_s);
-        let floor = |x: &[f64], declared: Option<f64>| {
-            declared.map_or_else(|| most(x), |noise| 2.0 * noise * noise * ride.step_s)
-        };
+        // What a laser puts into a road that was made from it has no part where that road holds nothing.
+        let by_laser = laser_noise(ride, axle);
+        let road_most = most(&record.road).max(by_laser);
+        let density = |noise: f64| 2.0 * noise * noise * ride.step_s;
         let declared = bike.noise_displacement_m.filter(|_| !record.prescribed);
         Self {
             axle,
-            road_floor: floor(&record.road, bike.noise_road_m),
-            road_most: most(&record.road),
+            road_floor: bike.noise_road_m.map_or(road_most, density),
+            road_most,
             force_most: input.force.as_ref().map_or(0.0, |(force, _)| most(force)),
-            sensor_floor: floor(record.output(), declared),
+            sensor_floor: declared.map_or_else(|| most(record.output()), density),
             declared_noise: declared,
             input,
+            band: record.band,
             road_integral,
             measured: record.output().to_vec(),
             valid: fitted_to(record, at_rest.is_some(), ride.step_s, train_end),
             scale,
             has_road: record.has_road(),
             at_rest,
+            unresolved: 0.0,
             free_mass: bike.mass(axle).is_none() && !record.prescribed,
             rest_point: record.force.is_some() || !record.has_road(),
             plant: record.base_model(),
@@ -171,10 +178,16 @@ impl Track {
         self.road_integral = spline_integral(&self.input);
     }
 
-    /// Adds white noise (m, RMS) to the recorded road.
+    /// Adds white noise (m, RMS) to the recorded road, within what that contains.
     pub fn add_road_noise(&mut self, noise: f64, rng: &mut ChaCha8Rng) {
-        let road = self.input.road.iter().map(|u| u + noise * normal(rng));
-        let road: Vec<f64> = road.collect();
+        let draws = self.input.road.iter().map(|_| noise * normal(rng));
+        let mut draws: Vec<f64> = draws.collect();
+        if let Some(band) = self.band {
+            draws = band.keep(&draws, self.input.step.recip());
+        }
+        let road: Vec<f64> = (self.input.road.iter().zip(&draws))
+            .map(|(u, n)| u + n)
+            .collect();
         self.set_road(&road);
     }
 
@@ -183,8 +196,13 @@ impl Track {
     pub fn noise_variance(&self, numbers: &Coefficients) -> f64 {
         const BANDS: usize = 256;
         let width = 0.5 / self.input.step / BANDS as f64;
-        let answer =
-            |band: usize| road_answer(numbers.kappa, numbers.beta, width * (band as f64 + 0.5));
+        let answer = |band: usize| {
+            let hz = width * (band as f64 + 0.5);
+            match self.band.is_none_or(|contained| contained.contains(hz)) {
+                true => road_answer(numbers.kappa, numbers.beta, hz),
+                false => 0.0,
+            }
+        };
         let road = (0..BANDS).map(answer).sum::<f64>() * width;
         0.5 * self.sensor_floor / self.input.step + self.road_floor * road
     }
@@ -334,6 +352,15 @@ fn fitted_to(record: &AxleRecord, at_rest: bool, step_s: f64, train_end: usize) 
         valid[..warm_up].fill(false);
     }
     valid
+}
+
+/// Density (m^2/Hz, one-sided) of the noise that a laser put into the road that was made from it, within what that contains; 0 where a
+/// road was recorded.
+fn laser_noise(ride: &Ride, axle: Axle) -> f64 {
+    let mut noises = ride.road_doubts.iter().filter(|doubt| doubt.is_noise);
+    let noise = noises.find_map(|doubt| doubt.change.get(axle));
+    let spectrum = noise.and_then(|noise| Spectrum::new(noise, ride.step_s));
+    spectrum.map_or(0.0, |s| s.level())
 }
 
 fn spline_integral(input: &Input) -> Vec<f64> {

@@ -19,8 +19,10 @@ impl Effect for AsymmetricDamping {
         starts: |_| vec![[0.2, 0.0, 0.0, 0.0]],
         report: |p, _| vec![reported(&ASYMMETRY, p[0], [-1.0, 1.0])],
         law: "B (1 + asymmetry sign(w)) w in the place of B w",
+        formula: Formula { tyre: "asymmetry * B * abs(w)", ..Formula::NONE },
         words: "compression and rebound damp differently",
         confused_with: &["progressive_stiffness"],
+        noun: "damping with an asymmetry of {asymmetry} between compression and rebound",
         source: "Dixon, The Shock Absorber Handbook, 2nd ed. 2007",
         family: Some(Family::Damper),
         ..Spec::ORDINARY

@@ -53,8 +53,14 @@ impl Effect for BumpStop {
         corners: true,
         peaks: true,
         law: "stop_stiffness (|d| - gap) sign(d) where |d| > gap, on one side (compression or rebound) or on both",
+        formula: Formula {
+            tyre: "stop_stiffness * (step(side + 0.5) * max(d - gap, 0) + step(0.5 - side) * min(d + gap, 0))",
+            choices: &["side"],
+            ..Formula::NONE
+        },
         words: "the travel ends at a stop (bottoming, rim strike)",
         confused_with: &["cubic_stiffness", "free_play", "progressive_stiffness"],
+        noun: "a bump stop of {stop_stiffness} beyond {gap} ({side})",
         source: "Sadauckas et al. 2024, Veh. Syst. Dyn. (rim strike)",
         family: Some(Family::Spring),
         is_odd: true,

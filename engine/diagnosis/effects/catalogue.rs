@@ -2,6 +2,7 @@
 
 use super::{ALL, Kind};
 use crate::diagnosis::law::{Acts, MAX_PARAMETERS, Need, Scale};
+use crate::report::simulation::Law;
 
 /// One effect, as docs/effects.md and the pages show it.
 pub struct Entry {
@@ -11,6 +12,8 @@ pub struct Entry {
     pub words: &'static str,
     /// Its formula: d is the deflection (m), w its rate (m/s), other names are parameters.
     pub law: &'static str,
+    /// The same as exports have it, in the parameters that the fit moves; nothing of `pitch_coupling`, which couples whole axles.
+    pub written: Law,
     /// Where it can act.
     pub acts: &'static str,
     /// What a ride must have for it to be spoken about.
@@ -66,6 +69,7 @@ fn entry(kind: Kind) -> Entry {
         id: spec.id,
         words: spec.words,
         law: spec.law,
+        written: kind.law(scale),
         acts: match spec.acts {
             Acts::OneAxle => "front or rear axle",
             Acts::Front => "front axle",
@@ -113,6 +117,12 @@ mod tests {
             assert!(!entry.law.is_empty() && !entry.words.is_empty() && !entry.source.is_empty());
             for other in entry.confused_with {
                 assert!(Kind::by_id(other).is_some(), "{}: {other}", entry.id);
+            }
+            let noun = Kind::by_id(entry.id).map_or("", |kind| kind.spec().noun);
+            assert_eq!(noun.is_empty(), !entry.is_named, "{}", entry.id);
+            for (name, ..) in entry.parameters.iter().filter(|_| entry.is_named) {
+                let times = noun.matches(&format!("{{{name}}}")).count();
+                assert_eq!(times, 1, "{}: {name} in {noun}", entry.id);
             }
             // The law speaks of every parameter that is reported.
             for (name, ..) in &entry.parameters {

@@ -24,8 +24,10 @@ impl Effect for ForceLag {
         report: |p, s| vec![reported(&LAG, p[0], [SHORTEST * s.step, 1.0])],
         on_sensor: true,
         law: "F, the force that is measured: lag F' = f - F, f the force of the law",
-        words: "the force follows the motion with a lag of the first order (a fluid, a magnet, an amplifier)",
+        formula: Formula { lag: "lag", ..Formula::NONE },
+        words: "the force follows the motion with a first-order lag (a fluid, a magnet, an amplifier)",
         confused_with: &["hysteresis", "viscoelastic_tyre"],
+        noun: "a force that lags the motion by {lag}",
         source: "Koo, Goncalves & Ahmadian 2006, Smart Mater. Struct. 15:351-358 (response time of MR dampers)",
         ..Spec::ORDINARY
     };

@@ -53,7 +53,7 @@ mod tests {
         let refused = with_law("cubic_stiffness", "a * d").unwrap_err();
         let text = refused.to_string();
         assert!(
-            text.contains("'cubic_stiffness' is an effect of the library already"),
+            text.contains("'cubic_stiffness' is already an effect of the library"),
             "{text}"
         );
     }

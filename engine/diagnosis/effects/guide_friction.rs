@@ -16,8 +16,13 @@ impl Effect for GuideFriction {
         damps: sharpness,
         corners: true,
         law: "-friction sign(z') on the mass",
+        formula: Formula {
+            body: "-friction * z_dot / sqrt(z_dot^2 + (friction / m * 0.5 * felt_after + width)^2)",
+            ..Formula::NONE
+        },
         words: "dry friction holds the mass against the resting frame",
         confused_with: &["coulomb_friction", "ground_damping"],
+        noun: "dry friction of {friction} against the resting frame",
         source: "Olsson et al. 1998, Eur. J. Control 4:176-195",
         ..Spec::ORDINARY
     };

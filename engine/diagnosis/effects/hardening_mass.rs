@@ -23,6 +23,14 @@ impl Effect for HardeningMass {
         states: 2,
         second_mass: true,
         law: "a sprung mass whose stiffness is multiplied by 1 + hardening (travel / z_rms)^2",
+        formula: Formula {
+            acceleration: "(acceleration - mass_fraction * 2 * pi * natural_frequency * (2 * pi * natural_frequency * (z - height) * (1 + hardening * min(((z - height) / d_rms)^2, 100)) + 2 * damping_ratio * (z_dot - velocity))) / (1 - mass_fraction)",
+            states: &[
+                ("height", "velocity"), 
+                ("velocity", "2 * pi * natural_frequency * (2 * pi * natural_frequency * (z - height) * (1 + hardening * min(((z - height) / d_rms)^2, 100)) + 2 * damping_ratio * (z_dot - velocity))"),
+            ],
+            ..Formula::NONE
+        },
         words: "the frequency of a second mass depends on how far it moves",
         confused_with: &["sprung_mass"],
         source: "Kerschen et al. 2006, Mech. Syst. Signal Process. 20:505-592",

@@ -21,8 +21,10 @@ impl Effect for LoadTransfer {
         report: |p, _| vec![reported(&HEIGHT, p[0], [0.05, 3.0])],
         slow: true,
         law: "+-m V' cog_height / L on the mass, plus on the front axle",
+        formula: Formula { body: "cog_height * lift * speed_rate", ..Formula::NONE },
         words: "braking and accelerating shift load between the axles",
         confused_with: &["sensor_drift", "sensor_offset"],
+        noun: "load transfer by braking and accelerating, with the centre of gravity {cog_height} high,",
         source: "Wilson & Schmidt, Bicycling Science, 4th ed. 2020",
         ..Spec::ORDINARY
     };

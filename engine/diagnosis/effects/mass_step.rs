@@ -55,8 +55,13 @@ impl Effect for MassStep {
         },
         local: true,
         law: "m (1 + fraction) in the place of m, from one time to another",
+        formula: Formula {
+            acceleration: "acceleration / (1 + fraction * min(max(50 * (t - from) + 0.5, 0), 1) * min(max(50 * (to - t) + 0.5, 0), 1))",
+            ..Formula::NONE
+        },
         words: "the mass on the axle changes for a while (the rider stands up, luggage falls off)",
         confused_with: &["stiffness_drift"],
+        noun: "a relative change of the mass by {fraction} from {from} to {to}",
         source: "effect library: posture or load change",
         ..Spec::ORDINARY
     };

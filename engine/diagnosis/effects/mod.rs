@@ -12,7 +12,10 @@ use crate::diagnosis::law::{
 };
 
 pub mod catalogue;
+#[cfg(test)]
+mod formulas;
 mod from_settings;
+mod law_of;
 mod own_law;
 #[cfg(test)]
 mod testing;
@@ -190,6 +193,8 @@ library! {
     force_lag::ForceLag,
     /// The damper follows some power of the rate.
     power_damping::PowerDamping,
+    /// The spring stiffens with some power of its deflection.
+    power_stiffness::PowerStiffness,
     /// The damper depends on its position.
     position_damping::PositionDamping,
     /// Dry friction changes with the sliding rate.
@@ -200,6 +205,21 @@ impl Kind {
     /// Id in reports, such as `coulomb_friction`.
     pub fn id(self) -> &'static str {
         self.spec().id
+    }
+
+    /// The numbers of a fit behind the parameters that reports name.
+    ///
+    /// # Errors
+    /// The first parameter without a value.
+    pub(crate) fn values_named(
+        self,
+        parameter: impl Fn(&str) -> Option<f64>,
+        scale: &Scale,
+    ) -> Result<Values, Cow<'static, str>> {
+        let reported = (self.spec().report)(&[1.0; MAX_PARAMETERS], scale).into_iter();
+        let reported: Result<Vec<f64>, _> =
+            reported.map(|p| parameter(&p.name).ok_or(p.name)).collect();
+        Ok(self.values_of(&reported?, scale))
     }
 
     /// Whether it is a law of this variable that can be named.

@@ -116,7 +116,7 @@ const fn spec(shape: Shape) -> Spec {
         damps: |p, s| steepest(p, s)[1],
         states: shape.states as usize,
         corners: shape.has_corners,
-        words: "by a law of one's own",
+        words: "a custom law",
         ..Spec::ORDINARY
     }
 }

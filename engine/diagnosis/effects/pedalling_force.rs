@@ -31,8 +31,10 @@ impl Effect for PedallingForce {
             ]
         },
         law: "amplitude sin(2 crank + phase) on the mass",
+        formula: Formula { body: "sine * sin(2 * crank) + cosine * cos(2 * crank)", ..Formula::NONE },
         words: "pedalling pushes the axle at twice the cadence",
         confused_with: &["wheel_out_of_round"],
+        noun: "a pedalling force of {amplitude} with a phase of {phase}",
         source: "Wilson & Schmidt, Bicycling Science, 4th ed. 2020 (two strokes in a turn of the crank)",
         ..Spec::ORDINARY
     };

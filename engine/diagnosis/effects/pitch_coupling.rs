@@ -30,6 +30,7 @@ impl Effect for PitchCoupling {
         law: "the axles push each other as pitch_inertia differs from m l_F l_R",
         words: "pitching couples the two axles",
         confused_with: &["sprung_mass"],
+        noun: "pitch coupling with a pitch inertia of {pitch_inertia}",
         source: "Gillespie, Fundamentals of Vehicle Dynamics, 1992 (dynamic index)",
         ..Spec::ORDINARY
     };

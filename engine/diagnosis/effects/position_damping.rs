@@ -23,6 +23,7 @@ impl Effect for PositionDamping {
         starts: |s| vec![[(C.size)(s), 0.0, 0.0, 0.0]],
         report: |p, s| vec![reported(&C, p[0], (C.limits)(s))],
         law: "c d^2 w",
+        formula: Formula { tyre: "c * d^2 * w", ..Formula::NONE },
         words: "the damper depends on its position",
         confused_with: &["quadratic_damping"],
         source: "van der Pol 1926, Phil. Mag. 2:978-992",

@@ -18,8 +18,14 @@ const POWER: Parameter = Parameter {
     limits: |_| [0.15, 5.0],
 };
 
-/// Rate below which the power law is rounded off, in RMS rates.
+/// Share of the RMS value below which a power law is rounded off.
 const ROUND: f64 = 0.03;
+
+/// |x|^power sign(x), rounded off, of a number in RMS values.
+#[inline(always)]
+pub fn rounded(x: Lanes, power: Lanes) -> Lanes {
+    x * (x * x + ROUND * ROUND).powf((power - 1.0) * 0.5)
+}
 
 impl Effect for PowerDamping {
     const SPEC: Spec = Spec {
@@ -34,6 +40,7 @@ impl Effect for PowerDamping {
         },
         report: |p, s| vec![reported(&FORCE, p[0], (FORCE.limits)(s)), reported(&POWER, p[1], [0.15, 5.0])],
         law: "force |w / w_rms|^power sign(w)",
+        formula: Formula { tyre: "force * w / w_rms * ((w / w_rms)^2 + 0.0009)^(0.5 * (power - 1))", ..Formula::NONE },
         words: "the damper follows some power of the rate",
         confused_with: &["coulomb_friction", "quadratic_damping"],
         source: "Worden & Tomlinson 2001, Nonlinearity in Structural Dynamics",
@@ -44,9 +51,7 @@ impl Effect for PowerDamping {
 
     #[inline(always)]
     fn tyre(p: &LaneValues, m: &Motion, _s: &States, force: Lanes) -> Lanes {
-        let w = m.w / m.scale.w_rms;
-        let law = w * (w * w + ROUND * ROUND).powf((p[1] - 1.0) * 0.5);
-        force + p[0] * m.per_mass * law
+        force + p[0] * m.per_mass * rounded(m.w / m.scale.w_rms, p[1])
     }
 }
 

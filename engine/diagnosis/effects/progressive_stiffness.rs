@@ -21,8 +21,13 @@ impl Effect for ProgressiveStiffness {
         report: |p, s| vec![reported(&K2, p[0], (K2.limits)(s))],
         stiffens: |p, s| 2.0 * p[0].abs() * 2.0 * s.d_rms,
         law: "k2 d^2, constant beyond the turning point d = -k / (2 k2)",
+        formula: Formula {
+            tyre: "k * (sign(k2) * max(sign(k2) * d, -k / (2 * abs(k2))) - d) + k2 * max(sign(k2) * d, -k / (2 * abs(k2)))^2",
+            ..Formula::NONE
+        },
         words: "the spring stiffens in compression and softens in rebound",
         confused_with: &["asymmetric_damping", "wheel_lift", "bump_stop"],
+        noun: "progressive stiffness of {k2}",
         source: "Renart & Roura-Grabulosa, Am. J. Phys. 87:102 (F ~ d^1.5 of a light tyre)",
         family: Some(Family::Spring),
         ..Spec::ORDINARY

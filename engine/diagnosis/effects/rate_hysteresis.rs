@@ -24,6 +24,13 @@ impl Effect for RateHysteresis {
         stiffens: |p, _| p[0],
         states: 1,
         law: "hysteresis whose yield force goes with a power of |w|",
+        formula: Formula {
+            tyre: "stiffness * slip",
+            states: &[
+                ("slip", "(w - abs(w) / (yield_deflection * ((w / w_rms)^2 + 0.0025)^(0.5 * power)) * slip) / max(1, dt * abs(w) / (1.5 * yield_deflection * ((w / w_rms)^2 + 0.0025)^(0.5 * power)))"),
+            ],
+            ..Formula::NONE
+        },
         words: "the loss depends on the rate",
         confused_with: &["hysteresis"],
         source: "Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica 30:1083-1138",

@@ -21,8 +21,10 @@ impl Effect for SensorDelay {
         report: |p, _| vec![reported(&DELAY, p[0], [-0.1, 0.1])],
         on_sensor: true,
         law: "z is read as z(t - delay)",
+        formula: Formula { delay: "delay", ..Formula::NONE },
         words: "the displacement is logged late or early against the road",
         confused_with: &["wheelbase_delay", "viscoelastic_tyre", "ground_damping"],
+        noun: "a displacement sensor delay of {delay}",
         source: "effect library: separate loggers, separate clocks",
         ..Spec::ORDINARY
     };

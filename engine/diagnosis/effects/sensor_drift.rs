@@ -22,8 +22,10 @@ impl Effect for SensorDrift {
         on_sensor: true,
         slow: true,
         law: "z is read as z + rate t",
-        words: "the displacement sensor's zero point wanders",
+        formula: Formula { offset: "rate * t", ..Formula::NONE },
+        words: "the displacement sensor's zero point drifts",
         confused_with: &["sensor_offset", "load_transfer"],
+        noun: "a displacement sensor drift of {rate}",
         source: "effect library: zero point",
         ..Spec::ORDINARY
     };

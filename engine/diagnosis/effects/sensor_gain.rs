@@ -21,8 +21,10 @@ impl Effect for SensorGain {
         report: |p, _| vec![reported(&EXCESS, 1.0 + p[0], [0.6, 1.6])],
         on_sensor: true,
         law: "z is read as gain z",
+        formula: Formula { gain: "1 + gain", ..Formula::NONE },
         words: "the displacement sensor's gain is off",
         confused_with: &["tyre_enveloping", "ground_damping"],
+        noun: "a displacement sensor gain of {gain}",
         source: "effect library: calibration; g on z is 1/g on u",
         ..Spec::ORDINARY
     };

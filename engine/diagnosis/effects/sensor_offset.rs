@@ -22,8 +22,10 @@ impl Effect for SensorOffset {
         on_sensor: true,
         slow: true,
         law: "z is read as z + offset",
+        formula: Formula { offset: "offset", ..Formula::NONE },
         words: "the displacement sensor's zero point is off",
         confused_with: &["progressive_stiffness", "asymmetric_damping", "sensor_drift"],
+        noun: "a displacement sensor offset of {offset}",
         source: "effect library: zero point",
         ..Spec::ORDINARY
     };

@@ -20,8 +20,10 @@ impl Effect for SpeedDependentDamping {
         starts: |_| vec![[0.3, 0.0, 0.0, 0.0]],
         report: |p, _| vec![reported(&SHARE, p[0], [0.0, 1.0])],
         law: "B (1 + share (5 m/s / V - 1)) w in the place of B w, V no less than 0.5 m/s",
+        formula: Formula { tyre: "share * B * w * (5 / max(speed, 0.5) - 1)", ..Formula::NONE },
         words: "the tyre's damping falls with rolling speed",
         confused_with: &["speed_dependent_stiffness", "tyre_enveloping"],
+        noun: "speed-dependent damping with a share of {share}",
         source: "effect library: a rolling tyre damps less than a standing one; no publication gives this law",
         ..Spec::ORDINARY
     };

@@ -20,8 +20,10 @@ impl Effect for SpeedDependentStiffness {
         starts: |s| vec![[(SLOPE.size)(s), 0.0, 0.0, 0.0]],
         report: |p, s| vec![reported(&SLOPE, p[0], (SLOPE.limits)(s))],
         law: "k (1 + slope (V - mean V)) d in the place of k d",
+        formula: Formula { tyre: "k * slope * (speed - mean_speed) * d", ..Formula::NONE },
         words: "the tyre's stiffness changes with speed",
         confused_with: &["stiffness_drift", "tyre_enveloping"],
+        noun: "speed-dependent stiffness with a slope of {slope}",
         source: "TNO, MF-Tyre/MF-Swift 6.2 Equation Manual, 2013 (vertical force, Q_V2)",
         ..Spec::ORDINARY
     };

@@ -1,6 +1,7 @@
 //! What the tests of all effects share: a law on one lane, in plain numbers, and what holds of the starts, limits and reports of
 //! any of them.
 
+use crate::diagnosis::fit::model::COARSE;
 use crate::diagnosis::law::*;
 
 /// The axle of [`Scale::TYPICAL`] (30 kg, 60 kN/m, 500 N s/m) at one instant.
@@ -336,4 +337,12 @@ pub fn comes_back<E: Effect>(values: Values) {
     for (back, value) in back.into_iter().zip(values) {
         near(back, value);
     }
+}
+
+/// Asserts that a mode whose turn has this square (1/s^2) is stable in the integrator's coarsest step, which follows from the square that the
+/// effect states: the classical Runge-Kutta method is stable up to 2 sqrt 2 rad a step.
+pub fn is_stable(fastest: f64, stated: f64) {
+    let step = Scale::TYPICAL.step.min(COARSE / stated.sqrt());
+    let turn = fastest.sqrt() * step;
+    assert!(turn < 8_f64.sqrt(), "{turn} rad a step");
 }

@@ -21,8 +21,10 @@ impl Effect for TyreEnveloping {
         report: |p, _| vec![reported(&LENGTH, p[0], [0.005, 0.6])],
         on_road: true,
         law: "u is the mean of the road over a footprint of fixed patch_length around the contact point",
+        formula: Formula { half_window: "0.5 * patch_length / max(speed, 0.3)", ..Formula::NONE },
         words: "the tyre's contact patch averages the road",
         confused_with: &["sensor_delay", "sensor_gain"],
+        noun: "tyre enveloping over a contact patch of {patch_length}",
         source: "Sayers 1995, Transp. Res. Rec. 1501:1-12 (moving average of 250 mm); a footprint of fixed length, not the cams of Schmeitz 2004",
         ..Spec::ORDINARY
     };

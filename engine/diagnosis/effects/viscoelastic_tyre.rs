@@ -37,8 +37,14 @@ impl Effect for ViscoelasticTyre {
         stiffens: |p, _| p[0],
         states: 1,
         law: "f with f' = branch_stiffness w - f / relaxation_time (Maxwell branch)",
+        formula: Formula {
+            tyre: "branch_stiffness * stretch",
+            states: &[("stretch", "w - stretch / relaxation_time")],
+            ..Formula::NONE
+        },
         words: "the tyre relaxes: part of its stiffness acts only while the deflection changes",
         confused_with: &["sprung_mass", "sensor_delay"],
+        noun: "a viscoelastic stiffness of {branch_stiffness} with a relaxation time of {relaxation_time}",
         source: "Dressel & Sadauckas 2020, Appl. Sci. 10:3156 (dynamic over static stiffness)",
         replaces_spring: true,
         relaxes: true,

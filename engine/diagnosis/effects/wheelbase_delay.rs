@@ -21,8 +21,10 @@ impl Effect for WheelbaseDelay {
         report: |p, _| vec![reported(&ERROR, p[0], [-0.2, 0.2])],
         on_road: true,
         law: "u_r(t - wheelbase_error / V)",
+        formula: Formula { shift: "wheelbase_error / max(speed, 0.3)", ..Formula::NONE },
         words: "the rear road input is shifted by a wrong wheelbase",
         confused_with: &["sensor_delay"],
+        noun: "a wheelbase error of {wheelbase_error}",
         source: "effect library: rear input u_R(t) = u_F(t - L/V)",
         ..Spec::ORDINARY
     };

@@ -2,18 +2,28 @@
 
 use rayon::prelude::*;
 
+use crate::diagnosis::dataset::Track;
 use crate::diagnosis::fit::tangent::Tangent;
 use crate::diagnosis::fit::{COARSE, Model};
 use crate::diagnosis::law::{Scale, Spec, Values};
 use crate::diagnosis::search::Search;
+use crate::diagnosis::search::criteria::to_repeat;
 use crate::diagnosis::search::score_test::{Prediction, Signatures};
+use crate::diagnosis::search::sign_flips;
 use crate::numerics::lanes::LANES;
-use crate::report::diagnosis::{Detectable, Stronger};
+use crate::numerics::statistics::normal_tail;
+use crate::report::diagnosis::{Detectable, Place, Stronger};
 
-/// Deviations beyond the bound of significance that a score must be expected at to reach it with 95 % power.
-const POWER: f64 = 1.65;
+/// Share of rides that show an effect of the size that is reported.
+pub const POWER: f64 = 0.9;
+/// Deviations above the bound of significance at which an effect shows on nearly every ride, and halvings of that range.
+const MOST_ABOVE: f64 = 20.0;
+const HALVINGS: usize = 40;
+/// Deviations to either side of what is expected, and steps of that range, over which a normal density is summed.
+const REACH: f64 = 6.0;
+const STEPS: usize = 240;
 /// Sizes that one simulation tries.
-const RUNGS: usize = LANES - 1;
+const RUNGS: usize = LANES;
 /// Ratio of the strongest to the weakest size of a ladder that knows nothing.
 const SPAN: f64 = 1e4;
 /// Factor to either side of the size that a linear start predicts.
@@ -25,16 +35,81 @@ const LADDERS: usize = 5;
 /// Starts that are tried, clearest first: the clearest may be one that no integrator can follow.
 const STARTS: usize = 3;
 
+/// The effects that a model does not hold, along it.
+pub struct Offered {
+    tangents: Vec<(Place, Tangent)>,
+    offers: Vec<Signatures>,
+}
+
+impl Offered {
+    pub fn of(search: &Search, model: &Model) -> Self {
+        let tangents = search.tangents(model, &model.terms);
+        Self {
+            offers: search.offers_along(&tangents, model, &model.terms),
+            tangents,
+        }
+    }
+
+    fn tangent(&self, place: Place) -> Option<&Tangent> {
+        let mut tangents = self.tangents.iter();
+        tangents.find(|(p, _)| *p == place).map(|(_, t)| t)
+    }
+
+    /// p value (0 to 1) of the largest score of these effects on an axle.
+    pub fn chance(&self, track: &Track, seed: u64) -> Option<f64> {
+        let place = Place::from(track.axle);
+        let along = (place, self.tangent(place)?);
+        sign_flips::chance(&self.offers, along, track.unresolved, seed)
+    }
+}
+
 /// The weakest detectable size of every effect that the model does not hold.
-pub fn detectable(search: &Search, model: &Model) -> Vec<Detectable> {
-    let tangents = search.tangents(model, &model.terms);
-    let offers = search.offers_along(&tangents, model, &model.terms);
-    let need = search.score_bound(&offers) + POWER;
-    let of_offer = |offer: &Signatures| {
-        let (_, tangent) = tangents.iter().find(|(p, _)| *p == offer.term.place)?;
-        Some(weakest(search, model, tangent, offer, need))
+pub fn detectable(search: &Search, model: &Model, offered: &Offered) -> Vec<Detectable> {
+    let bound = search.score_bound(&offered.offers);
+    let share = search.held.len() as f64 / search.fitter.samples as f64;
+    // What the samples hide is the axles' own. Gains of the log likelihood are half of squared scores.
+    let need = |(place, _): &(Place, Tangent)| {
+        let hidden = 2.0 * search.unresolved(*place);
+        (*place, needed((bound * bound + hidden).sqrt(), share))
     };
-    offers.par_iter().filter_map(of_offer).collect()
+    let needs: Vec<(Place, f64)> = offered.tangents.iter().map(need).collect();
+    let of_offer = |offer: &Signatures| {
+        let tangent = offered.tangent(offer.term.place)?;
+        let (_, need) = needs.iter().find(|(p, _)| *p == offer.term.place)?;
+        Some(weakest(search, model, tangent, offer, *need))
+    };
+    offered.offers.par_iter().filter_map(of_offer).collect()
+}
+
+/// Score (deviations of the noise) that must be expected on the fitted part, so that it passes `bound` there and the held-out part, which is a
+/// `share` of it, repeats it, both in [`POWER`] of such rides.
+fn needed(bound: f64, share: f64) -> f64 {
+    let (mut low, mut high) = (bound, bound + MOST_ABOVE);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        match power(middle, bound, share) < POWER {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    high
+}
+
+/// Share of rides, of which an effect's score is expected at `expected`, on which it passes `bound` and the held-out part repeats it. The effect has
+/// the size there that the fitted part estimates: with a score s on the fitted part and h on the held-out one, the log score
+/// rises by s h sqrt(share) - s^2 share / 2.
+fn power(expected: f64, bound: f64, share: f64) -> f64 {
+    let least = (bound - expected).clamp(-REACH, REACH);
+    let step = (REACH - least) / STEPS as f64;
+    let at = |i: usize| {
+        let deviation = least + (i as f64 + 0.5) * step;
+        let score = expected + deviation;
+        let wanted = to_repeat(0.5 * score * score, share) + 0.5 * score * score * share;
+        let held = wanted / (score * share.sqrt());
+        let density = (-0.5 * deviation * deviation).exp() / std::f64::consts::TAU.sqrt();
+        density * normal_tail(held - expected * share.sqrt())
+    };
+    step * (0..STEPS).map(at).sum::<f64>()
 }
 
 fn weakest(
@@ -65,8 +140,9 @@ fn weakest(
         parameter: reported.as_ref().map_or("", |r| &r.name).to_owned(),
         smallest_detectable: size,
         stronger: spec.stronger,
-        reason: (size.is_none())
-            .then(|| "not on this ride: no size that is looked for would show".to_owned()),
+        reason: (size.is_none()).then(|| {
+            "not on this ride: no size in the search range would be detectable".to_owned()
+        }),
         unit: reported.as_ref().map_or("", |r| &r.unit).to_owned(),
     }
 }
@@ -180,8 +256,14 @@ impl Ladder {
 
 #[cfg(test)]
 mod tests {
+    use rand::SeedableRng;
+
     use super::*;
+    use crate::bicycle::Axle;
+    use crate::diagnosis::effects::Kind;
+    use crate::diagnosis::example;
     use crate::diagnosis::law::MAX_PARAMETERS;
+    use crate::numerics::random::normal;
 
     fn ladder(first: [f64; 2], end: f64, amplitude: bool) -> Ladder {
         Ladder {
@@ -196,6 +278,24 @@ mod tests {
     fn climbed(ladder: &Ladder, need: f64, does: impl Fn(f64) -> f64) -> Option<f64> {
         let lengths = |rungs: &[Values]| rungs.iter().map(|v| does(v[0])).collect();
         ladder.climb(need, &lengths).map(|v| v[0])
+    }
+
+    #[test]
+    fn val_the_needed_score_shows_on_nine_rides_of_ten() {
+        let (bound, share) = (4.4, 0.7);
+        let need = needed(bound, share);
+        assert!((power(need, bound, share) - POWER).abs() < 1e-6);
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(7);
+        let shows = |rng: &mut rand_chacha::ChaCha8Rng| {
+            let fitted = need + normal(rng);
+            let held = need * share.sqrt() + normal(rng);
+            let rise = fitted * held * share.sqrt() - 0.5 * fitted * fitted * share;
+            fitted > bound && rise > to_repeat(0.5 * fitted * fitted, share)
+        };
+        let shown = (0..10_000).filter(|_| shows(&mut rng)).count();
+        assert!((8900..9100).contains(&shown), "{shown} of 10000");
+        // Where nothing has to be repeated, the bound decides.
+        assert!(need > bound + 1.28);
     }
 
     #[test]
@@ -240,5 +340,25 @@ mod tests {
         let does = |x: f64| if x > 3e3 { f64::INFINITY } else { 500.0 / x };
         let found = climbed(&ladder, 5.0, does).unwrap_or_default();
         assert!((found / 100.0 - 1.0).abs() < 0.01, "{found}");
+    }
+
+    /// What lies between the samples takes its part of a gain, so that an effect must be larger to be seen.
+    #[test]
+    fn what_samples_hide_makes_the_detectable_size_larger() {
+        let size = |unresolved: f64| {
+            let mut dataset = example::dataset();
+            dataset.tracks[0].unresolved = unresolved;
+            let cubic = example::term(Kind::CubicStiffness, Axle::Front);
+            let search = Search {
+                candidates: vec![cubic],
+                ..example::search(&dataset)
+            };
+            let model = search.plain.clone();
+            let found = detectable(&search, &model, &Offered::of(&search, &model));
+            found[0].smallest_detectable.unwrap_or_default()
+        };
+        let (clear, hidden) = (size(0.0), size(200.0));
+        // Twenty deviations of the noise are hidden, beside the few that are always needed.
+        assert!(hidden > 2.0 * clear && clear > 0.0, "{hidden}, {clear}");
     }
 }

@@ -136,9 +136,10 @@ pub fn states(force: &[f64], m: &Motion, dataset: &Dataset, samples: Range<usize
         let mm = 1e3 * d;
         if mark(format!("compression beyond {mm:.2} mm"), &|i| m.d[i] > d)
             || mark(format!("rebound beyond {mm:.2} mm"), &|i| m.d[i] < -d)
-            || mark(format!("deflection beyond {mm:.2} mm either way"), &|i| {
-                m.d[i].abs() > d
-            })
+            || mark(
+                format!("deflection beyond {mm:.2} mm in either direction"),
+                &|i| m.d[i].abs() > d,
+            )
         {
             break;
         }

@@ -6,5 +6,6 @@ pub mod free_form;
 pub mod locate;
 pub mod next_ride;
 pub mod show;
+pub mod simulation;
 pub mod windows;
 pub mod words;

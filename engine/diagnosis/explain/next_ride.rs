@@ -5,8 +5,10 @@ use rayon::prelude::*;
 
 use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::dataset::planned::{Change, planned};
+use crate::diagnosis::fit::together::{Common, Together};
 use crate::diagnosis::fit::{COARSE, Effort, Fitted, Fitter, Model, Point};
 use crate::diagnosis::search::Search;
+use crate::numerics::autoregressive::NoiseModel;
 use crate::numerics::lanes::LANES;
 use crate::report::diagnosis::NextRide;
 
@@ -36,7 +38,7 @@ const ROADS: [Plan; 9] = [
         1.5,
     ),
     Plan {
-        what: "ride the same road at a speed that swings by 30 % to both sides every 20 s",
+        what: "ride the same road at a speed that varies by ±30 % with a period of 20 s",
         change: Change {
             swing: 0.3,
             ..Change::NONE
@@ -61,9 +63,9 @@ const SHAKERS: [Plan; 5] = [
     plan("shake twice as hard", 2.0, 1.0),
 ];
 const RELEASES: [Plan; 3] = [
-    plan("let the axle go from as far again", 1.0, 1.0),
-    plan("let the axle go from half as far", 0.5, 1.0),
-    plan("let the axle go from twice as far", 2.0, 1.0),
+    plan("release the axle from the same deflection again", 1.0, 1.0),
+    plan("release the axle from half the deflection", 0.5, 1.0),
+    plan("release the axle from twice the deflection", 2.0, 1.0),
 ];
 
 /// The rides that whoever recorded this one can record next.
@@ -97,20 +99,20 @@ struct Prediction {
     separation: f64,
 }
 
-/// Names the ride of the catalogue that parts the model from every rival in the least time.
+/// Names the ride of the catalogue that parts the model from every rival in the least time, judged as one with the present ride.
 pub fn propose(search: &Search, model: &Model, rivals: &[Model]) -> Option<NextRide> {
     if rivals.is_empty() {
         return None;
     }
     let plans = catalogue(search.fitter.dataset);
-    let predicted_gains = plans.into_par_iter().filter_map(|plan| {
+    let predicted = plans.into_par_iter().filter_map(|plan| {
         let dataset = planned(search.fitter.dataset, &plan.change);
-        let fitter = Fitter {
+        let next = Fitter {
             dataset: &dataset,
             samples: dataset.samples,
         };
         let least = (rivals.iter())
-            .map(|rival| separation(&fitter, model, rival, &plan.change))
+            .map(|rival| separation([&search.fitter, &next], model, rival, &plan.change))
             .fold(f64::INFINITY, f64::min);
         let times = (PARTED / least).ceil().max(1.0);
         (times <= MOST_TIMES).then_some(Prediction {
@@ -120,14 +122,20 @@ pub fn propose(search: &Search, model: &Model, rivals: &[Model]) -> Option<NextR
             separation: times * least,
         })
     });
-    let predicted_gains: Vec<Prediction> = predicted_gains.collect();
+    let predicted: Vec<Prediction> = predicted.collect();
     let quickest = |a: &&Prediction, b: &&Prediction| a.duration_s.total_cmp(&b.duration_s);
-    let best = predicted_gains.iter().min_by(quickest)?;
+    let best = predicted.iter().min_by(quickest)?;
     Some(NextRide {
         why: "several sets of effects explain this ride equally".to_owned(),
         what: match best.times {
-            1.0 => best.plan.what.to_owned(),
-            times => format!("{}, {times} times", best.plan.what),
+            1.0 => format!(
+                "{}, and identify it as one with this ride (`veloid study`)",
+                best.plan.what
+            ),
+            times => format!(
+                "{}, {times} times, and identify them as one with this ride (`veloid study`)",
+                best.plan.what
+            ),
         },
         predicted_separation: best.separation,
     })
@@ -151,10 +159,15 @@ fn begun(dataset: &Dataset, fit: &Fitted, change: &Change) -> Point {
     point
 }
 
-/// Half the whitened squared distance between what `model` records on the planned ride and the nearest that
-/// `rival` can come to it.
-fn separation(on: &Fitter, model: &Model, rival: &Model, change: &Change) -> f64 {
-    let mut dataset = on.dataset.clone();
+/// Half the whitened squared distance between what `model` records on the planned ride and the nearest that `rival` can come to it with
+/// effects whose parameters fit the `present` ride too, less what that ride costs it anyway.
+fn separation(
+    [present, planned]: [&Fitter; 2],
+    model: &Model,
+    rival: &Model,
+    change: &Change,
+) -> f64 {
+    let mut dataset = planned.dataset.clone();
     let substeps = model
         .substeps(&dataset, COARSE)
         .max(rival.substeps(&dataset, COARSE));
@@ -168,32 +181,49 @@ fn separation(on: &Fitter, model: &Model, rival: &Model, change: &Change) -> f64
             .swap_remove(a);
         dataset.tracks[t].measured = read.iter().map(|z| z.0[0]).collect();
     }
-    let fitter = Fitter {
-        dataset: &dataset,
-        samples: on.samples,
-    };
+    let rides = [
+        *present,
+        Fitter {
+            dataset: &dataset,
+            samples: planned.samples,
+        },
+    ];
     let effort = Effort {
         iterations: 12,
         gain: 0.1,
         substeps,
     };
-    rival
-        .fits
-        .iter()
-        .map(|f| {
-            let noise_models: Vec<_> = f
-                .unit
-                .tracks
-                .iter()
-                .map(|t| model.noise_model(*t).clone())
-                .collect();
-            let Some(refit) =
-                fitter.fit(&f.unit, begun(&dataset, f, change), &noise_models, effort)
-            else {
-                return 0.0;
-            };
-            let points: [Point; LANES] = std::array::from_fn(|_| refit.point.clone());
-            0.5 * fitter.costs(&f.unit, &points, &noise_models, substeps)[0]
-        })
-        .sum()
+    let of_unit = |f: &Fitted| {
+        let noise = f.unit.tracks.iter().map(|t| model.noise_model(*t).clone());
+        let start = begun(&dataset, f, change);
+        apart(&rides, f, start, &noise.collect::<Vec<_>>(), effort).unwrap_or(0.0)
+    };
+    rival.fits.iter().map(of_unit).sum()
+}
+
+/// The same of one unit of the rival, which starts the planned ride so.
+fn apart(
+    [present, planned]: &[Fitter; 2],
+    rival: &Fitted,
+    start: Point,
+    noise: &[NoiseModel],
+    effort: Effort,
+) -> Option<f64> {
+    let now = present.fit(&rival.unit, rival.point.clone(), noise, effort)?;
+    let together = Together {
+        rides: vec![present, planned],
+        units: vec![rival.unit.clone(); 2],
+        common: Common::Effects,
+        own: &[],
+    };
+    let noises = [noise.to_vec(), noise.to_vec()];
+    let fits = together.fit(&[now.point.clone(), start], &noises, effort)?;
+    let [here, there] = &fits[..] else {
+        return None;
+    };
+    let cost = |on: &Fitter, fit: &Fitted| {
+        let points: [Point; LANES] = std::array::from_fn(|_| fit.point.clone());
+        on.costs(&fit.unit, &points, noise, effort.substeps)[0]
+    };
+    Some(0.5 * (cost(present, here) + cost(planned, there) - cost(present, &now)))
 }

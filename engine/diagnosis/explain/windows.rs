@@ -2,7 +2,8 @@
 
 use crate::diagnosis::dataset::{Dataset, Track};
 use crate::diagnosis::fit::shooting::Prediction;
-use crate::diagnosis::verdict::windows::{Sight, Sights, Supported};
+use crate::diagnosis::verdict::twice::Sights;
+use crate::diagnosis::verdict::windows::{Sight, Supported};
 use crate::numerics::finite::finite;
 use crate::report::windows::{SingleEffect, WindowEffect, WindowStart, Windows};
 
@@ -38,11 +39,14 @@ pub fn windows(dataset: &Dataset, track: &Track, sights: &Sights) -> Vec<Windows
 
 fn effect(dataset: &Dataset, effect: &Supported) -> WindowEffect {
     let [blocks, blocks_led] = effect.blocks;
+    let [unseen_blocks, unseen_blocks_led] = [0, 1].map(|i| effect.unseen.map(|unseen| unseen[i]));
     WindowEffect {
         id: effect.term.id(dataset).to_owned(),
         removed_share: finite(effect.share).unwrap_or_default(),
         blocks,
         blocks_led,
+        unseen_blocks,
+        unseen_blocks_led,
         rival: effect.rival.map(|(term, _)| term.id(dataset).to_owned()),
         rival_ratio: effect.rival.and_then(|(_, ratio)| finite(ratio)),
         holds: effect.holds(),

@@ -21,6 +21,20 @@ pub struct Normal {
     pub cost: f64,
     pub gradient: DVector<f64>,
     pub matrix: DMatrix<f64>,
+    /// Measured minus simulated, by axle, where they are one ride's.
+    pub residuals: Vec<Vec<f64>>,
+}
+
+impl Normal {
+    /// Without any sample of so many numbers.
+    pub fn zero(count: usize) -> Self {
+        Self {
+            cost: 0.0,
+            gradient: DVector::zeros(count),
+            matrix: DMatrix::zeros(count, count),
+            residuals: Vec::new(),
+        }
+    }
 }
 
 /// Values at a minimum within `ranges` and the normal equations there; nothing where the start has no finite cost.
@@ -139,6 +153,7 @@ mod tests {
             cost: errors.iter().map(|e| e * e).sum(),
             gradient: DVector::from_fn(2, |i, _| slope(i)),
             matrix: DMatrix::from_fn(2, 2, entry),
+            residuals: Vec::new(),
         }
     }
 
@@ -163,6 +178,7 @@ mod tests {
             cost: 25.0,
             gradient: DVector::from_element(1, 20.0),
             matrix: DMatrix::from_element(1, 1, 4.0),
+            residuals: Vec::new(),
         };
         let damped = stepped(&[0.0], &[FREE], &one, 3.0);
         assert!((damped[0] - 5.0 / 4.0).abs() < 1e-12);

@@ -2,7 +2,7 @@
 //! displacement. Eight parameter sets are simulated together: derivatives are differences between
 //! them, and every step tries eight dampings at once.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use super::damped::{Effort, Normal, Range, inverse, minimise};
 use super::normal_equations::{Equations, whitened};
@@ -47,6 +47,7 @@ pub fn expected(unit: &Unit) -> impl Iterator<Item = (Slot, f64, f64)> {
     })
 }
 
+#[derive(Clone, Copy)]
 pub struct Fitter<'a> {
     pub dataset: &'a Dataset,
     /// Samples to fit on.
@@ -86,9 +87,12 @@ impl Fitter<'_> {
                 self.costs(unit, &points, noise_models, effort.substeps)
             },
         )?;
-        let point = at(&values);
-        let residuals = self.residuals(unit, &point, effort.substeps);
-        self.finish(unit, point, residuals, inverse(&normal.matrix)?)
+        self.finish(
+            unit,
+            at(&values),
+            normal.residuals,
+            inverse(&normal.matrix)?,
+        )
     }
 
     /// The model at a point whose starting states alone are fitted.
@@ -110,8 +114,7 @@ impl Fitter<'_> {
             false => (self.fit_over(&own, unit, point.clone(), noise_models, effort))?.point,
         };
         let normal = self.normal(unit, &slots, &point, noise_models, effort.substeps)?;
-        let residuals = self.residuals(unit, &point, effort.substeps);
-        self.finish(unit, point, residuals, inverse(&normal.matrix)?)
+        self.finish(unit, point, normal.residuals, inverse(&normal.matrix)?)
     }
 
     /// The best fit with every expected parameter held where it is expected, reached in small steps from `start`: along
@@ -277,11 +280,7 @@ impl Fitter<'_> {
         noise_models: &[NoiseModel],
         substeps: usize,
     ) -> Option<Normal> {
-        let mut normal = Normal {
-            cost: 0.0,
-            gradient: DVector::zeros(slots.len()),
-            matrix: DMatrix::zeros(slots.len(), slots.len()),
-        };
+        let mut normal = Normal::zero(slots.len());
         let coupled =
             (0..unit.tracks.len()).all(|a| slots.iter().all(|s| unit.touches(self.dataset, *s, a)));
         let groups: Vec<(Option<usize>, Vec<usize>)> = match coupled {

@@ -10,12 +10,15 @@ pub mod normal_equations;
 pub mod physical;
 pub mod polish;
 pub mod refine;
+pub mod sandwich;
 pub mod shooting;
 pub mod tangent;
+pub mod together;
 pub mod unit;
 
 pub use damped::Effort;
 pub use fitter::{Fitted, Fitter};
+pub use integrate::rest;
 pub use model::{COARSE, FINE, Model};
 pub use motion::{Motion, motions};
 pub use unit::{Point, Slot, Term, Unit};

@@ -1,5 +1,9 @@
 //! The whitened normal equations of the simulated displacement: columns of residual and derivatives, and their products.
 
+use std::ops::Range;
+
+use nalgebra::DVector;
+
 use super::damped::Normal;
 use super::unit::{Point, Slot, Unit};
 use crate::diagnosis::dataset::Dataset;
@@ -22,6 +26,15 @@ pub struct Equations<'a> {
     pub substeps: usize,
 }
 
+/// What one axle's simulations give.
+#[derive(Clone, Default)]
+struct Columns {
+    /// Measured minus simulated at the point; zero where not valid.
+    residual: Vec<f64>,
+    /// Whitened residual, in lane 0, and derivatives.
+    chunks: Vec<Vec<Lanes>>,
+}
+
 impl Equations<'_> {
     /// Adds the normal equations of one axle (or of all) over the `touching` slots.
     pub fn add(&self, wanted: Option<usize>, touching: &[usize], normal: &mut Normal) {
@@ -29,8 +42,19 @@ impl Equations<'_> {
             Some(a) => vec![a],
             None => (0..self.unit.tracks.len()).collect(),
         };
-        // For every axle the whitened columns [residual, derivative, ..], a chunk at a time.
-        let mut columns: Vec<Vec<Vec<Lanes>>> = vec![Vec::new(); axles.len()];
+        let columns = self.columns(wanted, &axles, touching);
+        for (columns, a) in columns.iter().zip(&axles) {
+            let scale = 1.0 / self.noise_models[*a].variance;
+            multiply(&columns.chunks, scale, touching, normal);
+        }
+        normal
+            .residuals
+            .extend(columns.into_iter().map(|c| c.residual));
+    }
+
+    /// For every axle the whitened columns, a chunk at a time.
+    fn columns(&self, wanted: Option<usize>, axles: &[usize], touching: &[usize]) -> Vec<Columns> {
+        let mut columns = vec![Columns::default(); axles.len()];
         for chunk in touching.chunks(CHUNK) {
             let (points, per_step) = self.stepped(chunk);
             let z = self.unit.simulate(
@@ -40,15 +64,38 @@ impl Equations<'_> {
                 0..self.samples,
                 self.substeps,
             );
-            for ((z, a), columns) in z.iter().zip(&axles).zip(&mut columns) {
+            for ((z, a), columns) in z.iter().zip(axles).zip(&mut columns) {
                 let raw = self.differences(z, *a, per_step);
-                columns.push(whitened(&raw, &self.noise_models[*a].a));
+                if columns.chunks.is_empty() {
+                    columns.residual = raw.iter().map(|x| x.0[0]).collect();
+                }
+                let white = whitened(&raw, &self.noise_models[*a].a);
+                columns.chunks.push(white);
             }
         }
-        for (columns, a) in columns.iter().zip(&axles) {
-            let scale = 1.0 / self.noise_models[*a].variance;
-            multiply(columns, scale, touching, normal);
-        }
+        columns
+    }
+
+    /// Derivatives of the log likelihood by every slot, summed over each of so many contiguous blocks of the fitted part.
+    pub fn scores(&self, blocks: usize) -> Vec<DVector<f64>> {
+        let axles: Vec<usize> = (0..self.unit.tracks.len()).collect();
+        let every: Vec<usize> = (0..self.slots.len()).collect();
+        let columns = self.columns(None, &axles, &every);
+        let score = |block: Range<usize>| {
+            let mut sums = DVector::zeros(every.len());
+            for (columns, a) in columns.iter().zip(&axles) {
+                let scale = 1.0 / self.noise_models[*a].variance;
+                for (c, chunk) in columns.chunks.iter().enumerate() {
+                    let products = products(&chunk[block.clone()], &chunk[block.clone()])[0];
+                    for (slot, product) in every.iter().skip(c * CHUNK).zip(&products.0[1..]) {
+                        sums[*slot] += scale * product;
+                    }
+                }
+            }
+            sums
+        };
+        let edge = |b: usize| b * self.samples / blocks;
+        (0..blocks).map(|b| score(edge(b)..edge(b + 1))).collect()
     }
 
     /// The point, and in every further lane the point with one slot moved; one over the steps.

@@ -4,6 +4,7 @@ use super::estimate::estimate;
 use super::model::Model;
 use super::unit::{Point, Term, Unit};
 use crate::diagnosis::dataset::Dataset;
+use crate::diagnosis::law::Reported;
 use crate::diagnosis::policy;
 use crate::report::Estimate;
 
@@ -36,7 +37,8 @@ fn is_damper(before: &Estimate, after: &Estimate) -> bool {
     after.b_n_s_m > -error - little
 }
 
-/// Whether the effects' parameters lie in their physical ranges; a tyre does not relax to nothing.
+/// Whether the effects' parameters lie in their physical ranges, and what resonates does so where the record holds anything; a tyre does not
+/// relax to nothing.
 pub fn has_physical_effects(dataset: &Dataset, unit: &Unit, point: &Point) -> bool {
     let is_physical = |(i, term): (usize, &Term)| {
         let values = &point.values[i];
@@ -45,8 +47,12 @@ pub fn has_physical_effects(dataset: &Dataset, unit: &Unit, point: &Point) -> bo
         let own = unit.tracks.iter().zip(&point.base);
         let mut own = own.filter(|(t, _)| term.acts_on(dataset.tracks[**t].axle));
         reported.iter().all(|r| r.physical)
-            && own.all(|(_, base)| {
-                !relaxes || base.kappa >= policy::STATIC * values[0] * base.per_mass
+            && own.all(|(t, base)| {
+                let band = dataset.tracks[*t].band;
+                let shown =
+                    |r: &Reported| r.unit != "Hz" || band.is_none_or(|b| b.contains(r.value));
+                reported.iter().all(shown)
+                    && (!relaxes || base.kappa >= policy::STATIC * values[0] * base.per_mass)
             })
     };
     unit.terms.iter().enumerate().all(is_physical)
@@ -58,6 +64,7 @@ mod tests {
     use crate::bicycle::Axle;
     use crate::diagnosis::effects::Kind;
     use crate::diagnosis::example;
+    use crate::ride::Band;
 
     fn estimate(k: f64, b: f64, b_std: Option<f64>) -> Estimate {
         Estimate {
@@ -99,6 +106,22 @@ mod tests {
         };
         let most = example::K / policy::STATIC;
         assert!(is_tyre(0.99 * most) && !is_tyre(1.01 * most));
+    }
+
+    #[test]
+    fn what_resonates_beyond_what_the_record_holds_is_none() {
+        let mut dataset = example::dataset();
+        let unit = Unit {
+            tracks: vec![0],
+            terms: vec![example::term(Kind::SprungMass, Axle::Front)],
+        };
+        let point = example::point(&dataset, &unit, vec![[0.1, 9.0, 0.3, 0.0]]);
+        let mut is_one = |high_hz| {
+            let low_hz = None;
+            dataset.tracks[0].band = Some(Band { low_hz, high_hz });
+            has_physical_effects(&dataset, &unit, &point)
+        };
+        assert!(is_one(None) && is_one(Some(9.01)) && !is_one(Some(8.99)));
     }
 
     #[test]

@@ -239,11 +239,7 @@ impl<'a> Shooting<'a> {
     fn normal(&self, setting: &Setting, span: &Range<usize>, point: &Point) -> Normal {
         let slots: Vec<Slot> = setting.common.iter().chain(&setting.own).copied().collect();
         let variance = self.variance;
-        let mut normal = Normal {
-            cost: 0.0,
-            gradient: DVector::zeros(slots.len()),
-            matrix: DMatrix::zeros(slots.len(), slots.len()),
-        };
+        let mut normal = Normal::zero(slots.len());
         let columns: Vec<Vec<Lanes>> = (slots.chunks(CHUNK))
             .map(|chunk| self.columns(setting, span, point, chunk))
             .collect();
@@ -377,11 +373,7 @@ impl<'a> Shooting<'a> {
     fn step(&self, setting: &Setting, parts: &[Normal], known: &Known, damping: f64) -> Known {
         let (n, m) = (setting.common.len(), setting.own.len());
         let inverses = own_inverses(parts, n, m, damping);
-        let mut common = Normal {
-            cost: 0.0,
-            gradient: DVector::zeros(n),
-            matrix: DMatrix::zeros(n, n),
-        };
+        let mut common = Normal::zero(n);
         for (part, inverse) in parts.iter().zip(&inverses) {
             let cross = part.matrix.view((0, n), (n, m));
             let projected = cross * inverse;

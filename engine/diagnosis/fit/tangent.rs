@@ -82,16 +82,16 @@ fn differences(
         let white = whitened(&raw, &noise_model.a);
         let per = noise_model.variance.sqrt().recip();
         residual.extend(white.iter().map(|x| x.0[0] * per));
-        spread(&white, noise_model, count, &mut columns);
+        spread(&white, noise_model, 1, &mut columns);
     }
     (residual, columns)
 }
 
-/// Appends lanes 1.. to the columns.
-pub fn spread(white: &[Lanes], noise_model: &NoiseModel, count: usize, columns: &mut [Vec<f64>]) {
+/// Appends the lanes from `first` on to the columns, in standard deviations.
+pub fn spread(white: &[Lanes], noise_model: &NoiseModel, first: usize, columns: &mut [Vec<f64>]) {
     let per = noise_model.variance.sqrt().recip();
-    for (lane, column) in columns.iter_mut().enumerate().take(count) {
-        column.extend(white.iter().map(|x| x.0[lane + 1] * per));
+    for (lane, column) in (first..).zip(columns) {
+        column.extend(white.iter().map(|x| x.0[lane] * per));
     }
 }
 
@@ -123,8 +123,10 @@ mod tests {
     fn columns_are_lanes_in_standard_deviations() {
         let white = [1.0, 2.0].map(|by| Lanes(std::array::from_fn(|i| by * i as f64)));
         let mut columns = vec![vec![-1.0], Vec::new(), vec![7.0]];
-        spread(&white, &NoiseModel::white(4.0), 2, &mut columns);
+        spread(&white, &NoiseModel::white(4.0), 1, &mut columns[..2]);
         assert_eq!(columns, [vec![-1.0, 0.5, 1.0], vec![1.0, 2.0], vec![7.0]]);
+        spread(&white, &NoiseModel::white(1.0), 0, &mut columns[2..]);
+        assert_eq!(columns[2], [7.0, 0.0, 0.0]);
     }
 
     #[test]

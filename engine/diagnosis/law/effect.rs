@@ -36,6 +36,7 @@ pub struct Motion<'a> {
 }
 
 /// The crank at one instant.
+#[derive(Clone, Copy)]
 pub struct Crank {
     /// Its angle (rad).
     pub angle: f64,

@@ -1,6 +1,7 @@
 //! What an effect may ask of a ride, and what it says of itself.
 
 mod effect;
+mod formula;
 mod limits;
 mod need;
 pub mod own;
@@ -8,6 +9,7 @@ mod scale;
 mod spec;
 
 pub use effect::{Crank, Effect, Motion, Pickup, STABLE, Spot, Tap, as_reported};
+pub use formula::{Formula, SIZES};
 pub use limits::{LaneValues, MAX_PARAMETERS, MAX_STATES, States, Values};
 pub use need::Need;
 pub use own::OwnLaw;

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use super::formula::Formula;
 use super::limits::Values;
 use super::need::Need;
 use super::scale::Scale;
@@ -97,8 +98,12 @@ pub struct Spec {
     pub expected: &'static [(usize, f64, f64)],
     /// The force that comes to the tyre's, k d + B w, or what takes its place; by the names that are reported.
     pub law: &'static str,
+    /// The same for machines, as the fit computes it.
+    pub formula: Formula,
     /// The effect in plain words.
     pub words: &'static str,
+    /// The effect with its size, as a sentence names it: `{name}` stands for a reported parameter. Empty where it is never named.
+    pub noun: &'static str,
     pub confused_with: &'static [&'static str],
     /// The variable of which the force is a law, if it is one of a single variable.
     pub family: Option<Family>,
@@ -145,7 +150,9 @@ impl Spec {
         peaks: false,
         expected: &[],
         law: "",
+        formula: Formula::NONE,
         words: "",
+        noun: "",
         confused_with: &[],
         family: None,
         is_odd: false,

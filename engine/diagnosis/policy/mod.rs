@@ -116,6 +116,10 @@ pub const DOMINANT_PERIODS: f64 = 4.0;
 pub const NATURAL_PERIODS: f64 = 2.0;
 /// Windows in a record at least.
 pub const FEWEST_WINDOWS: usize = 6;
+/// Parts in which windows are held out from the search in turn: five to ten are customary (Kohavi 1995, IJCAI 2, 1137).
+pub const OUTER_FOLDS: usize = 5;
+/// Windows from which those beside a window that is held out from the search are left out of it too.
+pub const MANY_WINDOWS: usize = 20;
 /// Dominant periods that each of them holds at least.
 pub const SHORTEST_PERIODS: f64 = 1.0;
 /// Dominant periods in windows that follow one another without overlap, at least. Between two recordings of ../shared/real: encoder_swing,

@@ -80,7 +80,7 @@ pub fn remainder(
         count += 1.0;
     }
     Remainder {
-        p_value: chi_square_tail(q, basis.len() as f64),
+        p_value: chi_square_tail((q - 2.0 * t.unresolved).max(0.0), basis.len() as f64),
         held_gain: gain,
         held_before: (before / count.max(1.0)).sqrt(),
         held_after: (after / count.max(1.0)).sqrt(),

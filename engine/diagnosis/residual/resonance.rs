@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use crate::diagnosis::policy;
 use crate::numerics::spectrum::Spectrum;
+use crate::ride::Band;
 use crate::simulate::linear::{force_answer, road_answer};
 
 /// Evidence that a force is left in a residual.
@@ -29,6 +30,8 @@ pub struct Inputs {
     pub road: f64,
     /// Force over the axle mass (m^2/s^4/Hz).
     pub force: f64,
+    /// What road and displacement contain, where they were computed from other sensors.
+    pub band: Option<Band>,
 }
 
 /// The spectrum of a residual (m) of an axle, and the noises that may explain it.
@@ -44,7 +47,10 @@ struct Noisy {
 impl Noisy {
     fn new(residual: &[f64], step: f64, kappa: f64, beta: f64, inputs: &Inputs) -> Option<Self> {
         let spectrum = Spectrum::new(residual, step)?;
-        let range = 2..(0.96 * spectrum.hz.len() as f64) as usize;
+        let all = 2..(0.96 * spectrum.hz.len() as f64) as usize;
+        let is_contained = |i: &usize| inputs.band.is_none_or(|b| b.contains(spectrum.hz[*i]));
+        let first = all.clone().find(is_contained)?;
+        let range = first..all.rev().find(is_contained)? + 1;
         let hz = &spectrum.hz[range.clone()];
         if !spectrum.density[range.clone()].iter().all(|d| *d > 0.0) {
             return None;
@@ -198,6 +204,7 @@ mod tests {
     const QUIET: Inputs = Inputs {
         road: 0.0,
         force: 0.0,
+        band: None,
     };
 
     #[test]
@@ -240,6 +247,7 @@ mod tests {
         let inputs = Inputs {
             road: 2e-8,
             force: 3e-2,
+            band: None,
         };
         let noisy = Noisy::new(&white(6000, 5), 0.01, kappa, beta, &inputs).unwrap();
         let hz = &noisy.spectrum.hz[noisy.range.clone()];

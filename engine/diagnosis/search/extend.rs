@@ -54,10 +54,7 @@ fn own_law(dataset: &Dataset) -> Option<Kind> {
 
 /// Where an effect may act, given on which axles the ride has what it needs.
 fn places(acts: Acts, allowed: &[Axle]) -> Vec<Place> {
-    let each = allowed.iter().map(|axle| match axle {
-        Axle::Front => Place::Front,
-        Axle::Rear => Place::Rear,
-    });
+    let each = allowed.iter().copied().map(Place::from);
     match acts {
         Acts::OneAxle => each.collect(),
         Acts::Front => each.filter(|place| *place == Place::Front).collect(),

@@ -157,6 +157,15 @@ impl<'a> InWindows<'a> {
         self.shooting.held_out(&seen.unit, &seen.point, &all)
     }
 
+    /// What a model leaves of some windows, beside the record's variance.
+    pub fn held_out(&self, seen: &Seen, windows: &[usize]) -> Vec<f64> {
+        let judged = self.shooting.held_out(&seen.unit, &seen.point, windows);
+        judged
+            .into_iter()
+            .map(|prediction| prediction.left)
+            .collect()
+    }
+
     /// Starts of the effect itself.
     fn own_starts(&self, unit: &Unit, at: usize) -> Vec<Values> {
         let spec = unit.terms[at].kind.spec();

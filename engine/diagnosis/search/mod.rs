@@ -8,6 +8,7 @@ pub mod null;
 pub mod refit;
 pub mod rounds;
 pub mod score_test;
+pub mod sign_flips;
 pub mod weak_form;
 
 pub use criteria::Search;

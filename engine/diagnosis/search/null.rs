@@ -3,10 +3,11 @@
 use nalgebra::DMatrix;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
 
 use super::score_test::Signatures;
 use crate::numerics::lanes::{LANES, Lanes, widest};
-use crate::numerics::projection::dot;
+use crate::numerics::projection::{dot, dots};
 use crate::numerics::random::normal;
 use crate::report::diagnosis::Place;
 
@@ -48,8 +49,11 @@ impl Null {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(round as u64 + 1);
         let sizes: Vec<usize> = starts.iter().map(|basis| basis.len()).collect();
-        let mut gains: Vec<f64> = (0..REPLICATES / LANES)
-            .flat_map(|_| best_gains(&rows, &sizes, &white(n, &mut rng)).0)
+        let drawn: Vec<Vec<Lanes>> = (0..REPLICATES / LANES)
+            .map(|_| white(n, &mut rng))
+            .collect();
+        let mut gains: Vec<f64> = (drawn.par_iter())
+            .flat_map_iter(|drawn| best_gains(&rows, &sizes, drawn).0)
             .collect();
         gains.sort_by(f64::total_cmp);
         Self { gains }
@@ -108,28 +112,41 @@ const AT_ONCE: usize = 256;
 
 /// Inner products of directions, on and below the diagonal: on one axle, or on both with the front's samples first.
 fn inner_products(directions: &[(Place, &[f64])]) -> DMatrix<f64> {
-    let mut inner = DMatrix::zeros(directions.len(), directions.len());
     let samples = |(place, x): &(Place, &[f64])| match place {
         Place::Both => x.len() / 2,
         Place::Front | Place::Rear => x.len(),
     };
     let samples = directions.iter().map(samples).min().unwrap_or(0);
-    for axle in [Place::Front, Place::Rear] {
-        let mut parts: Vec<(usize, &[f64])> = Vec::new();
-        for (i, (place, x)) in directions.iter().enumerate() {
-            match place {
-                Place::Both if axle == Place::Front => parts.push((i, &x[..samples])),
-                Place::Both => parts.push((i, &x[samples..])),
-                Place::Front | Place::Rear if *place == axle => parts.push((i, x)),
-                Place::Front | Place::Rear => {}
-            }
+    let on = |axle| of_axle(directions, axle, samples);
+    let (front, rear) = rayon::join(|| on(Place::Front), || on(Place::Rear));
+    front + rear
+}
+
+/// The part of the inner products that is summed over one axle's samples.
+fn of_axle(directions: &[(Place, &[f64])], axle: Place, samples: usize) -> DMatrix<f64> {
+    let mut parts: Vec<(usize, &[f64])> = Vec::new();
+    for (i, (place, x)) in directions.iter().enumerate() {
+        match place {
+            Place::Both if axle == Place::Front => parts.push((i, &x[..samples])),
+            Place::Both => parts.push((i, &x[samples..])),
+            Place::Front | Place::Rear if *place == axle => parts.push((i, x)),
+            Place::Front | Place::Rear => {}
         }
-        for start in (0..samples).step_by(AT_ONCE) {
-            let here = start..samples.min(start + AT_ONCE);
-            for (at, (i, x)) in parts.iter().enumerate() {
-                for (j, y) in &parts[..=at] {
-                    inner[(*i, *j)] += dot(&x[here.clone()], &y[here.clone()]);
+    }
+    let mut inner = DMatrix::zeros(directions.len(), directions.len());
+    for start in (0..samples).step_by(AT_ONCE) {
+        let here = start..samples.min(start + AT_ONCE);
+        for (at, (i, x)) in parts.iter().enumerate() {
+            let x = &x[here.clone()];
+            let (fours, rest) = parts[..=at].as_chunks::<4>();
+            for four in fours {
+                let products = dots(x, four.map(|(_, y)| &y[here.clone()]));
+                for ((j, _), product) in four.iter().zip(products) {
+                    inner[(*i, *j)] += product;
                 }
+            }
+            for (j, y) in rest {
+                inner[(*i, *j)] += dot(x, &y[here.clone()]);
             }
         }
     }
@@ -156,6 +173,7 @@ mod tests {
         Signatures {
             term: Term { kind, place },
             starts: vec![start],
+            given: 1,
         }
     }
 

@@ -10,14 +10,17 @@ use crate::diagnosis::effects::Kind;
 use crate::diagnosis::fit::physical::is_physical;
 use crate::diagnosis::fit::polish::polish;
 use crate::diagnosis::fit::tangent::{Tangent, tangent_for};
-use crate::diagnosis::fit::{COARSE, Model, Term, Unit, motions};
+use crate::diagnosis::fit::{COARSE, Fitted, Model, Term, Unit, motions};
 use crate::diagnosis::residual::omnibus::remainder;
 use crate::report::diagnosis::Place;
 
 /// Share of a significant gain below which a linear prediction is not followed up.
 pub const HOPE: f64 = 0.4;
+/// Gain (nats) above which one is where no significant gain is known, and share of the best prediction in any case.
+pub const SOME: f64 = 2.0;
+const LITTLE: f64 = 0.02;
 /// Refits between which the budget is looked at.
-const GROUP: usize = 8;
+const GROUP: usize = 16;
 /// Share of the best candidate's gain from which one is fitted to the end: none is chosen with less than half of it, but first fits are
 /// no more than near. (With 0.2 the rivals of a cogging drive's friction were unfitted.)
 const WORTH: f64 = 0.05;
@@ -74,29 +77,36 @@ impl Search<'_> {
     /// Whether any offer may turn out significant: its linear prediction comes near to that, or the model
     /// is too far from the ride for linear predictions to mean anything.
     pub fn promising(&self, model: &Model, offers: &[Signatures], null: &Null) -> bool {
-        let dataset = self.fitter.dataset;
         let most = offers
             .iter()
             .map(Signatures::predicted_gain)
             .fold(0.0, f64::max);
         most > HOPE * null.bound(self.alpha)
             || offers.iter().any(|o| o.term.kind.spec().slow)
-            || model.fits.iter().any(|f| is_far(dataset, model, &f.unit))
+            || self.is_far_anywhere(model)
     }
 
-    /// Exact refits of the offers that predict any gain, best first.
-    pub fn refits(&self, model: &Model, offers: &[Signatures], reach: Reach) -> Vec<Model> {
+    /// Whether the model is far from the ride on any axle.
+    pub fn is_far_anywhere(&self, model: &Model) -> bool {
+        let far = |f: &Fitted| is_far(self.fitter.dataset, model, &f.unit);
+        model.fits.iter().any(far)
+    }
+
+    /// Exact refits of the offers that predict more than a `least` gain, best first.
+    pub fn refits(
+        &self,
+        model: &Model,
+        offers: &[Signatures],
+        reach: Reach,
+        least: f64,
+    ) -> Vec<Model> {
         let dataset = self.fitter.dataset;
         let most = offers
             .iter()
             .map(Signatures::predicted_gain)
             .fold(0.0, f64::max);
-        let near = |s: &Signatures| {
-            s.term.kind.spec().slow || s.predicted_gain() > 2.0 && s.predicted_gain() > 0.02 * most
-        };
-        let far = |s: &Signatures| {
-            joined(dataset, model, s.term).is_some_and(|u| is_far(dataset, model, &u))
-        };
+        let least = least.max(LITTLE * most);
+        let near = |s: &Signatures| s.term.kind.spec().slow || s.predicted_gain() > least;
         let fitted = |s: &Signatures, reach: Reach| {
             if self.progress.cancelled() {
                 return None;
@@ -104,19 +114,14 @@ impl Search<'_> {
             extend(&self.fitter, model, s, self.quick(model), reach)
         };
         let mut found = self.in_groups(offers, near, |s| fitted(s, Reach::Near));
-        // Where no start close to the model comes near to the ride, all are tried from afar.
-        let best = found
-            .iter()
-            .max_by(|a, b| a.likelihood.total_cmp(&b.likelihood));
-        let arrived = reach == Reach::Near
-            || found.iter().any(|m| {
-                let mut units = new_units(model, m);
-                units.all(|u| !is_far(dataset, m, u))
-            })
-            || best.is_some_and(|m| self.explains(model, m));
-        if !arrived {
-            found.extend(self.in_groups(offers, far, |s| fitted(s, Reach::Far)));
-        }
+        // Where no start close to the model comes near to what an axle did, all are tried from afar there.
+        let lost = |t: usize| reach == Reach::Far && !self.arrives(model, &found, t);
+        let lost: Vec<bool> = (0..dataset.tracks.len()).map(lost).collect();
+        let far = |s: &Signatures| {
+            joined(dataset, model, s.term)
+                .is_some_and(|u| is_far(dataset, model, &u) && u.tracks.iter().any(|t| lost[*t]))
+        };
+        found.extend(self.in_groups(offers, far, |s| fitted(s, Reach::Far)));
         found.sort_by(|a, b| b.likelihood.total_cmp(&a.likelihood));
         first_of_each(&mut found, |m| &m.terms);
         // The leaders once more, to the end and each under its own noise.
@@ -154,6 +159,15 @@ impl Search<'_> {
             self.report_progress();
         }
         found
+    }
+
+    /// Whether one of the models `found` comes near to what an axle did, or the best of them leaves nothing but noise.
+    fn arrives(&self, model: &Model, found: &[Model], track: usize) -> bool {
+        let on_track = |m: &&Model| new_units(model, m).any(|u| u.tracks.contains(&track));
+        let near = |m: &Model| new_units(model, m).all(|u| !is_far(self.fitter.dataset, m, u));
+        let all = || found.iter().filter(on_track);
+        let best = all().max_by(|a, b| a.likelihood.total_cmp(&b.likelihood));
+        all().any(near) || best.is_some_and(|m| self.explains(model, m))
     }
 
     /// Whether nothing but noise is left, however large, of the axles on which `larger` has something that
@@ -243,4 +257,29 @@ fn new_units<'m>(model: &'m Model, larger: &'m Model) -> impl Iterator<Item = &'
         .iter()
         .map(|f| &f.unit)
         .filter(move |u| !known(u))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bicycle::Axle;
+    use crate::diagnosis::example;
+    use crate::numerics::autoregressive::NoiseModel;
+
+    #[test]
+    fn an_axle_is_reached_by_candidates_of_its_own_only() {
+        let dataset = example::dataset();
+        let search = example::search(&dataset);
+        let with = |axle, k3| {
+            let term = example::term(Kind::CubicStiffness, axle);
+            example::model(&dataset, &[(term, k3)])
+        };
+        let plain = example::model(&dataset, &[]);
+        let mut lost = with(Axle::Front, 1e11);
+        lost.fits[0].noise_models = vec![NoiseModel::white(dataset.tracks[0].scale.d_rms.powi(2))];
+        let found = [lost, with(Axle::Rear, 0.0)];
+        assert!(!search.arrives(&plain, &found, 0));
+        assert!(search.arrives(&plain, &found, 1));
+        assert!(search.arrives(&plain, &[with(Axle::Front, 0.0)], 0));
+    }
 }

@@ -4,13 +4,14 @@
 use super::criteria::{Search, added, has_room, to_repeat};
 use super::extend::{Reach, is_far};
 use super::null::Null;
-use super::refit::LEADERS;
+use super::refit::{HOPE, LEADERS, SOME};
 use super::score_test::{Signatures, stands_out};
 use crate::EngineError;
 use crate::diagnosis::fit::polish::polish;
 use crate::diagnosis::fit::{Model, Term};
 use crate::diagnosis::policy;
 use crate::diagnosis::residual::coherence;
+use crate::report::diagnosis::Place;
 
 /// What one round of the forward selection saw.
 #[derive(Clone, Debug)]
@@ -80,7 +81,12 @@ impl Search<'_> {
         if !self.promising(model, &offers, &null) {
             return Ok(false);
         }
-        let found = self.refits(model, &offers, Reach::Far);
+        // Far from the ride a linear prediction says little.
+        let least = match self.is_far_anywhere(model) {
+            true => SOME,
+            false => SOME.max(HOPE * null.bound(self.alpha)),
+        };
+        let found = self.refits(model, &offers, Reach::Far, least);
         // What noise of the road channel brings leads to nothing.
         let real = |m: &&Model| self.beats_road_noise(model, m);
         let Some(best) = found.iter().take(LEADERS).find(real) else {
@@ -90,7 +96,8 @@ impl Search<'_> {
         state.near.extend(leaders.iter().map(|m| added(model, m)));
         let seen = |m: &Model, accepted: bool| Round {
             term: added(model, m),
-            p_value: null.p_value(m.likelihood - model.likelihood),
+            p_value: null
+                .p_value(m.likelihood - model.likelihood - self.unresolved(added(model, m).place)),
             accepted,
         };
         if let Some(choice) = self.choice(state, leaders, best, &null) {
@@ -198,11 +205,18 @@ impl Search<'_> {
         } else {
             to_repeat(larger.likelihood - proven.likelihood, share)
         };
-        let beyond_chance = null.p_value(gain) <= self.alpha
+        let beyond_chance = null.p_value(gain - self.unresolved(term.place)) <= self.alpha
             && (!local || outweighs(gain, null.bound(self.alpha), self.unevenness(model, larger)));
         let counts = model.terms.is_empty() && !slow || self.counts(model, larger);
         let repeats = self.held_score(larger) - self.held_score(proven) > wanted;
         beyond_chance && counts && (repeats || self.removes(proven, larger, instead(slow)))
+    }
+
+    /// Gain in log likelihood that what lies between the samples may bring to an effect at a place.
+    pub fn unresolved(&self, place: Place) -> f64 {
+        let tracks = self.fitter.dataset.tracks.iter();
+        let own = tracks.filter(|track| place.acts_on(track.axle));
+        own.map(|track| track.unresolved).sum()
     }
 
     /// Whether what `larger` has beyond `model` is more than noise of the road channel can bring, and
@@ -259,7 +273,7 @@ impl Search<'_> {
                 .into_iter()
                 .filter(|o| near.contains(&o.term) || o.predicted_gain() > 0.2 * loss)
                 .collect();
-            tried.extend(self.refits(&less, &offers, Reach::Near));
+            tried.extend(self.refits(&less, &offers, Reach::Near, SOME));
         }
         if let Some(best) = tried
             .iter()

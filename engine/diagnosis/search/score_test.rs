@@ -19,6 +19,8 @@ pub struct Signatures {
     /// One entry for each start: its parameters scaled to the residual, the gain in log likelihood
     /// that a linear fit of it predicts, and the projected columns by axle of the unit.
     pub starts: Vec<Prediction>,
+    /// How many of them, the first ones, do not depend on the residual; the others lie about the best of these.
+    pub given: usize,
 }
 
 impl Signatures {
@@ -67,10 +69,10 @@ impl Tangent {
     ) -> Vec<f64> {
         let (unit, at, base) = self.with(term);
         let mut lengths = Vec::new();
-        for chunk in values.chunks(LANES - 1) {
+        for chunk in values.chunks(LANES) {
             let mut points: [Point; LANES] = std::array::from_fn(|_| base.clone());
             for (lane, values) in chunk.iter().enumerate() {
-                points[lane + 1].values[at] = *values;
+                points[lane].values[at] = *values;
             }
             for column in self.departures(fitter, &unit, &points, substeps, chunk.len()) {
                 let left = without(&column, &self.basis);
@@ -105,12 +107,8 @@ impl Tangent {
             let raw: Vec<Lanes> = (0..fitter.samples)
                 .map(|i| if valid[i] { z[i] - z0[i] } else { Lanes::ZERO })
                 .collect();
-            spread(
-                &whitened(&raw, &noise_model.a),
-                noise_model,
-                count,
-                &mut columns,
-            );
+            let white = whitened(&raw, &noise_model.a);
+            spread(&white, noise_model, 0, &mut columns);
         }
         columns
     }
@@ -145,6 +143,7 @@ pub fn signatures(rides: &[Along], term: Term) -> Signatures {
             .collect()
     };
     let mut found = predicted_gains(&(spec.starts)(unit.scale(dataset, at)));
+    let given = found.len();
     for zoom in 1..=3 {
         let best = found.iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
         let nearer = best.map_or(Vec::new(), |p| {
@@ -155,6 +154,7 @@ pub fn signatures(rides: &[Along], term: Term) -> Signatures {
     Signatures {
         term,
         starts: found,
+        given,
     }
 }
 
@@ -163,10 +163,10 @@ impl Along<'_> {
     fn columns(&self, term: Term, starts: &[Values]) -> Vec<Vec<f64>> {
         let (unit, at, base) = self.tangent.with(term);
         let mut columns = Vec::new();
-        for chunk in starts.chunks(LANES - 1) {
+        for chunk in starts.chunks(LANES) {
             let mut points: [Point; LANES] = std::array::from_fn(|_| base.clone());
             for (lane, start) in chunk.iter().enumerate() {
-                points[lane + 1].values[at] = *start;
+                points[lane].values[at] = *start;
             }
             columns.extend(self.tangent.departures(
                 self.fitter,

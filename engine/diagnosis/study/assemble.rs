@@ -2,17 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use rayon::prelude::*;
-
 use crate::EngineError;
 use crate::bicycle::PerAxle;
 use crate::diagnosis::explain::show;
-use crate::diagnosis::fit::polish::reduce;
-use crate::diagnosis::fit::{Effort, FINE, Fitted, Model, Slot, Term};
+use crate::diagnosis::fit::together::Common;
+use crate::diagnosis::fit::{Model, Slot};
 use crate::diagnosis::search::Search;
-use crate::diagnosis::search::criteria::cost;
 use crate::diagnosis::search::null::FINEST;
-use crate::diagnosis::study::joint::Common;
+use crate::diagnosis::study::acting::{Support, acting, effort, of_tracks};
 use crate::diagnosis::study::ready::Ready;
 use crate::diagnosis::study::rounds::{Found, Joint, Rides, settled, sum};
 use crate::diagnosis::verdict::effect_report;
@@ -21,6 +18,7 @@ use crate::numerics::statistics::chi_square_tail;
 use crate::plant::Coefficient;
 use crate::report::diagnosis::{EffectName, EffectReport, ParameterReport, Verdict};
 use crate::report::study::{LeftAside, StudyAxle, StudyEffect, StudyReport, StudyRide};
+use crate::report::{Estimate, Parameters};
 use crate::settings::Settings;
 
 /// The report of a study.
@@ -31,26 +29,26 @@ pub fn assemble(
     left_aside: Vec<LeftAside>,
     settings: &Settings,
 ) -> Result<StudyReport, EngineError> {
-    let own = found.joint;
+    let alone: Vec<&[EffectReport]> = rides.iter().map(|r| &r.alone.effects[..]).collect();
+    let (own, supports) = acting(study, found.joint, &alone);
     let (whole, differs) = as_one(study, &own);
     let dataset = study.searches[0].fitter.dataset;
     let mut axles = PerAxle::default();
     for (t, track) in dataset.tracks.iter().enumerate() {
-        let common = differs[t].is_none_or(|p| p >= settings.alpha);
+        let common = differs[t].is_some_and(|p| p >= settings.alpha);
         let rms = |joint: Option<&Joint>| held_rms(study, joint, t);
         axles.set(
             track.axle,
             StudyAxle {
-                estimate: common
-                    .then(|| show::reported_estimate(dataset, &whole.models[0], t).reportable()),
+                estimate: common.then(|| pooled(rides, &whole, t)),
                 differs_p_value: differs[t].and_then(finite),
                 plain_held_out_m: rms(None),
                 held_out_m: rms(Some(&whole)),
             },
         );
     }
-    let effects: Vec<StudyEffect> = (own.terms().iter())
-        .filter_map(|term| effect(study, rides, &own, &whole, *term, !found.tied.is_empty()))
+    let effects: Vec<StudyEffect> = (supports.iter())
+        .filter_map(|s| effect(study, rides, &own, &whole, s, !found.tied.is_empty()))
         .collect();
     let alternatives: Vec<Vec<EffectName>> = (found.tied.iter())
         .map(|joint| {
@@ -89,12 +87,19 @@ pub fn assemble(
     })
 }
 
-fn effort(study: &Rides, joint: &Joint) -> Effort {
-    Effort {
-        iterations: 20,
-        gain: 0.01,
-        substeps: study.substeps(joint, FINE),
-    }
+/// k and B of all rides, with what interpolation does to them in the mean, which more rides do not average out.
+fn pooled(rides: &[Ready], whole: &Joint, t: usize) -> Estimate {
+    let dataset = &rides[0].dataset;
+    let found = show::reported_estimate(dataset, &whole.models[0], t);
+    let axle = dataset.tracks[t].axle;
+    let mean = |of: &dyn Fn(&Parameters) -> f64| {
+        let moved = rides.iter().filter_map(|ride| ride.interpolation.get(axle));
+        moved.map(of).sum::<f64>() / rides.len() as f64
+    };
+    found.widened(&Parameters {
+        k_n_m: mean(&|by| by.k_n_m),
+        b_n_s_m: mean(&|by| by.b_n_s_m),
+    })
 }
 
 /// The rides with k and B in common on the axles where they bear that, and by track how often chance makes them differ so.
@@ -103,13 +108,14 @@ fn as_one(study: &Rides, own: &Joint) -> (Joint, Vec<Option<f64>>) {
     let mut differs = vec![None; study.searches[0].fitter.dataset.tracks.len()];
     let mut whole = own.clone();
     for fit in &own.models[0].fits {
-        let fits: Vec<&Fitted> = (own.models.iter())
-            .filter_map(|m| m.fits.iter().find(|f| f.unit == fit.unit))
-            .collect();
+        let Some(fits) = of_tracks(own, &fit.unit.tracks) else {
+            continue;
+        };
         let starts: Vec<_> = fits.iter().map(|f| f.point.clone()).collect();
         let noise_models: Vec<_> = fits.iter().map(|f| f.noise_models.clone()).collect();
         let fitted = |common: Common| {
-            let together = study.together(fit.unit.clone(), common);
+            let units = fits.iter().map(|f| f.unit.clone()).collect();
+            let together = study.together(units, common, &own.own);
             let fits = together.fit(&starts, &noise_models, effort)?;
             settled(&together, fits, effort)
         };
@@ -158,72 +164,42 @@ fn effect(
     rides: &[Ready],
     own: &Joint,
     whole: &Joint,
-    term: Term,
+    support: &Support,
     is_tied: bool,
 ) -> Option<StudyEffect> {
-    let effort = effort(study, own);
+    let term = support.term;
     let found = own.p_values.iter().find(|(t, _)| *t == term);
     let p_value = found.and_then(|(_, p)| finite(p.max(FINEST)));
-    let fits: Vec<&Fitted> = (own.models.iter())
-        .filter_map(|m| m.fits.iter().find(|f| f.unit.terms.contains(&term)))
-        .collect();
-    let alone = |(search, fit): (&Search, &&Fitted)| {
-        let found = search
-            .fitter
-            .fit(&fit.unit, fit.point.clone(), &fit.noise_models, effort)?;
-        Some(if found.likelihood > fit.likelihood {
-            found
-        } else {
-            (*fit).clone()
-        })
+    let acting: Vec<usize> = (0..rides.len()).filter(|r| support.acts[*r]).collect();
+    let gains = &support.gains;
+    // Where rides differ in it, that of the ride that shows it most.
+    let shown = match support.differs {
+        Some(p) if p >= study.alpha => 0,
+        _ => *(acting.iter()).max_by(|a, b| gains[**a].total_cmp(&gains[**b]))?,
     };
-    let alone: Option<Vec<Fitted>> = study.searches.par_iter().zip(&fits).map(alone).collect();
-    let alone = alone?;
-    let common: f64 = fits.iter().map(|f| f.likelihood).sum();
-    let parameters: usize = (fits[0].unit.terms.iter())
-        .map(|t| t.kind.spec().parameters.len())
-        .sum();
-    let freedom = parameters * (rides.len() - 1);
-    let differs = chi_square_tail(2.0 * (sum(&alone) - common).max(0.0), freedom as f64);
-    let by_ride = own.with(alone);
-    let gains: Vec<f64> = gains(study, own, term)?;
-    let total: f64 = gains.iter().sum();
-    let at = (0..gains.len()).max_by(|a, b| gains[*a].total_cmp(&gains[*b]))?;
-    // Whether the rides beside the one that shows most still speak for it, by what its parameters cost them.
-    let rest = total - gains[at];
-    let alone = differs < study.alpha && rest < cost(&[term], study.samples());
-    let dataset = study.searches[0].fitter.dataset;
+    let dataset = study.searches[shown].fitter.dataset;
+    let total = gains.iter().sum();
     let mut reported =
-        effect_report::effect(dataset, &whole.models[0], &term, Some(total), p_value)?;
-    reported.affirmed = !is_tied && !alone;
-    let parameters = |(search, model): (&Search, &Model)| -> BTreeMap<String, ParameterReport> {
-        effect_report::effect(search.fitter.dataset, model, &term, None, None)
-            .map_or_else(BTreeMap::new, |e| e.parameters)
+        effect_report::effect(dataset, &whole.models[shown], &term, Some(total), p_value)?;
+    reported.affirmed = !is_tied && acting.len() > 1;
+    let parameters = |r: usize| -> BTreeMap<String, ParameterReport> {
+        let dataset = study.searches[r].fitter.dataset;
+        let found = support.alone[r].as_ref().and_then(|fit| {
+            effect_report::effect(dataset, &own.models[r].with(fit.clone()), &term, None, None)
+        });
+        found.map_or_else(BTreeMap::new, |e| e.parameters)
     };
     Some(StudyEffect {
         effect: reported,
-        by_ride: (study.searches.iter().zip(&by_ride.models))
-            .map(parameters)
-            .collect(),
-        gain_by_ride: gains,
-        differs_p_value: finite(differs),
-        only_in: alone.then(|| rides[at].name.clone()),
+        by_ride: (0..rides.len()).map(parameters).collect(),
+        gain_by_ride: gains.clone(),
+        differs_p_value: support.differs.and_then(finite),
+        acts_in: acting.iter().map(|r| rides[*r].name.clone()).collect(),
+        only_in: match acting[..] {
+            [only] => Some(rides[only].name.clone()),
+            _ => None,
+        },
     })
-}
-
-/// What each ride's likelihood loses without the effect.
-fn gains(study: &Rides, own: &Joint, term: Term) -> Option<Vec<f64>> {
-    let terms: Vec<Term> = own.terms().iter().copied().filter(|t| *t != term).collect();
-    let gain = |(search, model): (&Search, &Model)| {
-        let less = reduce(&search.fitter, model, &terms, search.thorough(model))?;
-        finite(model.likelihood - less.likelihood)
-    };
-    study
-        .searches
-        .par_iter()
-        .zip(&own.models)
-        .map(gain)
-        .collect()
 }
 
 /// One ride beside what is common, be it named alone or one of several sets.
@@ -258,9 +234,16 @@ fn reported_ride(search: &Search, ride: &Ready, model: &Model, common: &[EffectN
     }
 }
 
-/// Something is left without a name where more than half of the rides show more than is explained.
+/// Something is left without a name where more than half of the rides show more than is explained, be it by an effect of one ride's own.
 fn verdict(effects: &[StudyEffect], rides: &[StudyRide]) -> Verdict {
-    let more = rides.iter().filter(|r| r.shows_more).count();
+    let has_its_own = |ride: &&StudyRide| {
+        let mut own = effects.iter().filter_map(|e| e.only_in.as_ref());
+        ride.alone == Verdict::Named && own.any(|only| *only == ride.name)
+    };
+    let more = rides
+        .iter()
+        .filter(|r| r.shows_more && !has_its_own(r))
+        .count();
     let affirmed = effects.iter().any(|e| e.effect.affirmed);
     // What one ride alone shows is not in common, whatever else it might be.
     let in_common = effects.iter().any(|e| e.only_in.is_none());
@@ -278,8 +261,14 @@ fn sentence(report: &StudyReport) -> String {
     let said: Vec<String> = (report.effects.iter())
         .map(|e| match &e.only_in {
             Some(ride) => format!(
-                "{} (only {ride} shows it, so it is that ride's affair)",
+                "{} (only {ride} shows it, so it is specific to that ride)",
                 e.effect.sentence
+            ),
+            None if e.acts_in.len() < n => format!(
+                "{} (it acts in {} of the rides: {})",
+                e.effect.sentence,
+                e.acts_in.len(),
+                e.acts_in.join(", ")
             ),
             None => e.effect.sentence.clone(),
         })
@@ -287,10 +276,10 @@ fn sentence(report: &StudyReport) -> String {
     let said = said.join("; ");
     match report.verdict {
         Verdict::Named => {
-            format!("{n} rides have physics in common that the plain model leaves out: {said}.")
+            format!("{n} rides share physics that the plain model leaves out: {said}.")
         }
         Verdict::NamedInPart => format!(
-            "{n} rides have physics in common that the plain model leaves out: {said}. Most of them show more that has no name."
+            "{n} rides share physics that the plain model leaves out: {said}. Most of them show more, without a name."
         ),
         Verdict::Ambiguous => {
             let others = report.alternatives.iter().map(|set| {
@@ -299,19 +288,17 @@ fn sentence(report: &StudyReport) -> String {
             });
             let others = others.collect::<Vec<_>>().join("; or ");
             format!(
-                "{n} rides have something in common that the plain model leaves out, and several sets of effects explain it equally: {said}; or {others}."
+                "{n} rides share something that the plain model leaves out, and several sets of effects explain it equally well: {said}; or {others}."
             )
         }
         Verdict::Unnamed => format!(
-            "Most of {n} rides show something that the plain model leaves out and that no effect which they could have in common explains."
+            "Most of {n} rides show something that the plain model leaves out and that no common effect explains."
         ),
         Verdict::NothingMissing | Verdict::CannotTell if said.is_empty() => {
             format!("The plain model explains what {n} rides have in common; nothing is missing.")
         }
         Verdict::NothingMissing | Verdict::CannotTell => {
-            format!(
-                "The plain model explains what {n} rides have in common. Left out of it is {said}."
-            )
+            format!("The plain model explains what {n} rides have in common. It leaves out {said}.")
         }
     }
 }
@@ -338,6 +325,10 @@ mod tests {
             by_ride: Vec::new(),
             gain_by_ride: Vec::new(),
             differs_p_value: None,
+            acts_in: match only_in {
+                Some(only) => vec![only.to_owned()],
+                None => (0..4).map(|i| format!("ride {i}")).collect(),
+            },
             only_in: only_in.map(str::to_owned),
         }
     }
@@ -373,6 +364,18 @@ mod tests {
     }
 
     #[test]
+    fn what_an_effect_of_its_own_explains_is_not_left_without_a_name() {
+        let own = [effect(false, Some("ride 0")), effect(false, Some("ride 1"))];
+        let mut three = rides(4, 3);
+        assert_eq!(verdict(&own, &three), Verdict::Unnamed);
+        for ride in &mut three[..2] {
+            ride.alone = Verdict::Named;
+        }
+        assert_eq!(verdict(&own, &three), Verdict::NothingMissing);
+        assert_eq!(verdict(&own[..1], &rides(4, 4)), Verdict::Unnamed);
+    }
+
+    #[test]
     fn a_sentence_says_how_many_rides_and_whose_affair_an_effect_is() {
         let said = |verdict, effects: Vec<StudyEffect>| {
             sentence(&StudyReport {
@@ -398,6 +401,13 @@ mod tests {
         );
         let own = said(Verdict::NothingMissing, vec![effect(false, Some("ride 2"))]);
         assert!(own.contains("(only ride 2 shows it"), "{own}");
+        let mut some = effect(true, None);
+        some.acts_in.truncate(2);
+        let some = said(Verdict::Named, vec![some]);
+        assert!(
+            some.contains("(it acts in 2 of the rides: ride 0, ride 1)"),
+            "{some}"
+        );
         let nothing = said(Verdict::NothingMissing, Vec::new());
         assert!(nothing.ends_with("nothing is missing."), "{nothing}");
         let tied = said(Verdict::Ambiguous, vec![effect(false, None)]);

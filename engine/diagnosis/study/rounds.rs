@@ -2,12 +2,12 @@
 
 use rayon::prelude::*;
 
-use super::joint::{Common, Together};
 use crate::EngineError;
 use crate::diagnosis::fit::model::CORNERS;
 use crate::diagnosis::fit::physical::is_physical;
 use crate::diagnosis::fit::polish::until_still;
 use crate::diagnosis::fit::tangent::Tangent;
+use crate::diagnosis::fit::together::{Common, Together};
 use crate::diagnosis::fit::{COARSE, Effort, FINE, Fitted, Fitter, Model, Point, Term, Unit};
 use crate::diagnosis::policy;
 use crate::diagnosis::search::Search;
@@ -25,6 +25,8 @@ pub struct Joint {
     pub models: Vec<Model>,
     /// How often chance gains as much as each effect did when it was found (family-wise).
     pub p_values: Vec<(Term, f64)>,
+    /// Effects in which the rides differ: each has its own parameters, and they need not act on every ride.
+    pub own: Vec<Term>,
 }
 
 impl Joint {
@@ -32,6 +34,7 @@ impl Joint {
         self.models.iter().map(|m| m.likelihood).sum()
     }
 
+    /// The effects that all rides have while they are searched for.
     pub fn terms(&self) -> &[Term] {
         &self.models[0].terms
     }
@@ -56,7 +59,7 @@ const WORTH: f64 = 0.1;
 
 /// Why a study does not look for an effect.
 const OWN_AFFAIR: &str =
-    "belongs to a single ride: its time, its phase or its sensors; identify each ride for that";
+    "specific to a single ride (its time, phase or sensors): identify the rides one by one for it";
 
 impl Rides<'_> {
     /// Effects that rides can have in common, and those that they cannot.
@@ -87,6 +90,7 @@ impl Rides<'_> {
             joint: Joint {
                 models: self.searches.iter().map(|s| s.plain.clone()).collect(),
                 p_values: Vec::new(),
+                own: Vec::new(),
             },
             tied: Vec::new(),
         };
@@ -189,7 +193,7 @@ impl Rides<'_> {
             true => 3,
             false => 1,
         };
-        let together = self.together(unit, Common::Effects);
+        let together = self.together(vec![unit; self.searches.len()], Common::Effects, &[]);
         let effort = self.effort(joint, &offer.term);
         let fits = order.iter().take(near).filter_map(|predicted_gain| {
             let mut starts = points.clone();
@@ -205,17 +209,24 @@ impl Rides<'_> {
             return None;
         }
         let mut larger = joint.with(settled(&together, best, effort)?);
-        let p_value = null.p_value(gain(&larger));
+        let unresolved = self.searches.iter().map(|s| s.unresolved(offer.term.place));
+        let p_value = null.p_value(gain(&larger) - unresolved.sum::<f64>());
         larger.p_values.push((offer.term, p_value));
         (p_value <= self.alpha).then_some(larger)
     }
 
     /// The fit of an axle, or of both, over all rides.
-    pub fn together(&self, unit: Unit, common: Common) -> Together<'_> {
+    pub fn together<'a>(
+        &'a self,
+        units: Vec<Unit>,
+        common: Common,
+        own: &'a [Term],
+    ) -> Together<'a> {
         Together {
             rides: self.searches.iter().map(|s| &s.fitter).collect(),
-            unit,
+            units,
             common,
+            own,
         }
     }
 
@@ -289,6 +300,7 @@ impl Joint {
         Joint {
             models: each.map(|(model, fit)| model.with(fit)).collect(),
             p_values: self.p_values.clone(),
+            own: self.own.clone(),
         }
     }
 }
@@ -343,6 +355,7 @@ mod tests {
         let joint = Joint {
             models: vec![model(3.0), model(4.0)],
             p_values: vec![(cubic, 0.01)],
+            own: Vec::new(),
         };
         assert_eq!(joint.likelihood(), 3.0 + 4.0);
         let fit = |likelihood: f64| Fitted {

@@ -77,14 +77,15 @@ fn the_noise_floor_is_measured_not_what_is_left() {
 fn the_p_value_of_a_match_is_its_own() {
     let d = diagnosed(&ride(|_, _, _| 0.0));
     assert_eq!(d.verdict, Verdict::NothingMissing, "{}", d.sentence);
-    let alpha = Settings::default().alpha;
-    for location in [d.location.front.unwrap(), d.location.rear.unwrap()] {
-        let p = location.p_value.unwrap();
-        assert!(
-            !location.mismatch && (0.0..=1.0).contains(&p) && p != alpha,
-            "{location:?}"
-        );
-    }
+    let locations = [d.location.front.unwrap(), d.location.rear.unwrap()];
+    assert!(locations.iter().all(|l| !l.mismatch), "{locations:?}");
+    // Neither threshold nor bound: a probability of this axle's own noise.
+    let [front, rear] = locations.map(|l| l.p_value.unwrap());
+    let ordinary = 0.02..0.98;
+    assert!(
+        ordinary.contains(&front) && ordinary.contains(&rear) && front != rear,
+        "{front} {rear}"
+    );
 }
 
 /// With four times the noise every effect must be about four times as strong to show, or does not show at all.
@@ -113,7 +114,9 @@ fn what_would_have_shown_grows_with_the_noise() {
             .find(same)
             .and_then(|y| y.smallest_detectable);
         match (x.stronger, other) {
-            (Stronger::Larger, Some(other)) => assert!(other > 1.5 * size, "{x:?}: {other}"),
+            (Stronger::Larger, Some(other)) => {
+                assert!((2.0..8.0).contains(&(other / size)), "{x:?}: {other}")
+            }
             (Stronger::Smaller, Some(other)) => assert!(other < size, "{x:?}: {other}"),
             (_, None) => {}
         }

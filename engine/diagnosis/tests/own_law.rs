@@ -41,9 +41,13 @@ fn a_law_that_no_library_has_is_named_and_measured() {
     );
     let spoken_of = d.sentence.contains("fifth power spring");
     assert!(spoken_of, "{}", d.sentence);
-    // Without the law there is something that it cannot name, or a neighbour.
+    // Without the law no other spring takes its name.
     let without = diagnosed(&ride);
-    assert!(without.effects.iter().all(|e| e.id != "fifth_power_spring"));
+    assert_eq!(without.verdict, Verdict::Unnamed, "{}", without.sentence);
+    assert!(without.location.front.as_ref().unwrap().mismatch);
+    assert!(!without.location.rear.as_ref().unwrap().mismatch);
+    let named = without.effects.iter().any(|e| e.affirmed);
+    assert!(!named, "{}", without.sentence);
 }
 
 #[test]

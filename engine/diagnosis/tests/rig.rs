@@ -81,7 +81,7 @@ fn a_rigs_stiffness_and_damping_are_found_whichever_way_it_is_logged() {
             .ride
             .warnings
             .iter()
-            .any(|w| w.contains("turned round"));
+            .any(|w| w.contains("its sign is inverted"));
         assert_eq!(turned, sign < 0.0, "{:?}", report.ride.warnings);
     }
 }
@@ -188,7 +188,7 @@ fn a_force_that_is_noise_is_neither_turned_round_nor_explained() {
         30.0 * noise.draw() - 20e3 * d - 300.0 * w
     });
     let report = reported(&text);
-    let turned = |w: &String| w.contains("turned round");
+    let turned = |w: &String| w.contains("its sign is inverted");
     assert!(!report.ride.warnings.iter().any(turned));
     let d = report.diagnosis.unwrap();
     assert_eq!(d.verdict, Verdict::CannotTell, "{}", d.sentence);

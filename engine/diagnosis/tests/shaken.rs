@@ -41,14 +41,15 @@ fn shaken(pull: impl Fn(f64, [f64; 4]) -> [f64; 2]) -> Ride {
     let force: Vec<f64> = (0..ride.samples)
         .map(|i| 40.0 * sines(ride.step_s * i as f64))
         .collect();
-    let slope = slopes(&force, ride.step_s);
+    let pushed = lifted(&force);
+    let slope = slopes(&pushed, ride.step_s);
     let h = ride.step_s / FINE as f64;
     let mut x = [0.0; 4];
     let mut positions = Vec::new();
     for i in 0..force.len() {
         positions.push(x[0]);
         let j = (i + 1).min(force.len() - 1);
-        let f = cubic(force[i], force[j], slope[i], slope[j], ride.step_s);
+        let f = cubic(pushed[i], pushed[j], slope[i], slope[j], ride.step_s);
         for sub in 0..FINE {
             let s = (sub as f64 + 0.5) / FINE as f64;
             let [a, b] = pull(f[0] + s * (f[1] + s * (f[2] + s * f[3])), x);

@@ -15,9 +15,11 @@ use super::general_laws::generalised;
 use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::fit::polish::reduce;
 use crate::diagnosis::fit::{Effort, FINE, Fitted, Fitter, Model, Term};
+use crate::diagnosis::law::Family;
 use crate::diagnosis::policy;
 use crate::diagnosis::search::Search;
 use crate::diagnosis::search::extend::Reach;
+use crate::diagnosis::search::refit::SOME;
 use crate::report::diagnosis::Support;
 
 /// An effect of a model with the evidence for it, and whether that is enough.
@@ -65,6 +67,7 @@ fn claim(
         .filter_map(|axle| Some((axle, least(axle)?, with(axle))))
         .min_by(|a, b| (a.2.held / a.1.1.held).total_cmp(&(b.2.held / b.1.1.held)))?;
     let (led, speaking) = leads(&with.blocks, &without.blocks);
+    let (led_unfitted, unfitted) = leads(with.unfitted(fitter), without.unfitted(fitter));
     let rivals = rivals(search, model, term, less, tried, axle);
     // A law that is a limit of this one, or of which this is one, says no other thing.
     let others = (rivals.iter()).filter(|(r, _)| !is_limit(term, *r) && !is_limit(*r, term));
@@ -89,8 +92,9 @@ fn claim(
         holds_as_limit,
         support: Support {
             removed_share: finite(removed)?,
-            blocks: speaking,
-            blocks_led: led,
+            blocks: unfitted,
+            blocks_led: led_unfitted,
+            selected_apart: false,
             rival: rival.map(|(term, _)| term.id(search.fitter.dataset).to_owned()),
             rival_ratio: ratio.and_then(finite),
             disagreement: disagreement.and_then(finite),
@@ -140,6 +144,14 @@ fn leads(with: &[f64], without: &[f64]) -> (usize, usize) {
 /// Other effects in the place of one that are fitted already, so that no more are.
 const ENOUGH: usize = 3;
 
+/// Whether an effect is one of several laws of one variable and axle that are alike in both directions: together they draw a curve that
+/// has no name. One of them beside a law that differs between the directions does not, since a curve has one odd and one even part.
+pub fn is_part_of_a_curve(term: Term, all: &[Term], family: Family) -> bool {
+    let is_one =
+        |t: &Term| t.place == term.place && t.kind.is_named(family) && t.kind.spec().is_odd;
+    is_one(&term) && all.iter().filter(|t| is_one(t)).count() > 1
+}
+
 /// Whether a law is a limit of another on the same axle.
 pub fn is_limit(narrow: Term, wide: Term) -> bool {
     narrow.place == wide.place && narrow.kind.spec().limit_of.contains(&wide.kind.id())
@@ -161,7 +173,7 @@ fn rivals(
         less.terms.iter().all(|t| m.terms.contains(t)) && m.terms.len() == model.terms.len()
     };
     let refitted = match others.clone().filter(beside).count() {
-        0..ENOUGH => search.refits(less, &search.offers(less, &model.terms), Reach::Near),
+        0..ENOUGH => search.refits(less, &search.offers(less, &model.terms), Reach::Near, SOME),
         _ => Vec::new(),
     };
     let left = |m: &Model| {
@@ -200,6 +212,13 @@ impl Errors {
             blocks: blocks(whole, policy::BLOCKS).map(sum).collect(),
             held: sum(search.held.clone()).max(f64::MIN_POSITIVE),
         }
+    }
+
+    /// Those of the blocks to which the model was not fitted.
+    fn unfitted(&self, fitter: &Fitter) -> &[f64] {
+        let mut ranges = blocks(fitter.dataset.samples, policy::BLOCKS);
+        let first = ranges.position(|range| range.start >= fitter.samples);
+        &self.blocks[first.unwrap_or(self.blocks.len())..]
     }
 }
 

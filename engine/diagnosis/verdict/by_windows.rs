@@ -2,7 +2,8 @@
 
 use super::affirm::{Claim, reported};
 use super::partly::{Partly, Predictions, Rest, of_squares, search_by_squares};
-use super::windows::{Sights, Supported, is_little, look_twice, parameters};
+use super::twice::{Sights, is_little, look_twice};
+use super::windows::{Supported, parameters};
 use crate::EngineError;
 use crate::bicycle::PerAxle;
 use crate::diagnosis::dataset::Dataset;
@@ -189,7 +190,7 @@ fn whole(again: &Search, plain: &Fitted, seen: &Seen) -> Option<Fitted> {
 }
 
 fn claim(dataset: &Dataset, effect: &Supported, window: f64) -> Claim {
-    let [blocks, blocks_led] = effect.blocks;
+    let [blocks, blocks_led] = effect.unseen.unwrap_or(effect.blocks);
     Claim {
         term: effect.term,
         holds: true,
@@ -198,6 +199,7 @@ fn claim(dataset: &Dataset, effect: &Supported, window: f64) -> Claim {
             removed_share: effect.share,
             blocks,
             blocks_led,
+            selected_apart: effect.unseen.is_some(),
             rival: effect.rival.map(|(term, _)| term.id(dataset).to_owned()),
             rival_ratio: effect.rival.and_then(|(_, ratio)| finite(ratio)),
             disagreement: None,

@@ -27,8 +27,8 @@ fn unfollowed(d: &Diagnosis, moves: &dyn Fn(Axle) -> f64) -> Option<String> {
     let (axle, left, unit) = d.held_out.iter().find_map(left)?;
     let size = |rms: f64| Quantity::rough(rms, 3, unit);
     Some(format!(
-        "The plain spring and damper follow hardly anything of what the {axle} axle does: {} of {} are left. No effect in the \
-         library explains more, but this record is no ground for a verdict: are channels swapped, turned or noise?",
+        "No verdict: the plain spring and damper explain almost none of the {axle} axle's response ({} of {} are left), and no \
+         effect in the library explains more. Are channels swapped, inverted or only noise?",
         size(left),
         size(moves(axle))
     ))
@@ -41,7 +41,7 @@ fn undetermined(d: &Diagnosis) -> Option<String> {
     let unknown = axles.all(|(_, e)| e.k_std_n_m.is_none() && e.b_std_n_s_m.is_none());
     unknown.then(|| {
         format!(
-            "This record determines neither stiffness nor damping of any axle, so it cannot tell what is missing beside them. {MORE}"
+            "No verdict: this record determines neither stiffness nor damping of any axle. {MORE}"
         )
     })
 }
@@ -52,8 +52,8 @@ fn unsized_effects(d: &Diagnosis) -> Option<String> {
     unknown.then(|| {
         let names: Vec<String> = d.effects.iter().map(|e| e.id.replace('_', " ")).collect();
         format!(
-            "Something is left out, and {} would explain it, but this record determines no size of it, so that it may be \
-             anything like it. {MORE}",
+            "No verdict: an effect is missing and {} would explain it, but this record does not determine its size, so a similar \
+             effect is as likely. {MORE}",
             names.join(" with ")
         )
     })
@@ -135,7 +135,7 @@ mod tests {
         assert_eq!(left(0.997 * policy::FOLLOWS), None);
         let nothing = left(1.003 * policy::FOLLOWS).unwrap_or_default();
         assert!(
-            nothing.contains("hardly anything") && nothing.contains("2.71 mm of 3 mm"),
+            nothing.contains("almost none") && nothing.contains("2.71 mm of 3 mm"),
             "{nothing}"
         );
     }

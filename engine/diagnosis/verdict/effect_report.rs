@@ -36,8 +36,8 @@ pub fn reported(
         .map(|(_, name, ..)| name)
         .collect();
     let parameters = parameters(dataset, fit, at, &unreported, least);
-    let words = term.kind.words_on(scale);
-    let sentence = sentence(term.place, words, &parameters, &unreported);
+    let named = (term.kind.spec().noun, term.kind.words_on(scale));
+    let sentence = sentence(term.place, named, &parameters, &unreported);
     Some(EffectReport {
         id: term.kind.id_on(scale).to_owned(),
         axle: term.place,
@@ -102,30 +102,35 @@ fn parameters(
         .collect()
 }
 
-/// An effect in a sentence.
+/// An effect with its size and place, as part of a sentence. Where the ride does not determine a parameter, or the law is the
+/// user's own, the parameters follow the plain words.
 fn sentence(
     place: Place,
-    words: &str,
+    (noun, words): (&str, &str),
     parameters: &[(Cow<str>, ParameterReport)],
     unreported: &[&str],
 ) -> String {
-    let reported = parameters
-        .iter()
+    let place = match place {
+        Place::Front => "at the front axle",
+        Place::Rear => "at the rear axle",
+        Place::Both => "at both axles",
+    };
+    if !noun.is_empty() && unreported.is_empty() {
+        let sized = parameters.iter().fold(noun.to_owned(), |text, (name, p)| {
+            text.replace(&format!("{{{name}}}"), &p.quantity(name).to_string())
+        });
+        return format!("{sized} {place}");
+    }
+    let listed: Vec<String> = (parameters.iter())
         .map(|(name, p)| {
             let plain = name.replace('_', " ");
-            if unreported.contains(&&**name) {
-                return format!("{plain} as expected");
+            match unreported.contains(&&**name) {
+                true => format!("{plain} as expected"),
+                false => format!("{plain} {}", p.quantity(name)),
             }
-            format!("{plain} {}", p.quantity(name))
         })
-        .collect::<Vec<_>>()
-        .join(", ");
-    let place = match place {
-        Place::Front => "on the front axle",
-        Place::Rear => "on the rear axle",
-        Place::Both => "on both axles",
-    };
-    format!("{place}, {words}: {reported}")
+        .collect();
+    format!("{place}, {words} ({})", listed.join(", "))
 }
 
 /// An angle's zero is a direction as any other: it is reported to within half a radian or not at all.
@@ -136,11 +141,10 @@ fn as_good_as_zero(unit: &str) -> f64 {
     }
 }
 
-const BEYOND_PRIOR: &str = "not identifiable beyond what is expected of any bicycle";
-pub const HAS_TWIN: &str =
-    "another value, beside other ones of the rest, explains the record in exactly the same way";
+const BEYOND_PRIOR: &str = "not determined beyond the value expected of any bicycle";
+pub const HAS_TWIN: &str = "another value, with other values of the remaining parameters, explains the record exactly as well";
 pub const RESTS_ON_PRIOR: &str =
-    "rests on what is expected of another parameter, which this ride does not tell";
+    "depends on the expected value of another parameter that this ride does not determine";
 
 /// Parameters of a fit's effects of which the ride says less than what was expected before it: term, name, expected value
 /// and its deviation. What the ride says adds to what was expected, so that together they have half its variance

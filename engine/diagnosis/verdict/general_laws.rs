@@ -1,4 +1,4 @@
-//! Named laws held against general curves: where some other power of the rate explains the ride
+//! Named laws held against general curves: where some other power of the rate or of the deflection explains the ride
 //! clearly better with no more terms, the names are only the nearest shapes.
 
 use crate::bicycle::Axle;
@@ -41,7 +41,8 @@ pub fn is_curve(search: &Search, model: &Model) -> bool {
                 .filter(|t| t.acts_on(axle) && t.kind.is_named(family))
                 .collect()
         };
-        // Three laws of one variable draw a curve, they are not three causes.
+        // Three laws of one variable draw a curve, they are not three causes; two do where one law is better.
+        let springs = own(Family::Spring);
         let dampers = own(Family::Damper);
         let all: Vec<Term> = model
             .terms
@@ -49,10 +50,11 @@ pub fn is_curve(search: &Search, model: &Model) -> bool {
             .copied()
             .filter(|t| t.acts_on(axle))
             .collect();
-        own(Family::Spring).len() >= 3
+        springs.len() >= 3
+            || springs.len() == 2 && led(search, model, &springs, Family::Spring)
             || !dampers.is_empty()
-                && (led(search, model, &dampers)
-                    || all.len() > dampers.len() && led(search, model, &all))
+                && (led(search, model, &dampers, Family::Damper)
+                    || all.len() > dampers.len() && led(search, model, &all, Family::Damper))
     })
 }
 
@@ -107,15 +109,15 @@ fn widened(model: &Model, named: Kind, wider: Kind) -> Option<Model> {
     (wide.terms != model.terms).then_some(wide)
 }
 
-/// Whether a general damper in the place of `named` effects leads the model.
-fn led(search: &Search, model: &Model, named: &[Term]) -> bool {
-    curves(search, model, named)
+/// Whether a general law of a family in the place of `named` effects leads the model.
+fn led(search: &Search, model: &Model, named: &[Term], family: Family) -> bool {
+    curves(search, model, named, family)
         .iter()
         .any(|m| leads(search, model, m))
 }
 
-/// The model with each general damper in the place of `named` effects.
-fn curves(search: &Search, model: &Model, named: &[Term]) -> Vec<Model> {
+/// The model with each general law of a family in the place of `named` effects.
+fn curves(search: &Search, model: &Model, named: &[Term], family: Family) -> Vec<Model> {
     let fitter = &search.fitter;
     let substeps = model.substeps(fitter.dataset, FINE);
     let effort = Effort {
@@ -150,7 +152,7 @@ fn curves(search: &Search, model: &Model, named: &[Term]) -> Vec<Model> {
         let found = extend(fitter, &less, &offer, effort, Reach::Near)?;
         polish(fitter, &found, effort)
     };
-    Kind::general(Family::Damper).filter_map(in_place).collect()
+    Kind::general(family).filter_map(in_place).collect()
 }
 
 /// The model with the general laws that hold one of its effects as a case of theirs in its place.
@@ -161,7 +163,7 @@ pub fn generalised(search: &Search, model: &Model, term: Term) -> Vec<Model> {
         .into_iter()
         .collect();
     if term.kind.is_named(Family::Damper) {
-        found.extend(curves(search, model, &[term]));
+        found.extend(curves(search, model, &[term], Family::Damper));
     }
     found
 }

@@ -42,6 +42,7 @@ fn noises(dataset: &Dataset, fit: &Fitted) -> Vec<f64> {
             let inputs = Inputs {
                 road: track.road_floor,
                 force: track.force_most * base.per_mass * base.per_mass,
+                band: track.band,
             };
             let density = road_noise(residual, dataset.step, base.kappa, base.beta, &inputs);
             deviation(density, dataset.step)

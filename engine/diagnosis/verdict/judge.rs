@@ -20,7 +20,7 @@ use crate::settings::Settings;
 /// Judges one track: is anything left, and what was the noise.
 pub struct Judged {
     pub remainder: Remainder,
-    /// The least p value of all that was asked.
+    /// The least p value of all that was asked, as chance gives it when so many are asked.
     pub p_value: f64,
     pub remains: bool,
     /// What noise would leave (m), and the share of the held-out variance above it that the model removed, as far as the
@@ -105,13 +105,23 @@ pub fn judge(
     let record = shown.map_or(track, |(record, _)| &record.tracks[t]);
     let window_s = [split.held.start, split.held.end].map(|i| dataset.step * i as f64);
     Judged {
-        p_value: found.p_value.min(normal_tail(bursts.max(driven.score))),
+        p_value: least_of([
+            found.p_value,
+            normal_tail(bursts),
+            normal_tail(driven.score),
+        ]),
         remains,
         floor,
         share: removed(plain, extended, floor),
         held_out: held_out(record, plain, extended, window_s),
         remainder: found,
     }
+}
+
+/// The p value of the least of several independent p values (Šidák 1967, doi:10.1080/01621459.1967.10482935).
+fn least_of<const N: usize>(p_values: [f64; N]) -> f64 {
+    let least = p_values.into_iter().fold(1.0, f64::min);
+    -(N as f64 * (-least).ln_1p()).exp_m1()
 }
 
 /// Whether a residual's spectrum shows a force that is left, of which something is `named` or nothing.
@@ -151,6 +161,7 @@ impl OnAxle<'_> {
         let inputs = Inputs {
             road: track.road_most,
             force: track.force_most * per_mass * per_mass,
+            band: track.band,
         };
         if track.input.prescribed {
             return Resonance::default();
@@ -244,7 +255,21 @@ pub fn held_rms((dataset, model): (&Dataset, &Model), t: usize, split: &Split) -
 
 #[cfg(test)]
 mod tests {
+    use rand::{RngExt, SeedableRng};
+
     use super::*;
+
+    #[test]
+    fn val_the_least_of_three_uniform_numbers_is_as_rare_as_it_says() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+        let mut below = 0;
+        for _ in 0..10_000 {
+            below += usize::from(least_of([0; 3].map(|_| rng.random::<f64>())) < 0.05);
+        }
+        assert!((450..550).contains(&below), "{below} of 500");
+        assert!((least_of([1e-20, 1.0, 1.0]) - 3e-20).abs() < 1e-30);
+        assert_eq!(least_of([1.0; 3]), 1.0);
+    }
 
     #[test]
     fn no_share_is_reported_without_room_or_against_the_noise() {

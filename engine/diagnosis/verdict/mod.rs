@@ -8,5 +8,7 @@ pub mod effect_report;
 pub mod general_laws;
 pub mod input_noise;
 pub mod judge;
+pub mod outer;
 pub mod partly;
+pub mod twice;
 pub mod windows;

@@ -8,11 +8,12 @@ use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::fit::physical::is_physical;
 use crate::diagnosis::fit::polish::reduce;
 use crate::diagnosis::fit::{Fitter, Model, Term};
+use crate::diagnosis::law::Family;
 use crate::diagnosis::policy;
 use crate::diagnosis::search::Search;
 use crate::diagnosis::search::criteria::explains_nearly_all;
 use crate::diagnosis::search::extend::Reach;
-use crate::diagnosis::search::refit::first_of_each;
+use crate::diagnosis::search::refit::{SOME, first_of_each};
 
 /// Models that are followed up in each round: the best of one alone often stands in for two others.
 const WIDTH: usize = 2;
@@ -167,7 +168,7 @@ fn rounds(search: &Search) -> Result<Vec<Vec<Left>>, EngineError> {
             true => Reach::Far,
             false => Reach::Near,
         };
-        let refits = |m: &Model| search.refits(m, &search.offers(m, &m.terms), reach);
+        let refits = |m: &Model| search.refits(m, &search.offers(m, &m.terms), reach, SOME);
         let mut found: Vec<Left> = (front.iter().flat_map(refits))
             .filter(|m| is_physical(search.fitter.dataset, &search.plain, m) && !has_limit(m))
             .map(left)
@@ -274,6 +275,7 @@ fn examined(search: &Search, model: &Model, tried: &[Model], outgrown: f64) -> O
         claim.holds &= determines;
         claim.holds_as_limit &= determines;
     }
+    without_curves(&mut claims);
     Some(Examined {
         model,
         claims,
@@ -282,12 +284,46 @@ fn examined(search: &Search, model: &Model, tried: &[Model], outgrown: f64) -> O
     })
 }
 
+/// Two springs that draw a curve are not claimed.
+fn without_curves(claims: &mut [Claim]) {
+    let held = claims.iter().filter(|c| c.holds).map(|c| c.term);
+    let held: Vec<Term> = held.collect();
+    for claim in claims.iter_mut().filter(|c| c.holds) {
+        if affirm::is_part_of_a_curve(claim.term, &held, Family::Spring) {
+            (claim.holds, claim.holds_as_limit) = (false, false);
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::bicycle::Axle;
     use crate::diagnosis::effects::Kind;
     use crate::diagnosis::example;
+    use crate::report::diagnosis::Support;
+
+    #[test]
+    fn two_springs_alike_in_both_directions_are_a_curve() {
+        let claim = |kind, axle| Claim {
+            term: example::term(kind, axle),
+            support: Support::default(),
+            holds: true,
+            holds_as_limit: true,
+        };
+        let hold = |claims: &[(Kind, Axle)]| -> Vec<bool> {
+            let mut claims: Vec<Claim> = claims.iter().map(|(k, a)| claim(*k, *a)).collect();
+            without_curves(&mut claims);
+            claims.iter().map(|c| c.holds).collect()
+        };
+        let (cubic, stop, friction) = (Kind::CubicStiffness, Kind::BumpStop, Kind::CoulombFriction);
+        let front = Axle::Front;
+        assert_eq!(
+            hold(&[(cubic, front), (stop, front), (friction, front)]),
+            [false, false, true]
+        );
+        assert_eq!(hold(&[(cubic, front), (stop, Axle::Rear)]), [true, true]);
+    }
 
     #[test]
     fn one_more_effect_takes_a_good_share_to_be_looked_at() {

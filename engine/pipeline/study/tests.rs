@@ -197,6 +197,42 @@ fn what_one_ride_alone_shows_is_its_own_affair() {
 }
 
 #[test]
+fn val_an_effect_acts_on_the_rides_that_show_it_and_leaves_the_others_as_they_are() {
+    for acting in [&[2][..], &[0, 3]] {
+        let rides: Vec<_> = (0..4)
+            .map(|i| {
+                let friction = if acting.contains(&i) { 20.0 } else { 0.0 };
+                (rubbing(50 + i, friction), bike(23.0))
+            })
+            .collect();
+        let report = studied(&rides).unwrap();
+        let names: Vec<String> = acting.iter().map(|i| format!("ride {i}")).collect();
+        let found = report.effects.iter().find(|e| e.acts_in == names);
+        let found = found.unwrap_or_else(|| panic!("{acting:?}: {}", report.sentence));
+        assert_eq!(
+            found.effect.affirmed,
+            acting.len() > 1,
+            "{}",
+            report.sentence
+        );
+        let axle = report.axles.front.as_ref().unwrap();
+        let whole = axle.estimate.as_ref().unwrap();
+        for (value, std, truth) in [
+            (whole.k_n_m, whole.k_std_n_m, K),
+            (whole.b_n_s_m, whole.b_std_n_s_m, FRONT.b_n_s_m),
+        ] {
+            assert!(
+                (value - truth).abs() < 3.0 * std.unwrap(),
+                "{acting:?}: {value} {std:?}"
+            );
+        }
+        for (i, ride) in report.rides.iter().enumerate() {
+            assert_eq!(ride.shows_more, acting == [i as u64], "{}", report.sentence);
+        }
+    }
+}
+
+#[test]
 fn val_what_every_ride_shows_is_named_and_measured_more_closely() {
     let k3 = 4e9;
     let rides: Vec<_> = (0..4)
@@ -265,7 +301,7 @@ fn rides_that_cannot_take_part_are_left_aside_with_the_reason() {
     assert_eq!(report.left_aside[0].name, "ride 1");
     let error = studied(&[good(1), (roadless, bike(23.0))]).unwrap_err();
     assert!(
-        error.is_input() && error.to_string().contains("1 of 2 can take part"),
+        error.is_input() && error.to_string().contains("1 of 2 can be used"),
         "{error}"
     );
 }

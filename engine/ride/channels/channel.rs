@@ -103,6 +103,17 @@ impl Channel {
     }
 }
 
+/// Every channel with the units that its numbers may have, SI first.
+pub fn channels() -> impl Iterator<Item = (&'static str, &'static [&'static str])> {
+    let all = Channel::ALL.into_iter();
+    all.map(|channel| (channel.name(), channel.dimension().units()))
+}
+
+/// Whether `text` is a unit of this channel.
+pub fn is_unit(channel: &str, text: &str) -> bool {
+    Channel::named(channel).is_some_and(|c| Unit::parse(text, c.dimension()).is_some())
+}
+
 /// A header cell taken apart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Heading<'a> {
@@ -156,6 +167,12 @@ pub fn heading(cell: &str) -> Heading<'_> {
         unit: None,
         underscore: false,
     })
+}
+
+/// A column of a mapping and the unit in square brackets behind it: `Weg vorne mm [mm]`.
+pub fn with_unit(column: &str) -> Option<(&str, &str)> {
+    let (name, unit) = column.trim().strip_suffix(']')?.rsplit_once('[')?;
+    Some((name.trim(), unit.trim()))
 }
 
 fn split_unit(cell: &str) -> (&str, Option<&str>) {

@@ -1,6 +1,7 @@
 //! The recognised columns of a file as numbers, before anything is made of them.
 
 use crate::ride::channels::channel::Channel;
+use crate::ride::channels::glimpse::Glimpse;
 use crate::ride::channels::unit::Unit;
 use crate::ride::error::{Problem, ReadError};
 
@@ -53,8 +54,10 @@ pub struct Table {
     /// Channels of the mapping whose column is not here, but may be in another file.
     pub unfound: Vec<String>,
     pub ignored: Vec<String>,
+    /// Every column of the file, in order.
+    pub glimpses: Vec<Glimpse>,
     pub warnings: Vec<String>,
-    /// How the file is written, in words.
+    /// Format of the file, in words.
     pub format: String,
 }
 

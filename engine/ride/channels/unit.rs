@@ -137,17 +137,25 @@ impl Dimension {
         }
     }
 
-    /// The units of this dimension, for messages.
-    pub fn expected(self) -> &'static str {
+    /// The units of this dimension, as people write them.
+    pub fn units(self) -> &'static [&'static str] {
         match self {
-            Time => "s, ms, us, ns or min",
-            Length => "m, mm, cm, um, in or ft",
-            Speed => "m/s, mm/s, km/h, mph or ft/s",
-            Acceleration => "m/s^2, mm/s^2, cm/s^2, ft/s^2, g or mg",
-            Force => "N, kN, lbf or kgf",
-            Angle => "rad, mrad or deg",
-            AngularRate => "rad/s, mrad/s, deg/s or rpm",
-            Cadence => "rpm, Hz, rad/s or deg/s",
+            Time => &["s", "ms", "us", "ns", "min"],
+            Length => &["m", "mm", "cm", "um", "in", "ft"],
+            Speed => &["m/s", "mm/s", "km/h", "mph", "ft/s"],
+            Acceleration => &["m/s^2", "mm/s^2", "cm/s^2", "ft/s^2", "g", "mg"],
+            Force => &["N", "kN", "lbf", "kgf"],
+            Angle => &["rad", "mrad", "deg"],
+            AngularRate => &["rad/s", "mrad/s", "deg/s", "rpm"],
+            Cadence => &["rpm", "Hz", "rad/s", "deg/s"],
+        }
+    }
+
+    /// The same, for messages.
+    pub fn expected(self) -> String {
+        match self.units().split_last() {
+            Some((last, others)) => format!("{} or {last}", others.join(", ")),
+            None => String::new(),
         }
     }
 }
@@ -216,7 +224,7 @@ mod tests {
             AngularRate,
             Cadence,
         ] {
-            for unit in d.expected().replace(" or ", ", ").split(", ") {
+            for unit in d.units() {
                 assert!(Unit::parse(unit, d).is_some(), "{unit}");
             }
             assert_eq!(Unit::parse(d.si_name(), d).unwrap().scale, 1.0);

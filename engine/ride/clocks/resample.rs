@@ -1,5 +1,6 @@
 //! From one clock to another: cubic splines from uneven stamps, windowed sinc between even clocks.
 
+use crate::numerics::filter::mirrored;
 use crate::ride::clocks::clock::Grid;
 
 /// Longest run of missing samples that a spline goes through; longer ones are bridged straight.
@@ -199,18 +200,6 @@ fn bessel_i0(x: f64) -> f64 {
         k += 1.0;
     }
     sum
-}
-
-/// Sample `j`, continued beyond the ends by point reflection.
-pub fn mirrored(values: &[f64], j: isize) -> f64 {
-    let last = values.len() as isize - 1;
-    if j < 0 {
-        2.0 * values[0] - values[(-j).min(last) as usize]
-    } else if j > last {
-        2.0 * values[last as usize] - values[(2 * last - j).max(0) as usize]
-    } else {
-        values[j as usize]
-    }
 }
 
 /// Largest mismatch (steps) of two clocks that are taken for one.

@@ -9,26 +9,26 @@ use crate::ride::clocks::clock::Grid;
 const PROMISED_S: f64 = 1e-3;
 const PROMISED_PPM: f64 = 5.0;
 
-/// How the clock of a sensor goes beside that of the accelerometer on its axle: at time t of that one it reads
+/// The clock of a sensor relative to that of the accelerometer on its axle: at time t of the latter it reads
 /// t + offset + drift (t - at).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct SensorClock {
     /// Canonical name of its channel, e.g. `d_r`.
     pub channel: String,
-    /// The channel that it is compared with.
+    /// The channel with which it is compared.
     pub beside: String,
-    /// Their files, where the ride has several and these are two: it is then the clock of all that is in the first one.
+    /// The file of `channel`, where the two channels are in different files; the clock then applies to everything in this file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
-    /// The file of that one.
+    /// The file of `beside`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub beside_file: Option<String>,
-    /// Null where the ride does not show it; `reason` says why.
+    /// Null where the ride does not determine it; `reason` states why.
     pub found: Option<ClockOffset>,
     /// Why nothing was found.
     pub reason: Option<String>,
-    /// Whether the time stamps were set right by it; what is small or not sure is left in, and counts in full in the intervals.
+    /// Whether the time stamps were corrected; a small or uncertain offset is left in and included in full in the intervals.
     pub applied: bool,
 }
 
@@ -36,7 +36,7 @@ pub struct SensorClock {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct ClockOffset {
-    /// Time (s) that the offset is reported for, by the clock beside: its first sample.
+    /// Time (s) for which the offset is reported, on the clock of `beside`: its first sample.
     pub at_s: f64,
     /// How late the clock is (s).
     pub offset_s: f64,
@@ -46,7 +46,7 @@ pub struct ClockOffset {
     pub drift_ppm: f64,
     /// Standard error of the drift (parts per million).
     pub drift_std_ppm: f64,
-    /// The offset in the middle of the ride, where it is known best.
+    /// Time (s) of the middle of the ride, where the offset is known best.
     pub middle_s: f64,
     /// How late the clock is then (s).
     pub middle_offset_s: f64,
@@ -136,10 +136,8 @@ impl SensorClock {
             let reason = self
                 .reason
                 .as_deref()
-                .unwrap_or("the ride does not tell it");
-            return format!(
-                "whether the clocks of {channel} and {beside} agree is not known: {reason}"
-            );
+                .unwrap_or("the ride does not determine it");
+            return format!("the clock offset between {channel} and {beside} is unknown: {reason}");
         };
         let (offset, std) = (1e3 * found.offset_s, 1e3 * found.offset_std_s);
         let side = if offset < 0.0 { "early" } else { "late" };
@@ -151,13 +149,13 @@ impl SensorClock {
         };
         let drift = Quantity::new(found.drift_ppm.abs(), Some(found.drift_std_ppm), "ppm");
         let summary = format!(
-            "the clock of {channel} is {offset} {side} beside that of {beside} at {:.2} s and runs {drift} {side_of_rate}",
+            "the clock of {channel} is {offset} {side} relative to {beside} at {:.2} s and runs {drift} {side_of_rate}",
             found.at_s
         );
         match self.applied {
-            true => format!("{summary}; {channel} was brought to the clock of {beside}"),
+            true => format!("{summary}; {channel} was corrected to the clock of {beside}"),
             false => format!(
-                "{summary}: too little, or not sure enough, to change time stamps for, so that it counts in full in the intervals of k and B"
+                "{summary}: too small or too uncertain to correct the time stamps, so it is included in full in the intervals of k and B"
             ),
         }
     }
@@ -216,13 +214,13 @@ mod tests {
         let done = said(0.02, 0.0, true);
         assert!(
             done.contains("d_r is 20.00 ± 0.23")
-                && done.contains("late beside that of a_r at 10.00 s")
-                && done.contains("brought to the clock of a_r"),
+                && done.contains("late relative to a_r at 10.00 s")
+                && done.contains("corrected to the clock of a_r"),
             "{done}"
         );
         let left = said(-0.0001, -5e-6, false);
         assert!(
-            left.contains("slow") && left.contains("counts in full"),
+            left.contains("slow") && left.contains("included in full"),
             "{left}"
         );
         let unknown = SensorClock {
@@ -230,7 +228,7 @@ mod tests {
             reason: Some("nothing in common".to_owned()),
             ..clock(0.0, 0.0, false)
         };
-        assert!(unknown.summary().ends_with("not known: nothing in common"));
+        assert!(unknown.summary().ends_with("unknown: nothing in common"));
         assert!(unknown.correction().is_none() && clock(0.0, 0.0, false).correction().is_none());
     }
 }

@@ -1,5 +1,6 @@
 //! Arrays in memory as a table.
 
+use crate::ride::channels::glimpse::Glimpse;
 use crate::ride::channels::table::{Table, measured};
 use crate::ride::error::{Problem, ReadError};
 use crate::ride::file::Arrays;
@@ -43,10 +44,14 @@ pub fn read(arrays: &Arrays<'_>, options: &ReadOptions) -> Result<Table, ReadErr
     let mut warnings = recognised.warnings;
     if to > rows {
         warnings.push(format!(
-            "rows {from}:{to} were asked for and the file ends after {rows}"
+            "rows {from}:{to} were requested, but the file ends after {rows}"
         ));
     }
     let range = from.min(rows)..to.min(rows);
+    let glimpse = |(name, values): &(&str, &[f64])| {
+        Glimpse::of_numbers(name, values.iter().skip(from).copied())
+    };
+    let glimpses = arrays.columns.iter().map(glimpse).collect();
     let columns = recognised.specs.into_iter().map(|spec| {
         let values = of(spec.number)[range.clone()].to_vec();
         match measured(&values, true) {
@@ -57,6 +62,7 @@ pub fn read(arrays: &Arrays<'_>, options: &ReadOptions) -> Result<Table, ReadErr
     Ok(Table {
         columns: columns.collect::<Result<Vec<_>, ReadError>>()?,
         rows: range.len(),
+        glimpses,
         epoch_s: arrays.epoch_s,
         unfound: recognised.unfound,
         ignored: recognised.ignored,

@@ -38,6 +38,7 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadError> {
         unfound: recognised.unfound,
         warnings: recognised.warnings,
         format: describe(&dialect, packed),
+        glimpses: dialect.glimpses.clone(),
         ..Table::default()
     };
     if dialect.preamble > 0 {
@@ -402,7 +403,7 @@ impl<'a> Rows<'a> {
         }
         if to != usize::MAX && to > self.seen {
             table.warnings.push(format!(
-                "rows {from}:{to} were asked for and the file ends after {}",
+                "rows {from}:{to} were requested, but the file ends after {}",
                 self.seen
             ));
         }

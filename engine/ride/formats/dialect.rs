@@ -2,7 +2,8 @@
 
 use std::borrow::Cow;
 
-use crate::ride::channels::channel::{Channel, heading};
+use crate::ride::channels::channel::{Channel, heading, with_unit};
+use crate::ride::channels::glimpse::Glimpse;
 use crate::ride::error::{Problem, ReadError};
 use crate::ride::formats::cells::{
     Separator, is_number, is_numeric, is_two_numbers, is_units, split,
@@ -38,6 +39,8 @@ pub struct Dialect {
     pub lines_before: usize,
     /// Lines of other text above the header.
     pub preamble: usize,
+    /// Every column, in order.
+    pub glimpses: Vec<Glimpse>,
 }
 
 struct Line<'a> {
@@ -76,6 +79,7 @@ pub fn sniff(head: &[u8], options: &ReadOptions) -> Result<Dialect, ReadError> {
         offset: lines[0].start,
         lines_before: lines[0].number - 1,
         preamble,
+        glimpses: Vec::new(),
     };
     let mut rows: Vec<Vec<String>> = lines.iter().map(|l| split(&l.text, separator)).collect();
     let used = if is_numeric(&rows[0]) {
@@ -88,7 +92,16 @@ pub fn sniff(head: &[u8], options: &ReadOptions) -> Result<Dialect, ReadError> {
     let rows = &rows[used..];
     dialect.check(lines, rows, options)?;
     dialect.decimal = decimal_of(rows);
+    dialect.glimpses = glimpses(&dialect.names, rows);
     Ok(dialect)
+}
+
+fn glimpses(names: &[String], rows: &[Vec<String>]) -> Vec<Glimpse> {
+    let column = |index: usize| rows.iter().filter_map(move |row| row.get(index));
+    let named = names.iter().enumerate();
+    named
+        .map(|(index, name)| Glimpse::of_texts(name, column(index).map(String::as_str)))
+        .collect()
 }
 
 /// Lines of other text above the header.
@@ -109,10 +122,9 @@ fn preamble(lines: &[Line<'_>], options: &ReadOptions) -> usize {
 
 /// Whether a cell is the name of a channel, its own or the mapping's.
 fn is_known(cell: &str, options: &ReadOptions) -> bool {
-    let mapped = options
-        .map
-        .values()
-        .any(|c| c.parse::<usize>().is_err() && c == cell);
+    let mapped = (options.map.values()).any(|c| {
+        c.parse::<usize>().is_err() && (c == cell || with_unit(c).is_some_and(|c| c.0 == cell))
+    });
     mapped || heading(cell).channel.is_some()
 }
 

@@ -4,6 +4,7 @@ use rustyfit::profile::typedef::MesgNum;
 use rustyfit::proto::{Message, Value};
 use rustyfit::{Decoder, DecoderEvent, StreamingIterator};
 
+use crate::ride::channels::glimpse::Glimpse;
 use crate::ride::channels::table::Table;
 use crate::ride::error::{Problem, ReadError};
 use crate::ride::formats::header::Offered;
@@ -79,8 +80,12 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadError> {
             .collect(),
         number => values[reported[number - 2]][range.clone()].to_vec(),
     };
+    let glimpses = (names.iter().zip(1..))
+        .map(|(name, number)| Glimpse::of_numbers(name, column(number).into_iter()))
+        .collect();
     Ok(Table {
         rows: range.len(),
+        glimpses,
         epoch_s: (first >= LEAST_DATE).then(|| EPOCH_S + f64::from(first)),
         unfound: recognised.unfound,
         ignored: recognised.ignored,

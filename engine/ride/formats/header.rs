@@ -1,6 +1,6 @@
 //! From column names to channels and units.
 
-use crate::ride::channels::channel::{Channel, Heading, heading};
+use crate::ride::channels::channel::{Channel, Heading, heading, with_unit};
 use crate::ride::channels::table::Spec;
 use crate::ride::channels::unit::Unit;
 use crate::ride::error::{Problem, ReadError};
@@ -29,13 +29,14 @@ impl Offered<'_> {
     /// Chooses the columns that hold channels: by the mapping first, then by name.
     pub fn recognise(&self, options: &ReadOptions) -> Result<Recognised, ReadError> {
         let mut channels: Vec<Option<Channel>> = vec![None; self.names.len()];
+        let mut units: Vec<Option<&str>> = vec![None; self.names.len()];
         let mut unfound = Vec::new();
         for (name, column) in &options.map {
             let channel = Channel::named(name).ok_or_else(|| Problem::UnknownChannel {
                 channel: name.clone(),
                 known: Channel::known(),
             })?;
-            let Some(index) = self.find(column) else {
+            let Some((index, unit)) = self.find(column) else {
                 if options.elsewhere.contains(name) {
                     unfound.push(name.clone());
                     continue;
@@ -51,6 +52,7 @@ impl Offered<'_> {
                 return Err(self.blame(index, duplicate(other, index + 1)));
             }
             channels[index] = Some(channel);
+            units[index] = unit;
         }
         let mapped = channels.clone();
         let mut out = Recognised {
@@ -71,10 +73,11 @@ impl Offered<'_> {
             if let Some(first) = out.specs.iter().find(|s| s.channel == channel) {
                 return Err(self.blame(index, duplicate(channel, first.number)));
             }
-            let unit = self.unit(index, &h, channel, mapped[index].is_some())?;
+            let given = mapped[index].is_some().then_some(units[index]);
+            let unit = self.unit(index, &h, channel, given)?;
             if unit.is_voltage() {
                 out.warnings.push(format!(
-                    "{name}: volts are taken as {} of {}",
+                    "{name}: volts are read as {} of {}",
                     channel.dimension().si_name(),
                     channel.name()
                 ));
@@ -89,21 +92,21 @@ impl Offered<'_> {
         Ok(out)
     }
 
-    /// The unit in the header, else in the units row, else SI.
+    /// The unit that the mapping `given` for the column says, else that in the header, else in the units row, else SI.
     fn unit(
         &self,
         index: usize,
         heading: &Heading<'_>,
         channel: Channel,
-        mapped: bool,
+        given: Option<Option<&str>>,
     ) -> Result<Unit, ReadError> {
         let dimension = channel.dimension();
         let in_header = heading.unit.filter(|unit| {
             // The name of a mapped column is free text: its ending need not be a unit.
-            !(mapped && heading.underscore) || Unit::parse(unit, dimension).is_some()
+            !(given.is_some() && heading.underscore) || Unit::parse(unit, dimension).is_some()
         });
         let below = self.units.get(index).map(String::as_str);
-        let text = in_header.or(below).unwrap_or_default();
+        let text = given.flatten().or(in_header).or(below).unwrap_or_default();
         let text = text.trim_matches(['[', ']', '(', ')', ' ']);
         if text.is_empty() || text == "-" {
             return Ok(Unit::si(dimension));
@@ -120,8 +123,17 @@ impl Offered<'_> {
         })
     }
 
+    /// A column of the mapping, and the unit that it gives to it.
+    fn find<'c>(&self, column: &'c str) -> Option<(usize, Option<&'c str>)> {
+        let plain = self.named(column).map(|index| (index, None));
+        plain.or_else(|| {
+            let (name, unit) = with_unit(column)?;
+            Some((self.named(name)?, Some(unit)))
+        })
+    }
+
     /// A column by its header text, by its name without the unit, or by its number.
-    fn find(&self, column: &str) -> Option<usize> {
+    fn named(&self, column: &str) -> Option<usize> {
         let column = column.trim();
         let by = |f: &dyn Fn(&str) -> bool| self.names.iter().position(|n| f(n));
         if column.is_empty() {
@@ -236,6 +248,30 @@ mod tests {
             [(1, "t", 1e-3), (2, "z_f", 1e-3)]
         );
         assert_eq!(recognise("t,z_f,gps,", "", &[]).unwrap().ignored, ["gps"]);
+    }
+
+    #[test]
+    fn a_mapping_may_give_the_unit() {
+        for (names, units, column, scale) in [
+            ("Weg vorne mm", "", "Weg vorne mm [mm]", 1e-3),
+            ("disp_f", "", "1 [cm]", 1e-2),
+            ("disp [mm]", "", "disp [mm]", 1e-3),
+            ("disp [mm]", "", "disp [mm] [cm]", 1e-2),
+            ("disp [mm]", "", "disp [cm]", 1e-2),
+            ("disp", "mm", "disp [um]", 1e-6),
+        ] {
+            assert_eq!(
+                found(names, units, &[("z_f", column)]),
+                [(1, "z_f", scale)],
+                "{column}"
+            );
+        }
+        let fault = |column| {
+            let fault = recognise("t,disp", "", &[("z_f", column)]).unwrap_err();
+            (fault.kind(), fault.column().map(|(n, _)| n))
+        };
+        assert_eq!(fault("disp [kg]"), ("unknown-unit", Some(2)));
+        assert_eq!(fault("other [mm]"), ("missing-column", None));
     }
 
     #[test]

@@ -160,7 +160,10 @@ fn matrix(
     };
     let (rows, columns) = (shape[0], shape[1]);
     if rows.checked_mul(columns) != Some(numbers.len()) {
-        return Err(corrupt(&format!("{name} does not hold {rows} x {columns} numbers")).into());
+        return Err(corrupt(&format!(
+            "{name} does not contain {rows} x {columns} numbers"
+        ))
+        .into());
     }
     if rows == 1 || columns == 1 {
         let length = rows * columns;

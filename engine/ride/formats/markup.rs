@@ -137,7 +137,7 @@ impl Markup {
                 if known.iter().any(|start| start.starts_with(&self.held)) {
                     return Ok(());
                 }
-                return Err(corrupt(&"its XML has a declaration"));
+                return Err(corrupt(&"its XML has a document type declaration"));
             }
             _ if matches!(byte, b'"' | b'\'') => State::Quoted(byte),
             _ => return Ok(()),

@@ -6,6 +6,7 @@
 
 use std::ops::Range;
 
+use crate::ride::channels::glimpse::Glimpse;
 use crate::ride::channels::table::{Spec, Table, measured};
 use crate::ride::error::{Problem, ReadError};
 use crate::ride::formats::header::{Offered, Recognised};
@@ -50,8 +51,12 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadError> {
         ..Table::default()
     };
     let mut number = 0;
-    file.columns(&mut |_, numbers| {
+    file.columns(&mut |offer, numbers| {
         number += 1;
+        let values = numbers.iter().skip(taken.start);
+        table
+            .glimpses
+            .push(Glimpse::of_numbers(&offer.name, values));
         let Some(spec) = recognised.specs.iter().find(|s| s.number == number) else {
             return Ok(());
         };

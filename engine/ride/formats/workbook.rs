@@ -120,7 +120,7 @@ impl Part {
         // A reader makes room for as many.
         match self.strings > size / SHARED {
             true => Err(corrupt(&format!(
-                "it says that it has {} shared strings, in {size} bytes",
+                "it declares {} shared strings in {size} bytes",
                 self.strings
             ))),
             false => Ok(size),
@@ -137,13 +137,13 @@ impl Part {
         self.formats += usize::from(name == b"xf" && !tag.starts_with(b"/"));
         if self.formats > FORMATS {
             return Err(Problem::TooMany {
-                what: "formats of cells",
+                what: "cell formats",
                 limit: FORMATS,
             });
         }
         if tag.len() > NUMBER_FORMAT {
             return Err(Problem::PartTooLong {
-                what: "format of numbers",
+                what: "number format",
                 limit: NUMBER_FORMAT,
                 unit: "bytes",
             });

@@ -75,7 +75,7 @@ impl Sheet {
     /// Ends rows and cells up to this one.
     fn go_to(&mut self, (row, column): (u32, u32)) -> Result<(), Problem> {
         if (row, column) < (self.row, self.column) {
-            return Err(corrupt(&"its cells do not stand in order"));
+            return Err(corrupt(&"its cells are out of order"));
         }
         if row >= ROWS || column as usize >= self.most_columns {
             let (what, limit) = match row >= ROWS {
@@ -280,9 +280,9 @@ pub mod tests {
                 ("xl/styles.xml", styles),
             ])
         };
-        assert_eq!(said(&book(formats)), "more than 65490 formats of cells");
+        assert_eq!(said(&book(formats)), "more than 65490 cell formats");
         let code = format!("<numFmt formatCode=\"{}\"/>", "0".repeat(2048));
-        let long = "a format of numbers in the workbook is longer than 2048 bytes";
+        let long = "a number format in the workbook is longer than 2048 bytes";
         assert_eq!(said(&book(code)), long);
     }
 

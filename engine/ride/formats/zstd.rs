@@ -45,7 +45,7 @@ impl<'a> Zstd<'a> {
     fn end(&mut self) -> io::Result<()> {
         let reported = self.decoder.get_checksum_from_data();
         if reported.is_some() && reported != self.decoder.get_calculated_checksum() {
-            return Err(io::Error::other("its checksum is not that of its bytes"));
+            return Err(io::Error::other("its checksum does not match its bytes"));
         }
         self.in_frame = false;
         Ok(())

@@ -91,7 +91,7 @@ fn files_whose_stamps_begin_anywhere_begin_together() {
     assert_eq!(summary.files[1].shift_s, -77.5);
     assert_eq!(summary.files[0].kept, None);
     let kept = summary.files[1].kept.as_ref().unwrap();
-    assert!(kept.contains("beside z.csv"), "{kept}");
+    assert!(kept.contains("aligned with z.csv"), "{kept}");
     assert!(
         summary
             .warnings
@@ -141,7 +141,7 @@ fn stamps_that_are_dates_place_a_file() {
             .kept
             .as_ref()
             .unwrap()
-            .contains("stand as they are")
+            .contains("used as they are")
     );
     assert!(
         ride.summary

@@ -1,14 +1,16 @@
 //! What each axle did, on the common clock: measured, or made from what was measured.
 
 use crate::bicycle::{Axle, Bike, PerAxle};
+use crate::document::format_number::significant;
 use crate::plant::PlantRef;
 use crate::ride::AxleRecord;
+use crate::ride::band::Band;
 use crate::ride::channels::channel::Channel;
 use crate::ride::channels::values::is_constant;
+use crate::ride::clocks::rates::USUAL_HZ;
 use crate::ride::clocks::resample::FLAT;
 use crate::ride::error::{Problem, ReadError};
 use crate::ride::options::ReadOptions;
-use crate::ride::signals::band::Band;
 use crate::ride::signals::checks::is_free_motion;
 use crate::ride::signals::common::{Common, Lapse, basis};
 use crate::ride::signals::delay::delayed;
@@ -255,10 +257,18 @@ impl Parts {
         let samples = valid.iter().filter(|v| **v).count();
         let least = options.limits.least_samples.min(common.grid.count);
         if samples < least {
+            let rates = common.recording.clocks.iter().map(|c| c.grid.rate_hz());
+            let unusual = rates.into_iter().find(|rate| !USUAL_HZ.contains(rate));
             return Err(blame(Problem::Untrusted {
                 channel,
                 samples,
                 least,
+                doubt: unusual.map_or(String::new(), |rate| {
+                    format!(
+                        "; a clock has {} samples a second: is the unit of the times right?",
+                        significant(rate, 3)
+                    )
+                }),
             }));
         }
         Ok(AxleRecord {
@@ -269,6 +279,7 @@ impl Parts {
             valid,
             prescribed,
             plant: PlantRef::default(),
+            band: self.band,
         })
     }
 
@@ -292,6 +303,11 @@ impl Parts {
         }
         for channel in self.inputs() {
             for lapse in common.lapses(channel) {
+                // A sample or two are bridged: what is wrong with them is not integrated, as an acceleration is.
+                let memory = match lapse.bridged {
+                    true => self.band.map_or(0.0, |b| b.resolution_s()),
+                    false => memory,
+                };
                 let after = if lapse.lasting { SETTLE_S } else { 0.0 };
                 distrust(lapse.from_s - memory, lapse.to_s + memory + after);
             }
@@ -329,26 +345,29 @@ fn settle(record: &mut AxleRecord, axle: Axle, common: &mut Common<'_>, bike: &B
         }
         record.prescribed = true;
         common.warn(format!(
-            "{axle} axle: {named} is taken for the answer to a motion that a rig prescribes, F = k d + B d': spring and damper \
-             tell {:.0} % of it and inertia takes off {:.0} % of the rest{}",
+            "{axle} axle: {named} is treated as the response to a motion prescribed by a rig, F = k d + B d': spring and damper \
+             explain {:.0} % of it and inertia {:.0} % of the rest{}",
             100.0 * found.explained,
             100.0 * found.inertia,
             bike.mass(axle).map_or(String::new(), |mass| format!(
-                ", so the {mass} kg of the bike file play no part"
+                ", so the {mass} kg of the bike file are not used"
             ))
         ));
     }
     if found.is_an_answer() && power(&record.displacement, force, &record.valid) < 0.0 {
         force.iter_mut().for_each(|f| *f = -*f);
         common.warn(format!(
-            "{axle} axle: {named} takes power out of the motion, as a reaction does; it is turned round so that k and B are \
-             positive"
+            "{axle} axle: {named} takes power out of the motion, as a reaction force does; its sign is inverted so that k and B \
+             are positive"
         ));
     }
 }
 
 fn made(what: &str, from: &str, band: &Band) -> String {
-    format!("{what} was made from {from}: it holds {}", band.describe())
+    format!(
+        "{what} was computed from {from}: it contains {}",
+        band.describe()
+    )
 }
 
 /// Correlation of two records without mean.

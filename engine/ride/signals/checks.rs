@@ -167,7 +167,7 @@ pub fn examine(recording: &mut Recording) -> Vec<(Channel, Vec<(f64, f64)>)> {
         let moves = matches!(channel, Channel::Displacement(_) | Channel::Road(_));
         if moves && !is_constant(&track.values) && is_restless(&track.values) {
             warnings.push(format!(
-                "most of what {} does lies above {:.4} Hz, a quarter of its rate: aliased or noise",
+                "most of the signal in {} is above {:.4} Hz, a quarter of its sampling rate: aliasing or noise",
                 channel.name(),
                 0.25 * grid.rate_hz()
             ));
@@ -183,8 +183,8 @@ pub fn examine(recording: &mut Recording) -> Vec<(Channel, Vec<(f64, f64)>)> {
         let values = |i: usize| track.values[i];
         if matches!(channel, Channel::Force(_)) && is_at_its_limits(&track.values, &runs) {
             warnings.push(format!(
-                "{} stays at its limits of ±{} for {:.3} s: taken for a drive that gives no more, and trusted; where it is the \
-                 sensor that reads no more, k and B are wrong",
+                "{} stays at its limits of ±{} for {:.3} s: interpreted as a saturated drive and trusted; if the sensor saturates \
+                 instead, k and B are wrong",
                 channel.name(),
                 size(*channel, amplitude(&track.values)),
                 samples as f64 * grid.step_s

@@ -7,7 +7,7 @@ use crate::ride::file::FileSummary;
 use crate::ride::recording::Recording;
 
 /// What clocks of files are compared by.
-const ONLY: &str = "only a laser beside an accelerometer on its axle tells that, and neither their time stamps nor an offset do";
+const ONLY: &str = "only a laser and an accelerometer on the same axle determine it; time stamps and the offset option do not";
 
 /// One clock for each that goes on its own: sensors of one file share its clock.
 pub fn apart(clocks: &[SensorClock]) -> impl Iterator<Item = &SensorClock> {
@@ -30,8 +30,8 @@ pub fn note(recording: &mut Recording, clocks: &[SensorClock]) {
             && let Some(file) = &clock.file
         {
             recording.warnings.push(format!(
-                "the clock of {file} is known less well than to 1 ms and 5 ppm: the road is smooth, the ride short or slow, or the \
-                 sensors are noisy"
+                "the clock of {file} is known less accurately than to 1 ms and 5 ppm: the road is smooth, the ride short or slow, \
+                 or the sensors noisy"
             ));
         }
     }
@@ -93,13 +93,14 @@ pub fn unknown(summary: &RideSummary, compared: &[SensorClock]) -> Vec<SensorClo
 }
 
 fn kept(file: &FileSummary, reference: &str) -> String {
-    let nothing = "nothing in it shows a motion that another file shows too, so that its clock could not be compared";
+    let nothing =
+        "it records no motion that another file also records, so its clock could not be compared";
     match file.dated {
         true => {
-            format!("{nothing}: its time stamps, which say when they were taken, stand as they are")
+            format!("{nothing}: its dated time stamps are used as they are")
         }
         false => format!(
-            "{nothing}: its time stamps do not say when they were taken, and it was placed to begin at {:.3} s, beside {reference}",
+            "{nothing}: its time stamps have no date, so it was placed at {:.3} s, aligned with {reference}",
             file.from_s
         ),
     }

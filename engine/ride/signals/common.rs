@@ -50,6 +50,8 @@ pub struct Lapse {
     pub to_s: f64,
     /// Whether what the channel drives is still off when it is over.
     pub lasting: bool,
+    /// Whether it is so short that its samples were interpolated from their neighbours.
+    pub bridged: bool,
 }
 
 pub struct Common<'a> {
@@ -185,6 +187,7 @@ impl<'a> Common<'a> {
                 from_s: gap.from_s + rim,
                 to_s: gap.to_s - rim,
                 lasting: gap.missing > SHORT_GAP,
+                bridged: gap.missing <= SHORT_GAP,
             }
         });
         let clipped = self
@@ -196,6 +199,7 @@ impl<'a> Common<'a> {
             from_s: *from_s,
             to_s: *to_s,
             lasting: false,
+            bridged: false,
         });
         gaps.chain(clipped).collect()
     }
@@ -226,14 +230,14 @@ impl<'a> Common<'a> {
             } else if own < 0.95 * rate {
                 let folding = match channel {
                     Channel::Road(_) | Channel::Deflection(_) if own < WEAK_RATE_HZ => format!(
-                        "; a bicycle's vertical mode, near 11 Hz, has {:.1} samples a swing there, \
-                         and what is above is folded below",
+                        "; a bicycle's vertical mode, near 11 Hz, has {:.1} samples per cycle there, \
+                         and higher frequencies are aliased",
                         own / 11.0
                     ),
                     _ => String::new(),
                 };
                 notes.push(format!(
-                    "{name}: {} Hz brought to the common clock's {} Hz: it holds nothing above \
+                    "{name}: resampled from {} Hz to the common clock's {} Hz: it contains nothing above \
                      {} Hz{folding}",
                     short(own),
                     short(rate),
@@ -251,8 +255,8 @@ impl<'a> Common<'a> {
                 .any(|(c, t)| road(c) && moving(t))
         {
             notes.push(format!(
-                "{} Hz is a weak rate for a ride: a bicycle's vertical mode, near 11 Hz, has \
-                 {:.1} samples a swing",
+                "{} Hz is a low rate for a ride: a bicycle's vertical mode, near 11 Hz, has \
+                 {:.1} samples per cycle",
                 short(rate),
                 rate / 11.0
             ));

@@ -31,8 +31,8 @@ pub fn cut(ride: &mut Ride) -> Option<String> {
         return None;
     }
     let said = format!(
-        "nothing drives the axles: {:.2} to {:.2} s are used, where the swing is at least {:.0} % of its largest; before it nothing \
-         swings, and after it models would be judged by nothing but their phase",
+        "nothing drives the axles: {:.2} s to {:.2} s are used, where the oscillation is at least {:.0} % of its maximum; before \
+         that nothing oscillates, and after it models could be judged only by their phase",
         ride.time_s(from),
         ride.time_s(to - 1),
         100.0 * FADED

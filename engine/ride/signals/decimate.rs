@@ -1,8 +1,8 @@
 //! A record that is sampled far faster than anything in it moves says no more for that: fewer samples, each of many.
 
 use crate::bicycle::PerAxle;
-use crate::ride::signals::band::Band;
-use crate::ride::{AxleRecord, Ride};
+use crate::ride::band::Band;
+use crate::ride::{AxleRecord, Ride, RoadDoubt};
 
 /// Samples for each period of the fastest motion that are kept at least: cubic splines follow a sine of eight samples to 0.1 %.
 const KEPT: f64 = 8.0;
@@ -46,13 +46,20 @@ pub fn decimated(ride: &Ride, fastest_hz: f64) -> Option<Ride> {
             .collect(),
         prescribed: record.prescribed,
         plant: record.plant,
+        band: record.band,
     };
     Some(Ride {
         start_s: ride.start_s,
+        epoch_s: ride.epoch_s,
         step_s: ride.step_s * factor as f64,
         samples: ride.samples.div_ceil(factor),
         sensors: Vec::new(),
-        road_doubts: Vec::new(),
+        road_doubts: (ride.road_doubts.iter())
+            .map(|doubt| RoadDoubt {
+                change: doubt.change.map(|_, change| thin(change)),
+                is_noise: doubt.is_noise,
+            })
+            .collect(),
         axles: PerAxle {
             front: ride.axles.front.as_ref().map(axle),
             rear: ride.axles.rear.as_ref().map(axle),

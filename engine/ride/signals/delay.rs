@@ -37,12 +37,12 @@ pub fn delayed(front: &[f64], common: &mut Common<'_>, bike: &Bike) -> Result<De
         common.blame(
             Channel::Speed,
             Problem::RearRoadMissing {
-                missing: "a ride of more than the wheelbase (by the column v)",
+                missing: "a ride longer than the wheelbase (by the column v)",
             },
         )
     })?;
     common.warn(format!(
-        "u_r was made from u_f, met {wheelbase:.3} m later at the speed v; unknown for the first {:.3} s",
+        "u_r was computed from u_f, delayed by {wheelbase:.3} m at the speed v; unknown for the first {:.3} s",
         delayed.known_from as f64 * step
     ));
     Ok(delayed)

@@ -1,7 +1,6 @@
 //! What each axle has of the recorded columns: road, displacement, force, what they share, and what follows from them.
 
 pub mod axles;
-pub mod band;
 pub mod checks;
 pub mod clock_notes;
 pub mod common;
@@ -10,4 +9,3 @@ pub mod decimate;
 pub mod delay;
 pub mod prescribed;
 pub mod sensed;
-pub mod spectrum;

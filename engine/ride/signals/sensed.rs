@@ -53,7 +53,17 @@ pub fn used(common: &mut Common<'_>, sensors: &[SensorRecord]) {
 fn trusted(common: &Common<'_>, channel: Channel) -> Vec<bool> {
     let grid = common.grid;
     let mut valid = vec![true; grid.count];
-    for Lapse { from_s, to_s, .. } in common.lapses(channel) {
+    for Lapse {
+        from_s,
+        to_s,
+        bridged,
+        ..
+    } in common.lapses(channel)
+    {
+        // A sample or two are bridged, and what that leaves passes for noise of the sensor.
+        if bridged {
+            continue;
+        }
         let first = ((from_s - grid.start_s) / grid.step_s).ceil().max(0.0) as usize;
         let last = ((to_s - grid.start_s) / grid.step_s).floor();
         if last >= 0.0 {

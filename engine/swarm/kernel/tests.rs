@@ -146,7 +146,7 @@ fn check_lags(ride: &Ride, about: [f64; 3]) {
         for ((theta, cost), want) in asked.iter().zip(by_lags).zip(want) {
             worst = worst.max((cost / want - 1.0).abs());
             assert!(
-                (cost / want - 1.0).abs() < 1e-10,
+                (cost - want).abs() < 1e-10 * want + 1e-16,
                 "{width:?} {theta:?}: {cost} instead of {want}"
             );
         }

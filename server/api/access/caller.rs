@@ -98,7 +98,7 @@ impl Caller {
         if let (Some(key), Some(most)) = (self.key, self.unfinished_jobs)
             && key::unfinished_jobs(tx, key).await? >= most
         {
-            let detail = format!("the key has {most} jobs that are not at their end, its limit");
+            let detail = format!("the key has {most} unfinished jobs, its limit");
             return Err(Problem::new(Kind::TooMany, detail).retry_after(JOBS_WAIT));
         }
         if job::unfinished(tx).await? >= self.queue {
@@ -114,6 +114,6 @@ impl<S: Sync> FromRequestParts<S> for Caller {
 
     async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Problem> {
         let caller = parts.extensions.get::<Caller>().cloned();
-        caller.ok_or_else(|| Problem::internal("nobody asked who calls"))
+        caller.ok_or_else(|| Problem::internal("the caller was not determined"))
     }
 }

@@ -137,7 +137,7 @@ pub async fn admin(db: &Db, headers: &HeaderMap) -> Result<(), Problem> {
         true => Ok(()),
         false => Err(Problem::new(
             Kind::Forbidden,
-            "this needs a key with the scope 'admin'",
+            "a key with the scope 'admin' is required",
         )),
     }
 }
@@ -162,7 +162,7 @@ fn note(db: &Db, row: &KeyRow) {
             tx.commit().await
         };
         if let Err(error) = noted.await {
-            tracing::warn!(%error, key = %id, "the last use of a key was not noted");
+            tracing::warn!(%error, key = %id, "the last use of a key was not recorded");
         }
     });
 }

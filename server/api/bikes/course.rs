@@ -11,12 +11,12 @@ use crate::store::bike;
 /// Rides that are looked at.
 pub const RIDES: i64 = 500;
 
-/// The course of a bicycle's stiffness and damping over its latest 500 rides.
+/// History of a bicycle's stiffness and damping over its latest 500 rides.
 ///
-/// Pooled over the rides with what they differ by, with a trend and a test for a step.
-#[utoipa::path(get, path = "/v1/bikes/{bike}/course", operation_id = "bike_course", tag = "fleet", params(("bike" = String, Path)),
+/// Pooled over the rides, with their scatter, a trend and a test for a step.
+#[utoipa::path(get, path = "/v1/bikes/{bike}/course", operation_id = "bike_course", tag = "fleet", params(("bike" = String, Path, min_length = 1)),
     responses(
-        (status = 200, description = "One course per axle and parameter", body = BikeHistory),
+        (status = 200, description = "One history per axle and parameter", body = BikeHistory),
         (status = 404, description = "No such bike", body = Problem, content_type = "application/problem+json")))]
 pub async fn course(
     State(server): App,

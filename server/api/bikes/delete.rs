@@ -10,10 +10,10 @@ use crate::store::deletion::Of;
 
 /// Deletes a bicycle and the jobs of all its rides.
 ///
-/// As with the deletion of a ride; a ride that was identified for another bicycle too stays with that one.
-#[utoipa::path(delete, path = "/v1/bikes/{bike}", operation_id = "delete_bike", tag = "fleet", params(("bike" = String, Path)),
+/// Works like the deletion of a ride; a ride that was also identified for another bicycle remains with that one.
+#[utoipa::path(delete, path = "/v1/bikes/{bike}", operation_id = "delete_bike", tag = "fleet", params(("bike" = String, Path, min_length = 1)),
     responses(
-        (status = 204, description = "Deleted; `POST /v1/bikes/{bike}/restore` brings it back for the days of grace"),
+        (status = 204, description = "Deleted; `POST /v1/bikes/{bike}/restore` restores it during the days of grace"),
         (status = 404, description = "No such bike", body = Problem, content_type = "application/problem+json")))]
 pub async fn delete(
     State(server): App,

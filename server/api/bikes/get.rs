@@ -9,7 +9,7 @@ use crate::api::problem::Problem;
 use crate::store::bike;
 
 /// One bicycle of the fleet.
-#[utoipa::path(get, path = "/v1/bikes/{bike}", operation_id = "get_bike", tag = "fleet", params(("bike" = String, Path)),
+#[utoipa::path(get, path = "/v1/bikes/{bike}", operation_id = "get_bike", tag = "fleet", params(("bike" = String, Path, min_length = 1)),
     responses(
         (status = 200, description = "The bike", body = BikeView),
         (status = 404, description = "No such bike", body = Problem, content_type = "application/problem+json")))]

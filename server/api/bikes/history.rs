@@ -13,7 +13,7 @@ use crate::store::bike;
 
 /// Everything that was identified about a bicycle, newest first.
 #[utoipa::path(get, path = "/v1/bikes/{bike}/history", operation_id = "bike_history", tag = "fleet",
-    params(("bike" = String, Path), OfBike),
+    params(("bike" = String, Path, min_length = 1), OfBike),
     responses(
         (status = 200, description = "A page of parameters", content(
             (Page<ParameterView> = "application/json"), (String = "text/csv"), (Vec<u8> = "application/vnd.apache.parquet"))),

@@ -14,10 +14,10 @@ use crate::store::bike;
 #[derive(Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 pub struct Params {
-    /// Items per page: 50 unless asked otherwise.
+    /// Items per page; 50 by default.
     #[param(minimum = 1, maximum = 1000)]
     limit: Option<i64>,
-    /// `next` of the page before.
+    /// `next` of the previous page.
     cursor: Option<String>,
 }
 

@@ -1,5 +1,6 @@
 pub mod course;
 pub mod delete;
+pub mod events;
 pub mod get;
 pub mod history;
 pub mod list;

@@ -9,10 +9,10 @@ use crate::api::problem::Problem;
 use crate::erasure;
 use crate::store::bike;
 
-/// Brings a deleted bicycle back, with the jobs that were deleted with it and are not erased.
-#[utoipa::path(post, path = "/v1/bikes/{bike}/restore", operation_id = "restore_bike", tag = "fleet", params(("bike" = String, Path)),
+/// Restores a deleted bicycle with the jobs that were deleted with it and are not erased.
+#[utoipa::path(post, path = "/v1/bikes/{bike}/restore", operation_id = "restore_bike", tag = "fleet", params(("bike" = String, Path, min_length = 1)),
     responses(
-        (status = 200, description = "It is back", body = BikeView),
+        (status = 200, description = "Restored", body = BikeView),
         (status = 404, description = "No deleted bike of this name", body = Problem, content_type = "application/problem+json")))]
 pub async fn restore(
     State(server): App,

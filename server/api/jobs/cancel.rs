@@ -11,10 +11,10 @@ use crate::crash;
 use crate::jobs::give_up;
 use crate::store::job::State as JobState;
 
-/// Cancels a job: what waits is not begun, what runs stops within a swarm iteration.
+/// Cancels a job: waiting stages are not started, a running one stops within a swarm iteration.
 #[utoipa::path(delete, path = "/v1/jobs/{id}", operation_id = "cancel_job", tag = "jobs", params(("id" = Uuid, Path)),
     responses(
-        (status = 200, description = "Cancelled, now or before", body = JobView),
+        (status = 200, description = "Cancelled, now or earlier", body = JobView),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
         (status = 409, description = "The job has succeeded or failed", body = Problem, content_type = "application/problem+json")))]
 pub async fn cancel(

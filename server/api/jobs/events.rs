@@ -42,15 +42,15 @@ pub struct Curve {
     pub done: bool,
 }
 
-/// What a job does, as it happens.
+/// Events of a job, as they happen.
 ///
-/// `snapshot` comes first and holds everything so far; then `iteration` for every iteration of a
-/// swarm, `searched` while the search for missing physics goes on, `stage` with the job whenever it has changed, and `done` with the job at its end, which is
-/// also the end of the stream. It ends too when the caller's key does. A client that comes back with `Last-Event-ID` gets what it missed, or
-/// a snapshot where that is no longer known.
+/// `snapshot` comes first and contains everything so far; then `iteration` for every iteration of a swarm, `searched` during
+/// the search for missing physics, `stage` with the job whenever it has changed, and `done` with the finished job, which ends
+/// the stream. The stream also ends when the caller's key becomes invalid. A client that reconnects with `Last-Event-ID`
+/// receives the events it missed, or a snapshot if they are no longer available.
 #[utoipa::path(get, path = "/v1/jobs/{id}/events", operation_id = "follow_job", tag = "jobs",
     params(("id" = Uuid, Path),
-        ("Last-Event-ID" = Option<String>, Header, description = "Id of the last event that was received")),
+        ("Last-Event-ID" = Option<String>, Header, description = "Id of the last event received")),
     responses(
         (status = 200, description = "Server-sent events: snapshot, iteration, searched, stage, done", body = String, content_type = "text/event-stream"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]

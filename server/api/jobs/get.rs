@@ -26,19 +26,19 @@ const LOOK: Duration = Duration::from_millis(500);
 #[derive(Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 pub struct Params {
-    /// Hold the answer for at most so many seconds (60 at most) until the job has changed from the
-    /// ETag in `If-None-Match`, or, without one, until it is at its end.
+    /// Wait at most this many seconds (up to 60) until the job differs from the ETag in `If-None-Match` or, without one, until
+    /// it has ended.
     #[param(minimum = 0)]
     wait: Option<f64>,
 }
 
-/// Where a job stands.
+/// State of a job.
 #[utoipa::path(get, path = "/v1/jobs/{id}", operation_id = "get_job", tag = "jobs",
     params(("id" = Uuid, Path), Params,
-        ("If-None-Match" = Option<String>, Header, description = "ETag of an earlier answer")),
+        ("If-None-Match" = Option<String>, Header, description = "ETag of an earlier response")),
     responses(
         (status = 200, description = "The job", body = JobView, headers(("ETag" = String))),
-        (status = 304, description = "Nothing has changed"),
+        (status = 304, description = "Not changed"),
         (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn get(

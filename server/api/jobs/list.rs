@@ -5,6 +5,7 @@ use utoipa::IntoParams;
 use uuid::Uuid;
 use veloid_engine::report::diagnosis::Verdict;
 
+use super::search::SearchParams;
 use super::view::JobView;
 use crate::api::App;
 use crate::api::access::Caller;
@@ -29,7 +30,7 @@ pub struct Params {
     ride: Option<Uuid>,
     /// Only jobs of rides with this tag.
     tag: Option<String>,
-    /// Only jobs of rides whose name holds this, capitals or not.
+    /// Only jobs of rides whose name contains this text, ignoring case.
     name: Option<String>,
     /// Only jobs in which this effect was named.
     #[param(schema_with = names::effects)]
@@ -41,17 +42,17 @@ pub struct Params {
     /// Ridden before this time, exclusive (RFC 3339). A day counts whole. Not earlier than `from`.
     #[param(schema_with = time::schema)]
     to: Option<String>,
-    /// Those that are deleted and not erased yet, instead of those that are not.
+    /// Jobs that are deleted but not yet erased, instead of those that are not deleted.
     deleted: Option<bool>,
-    /// Items per page: 50 unless asked otherwise.
+    /// Items per page; 50 by default.
     #[param(minimum = 1, maximum = 1000)]
     limit: Option<i64>,
-    /// `next` of the page before.
+    /// `next` of the previous page.
     cursor: Option<Uuid>,
 }
 
 /// Jobs, newest first.
-#[utoipa::path(get, path = "/v1/jobs", operation_id = "list_jobs", tag = "jobs", params(Params),
+#[utoipa::path(get, path = "/v1/jobs", operation_id = "list_jobs", tag = "jobs", params(Params, SearchParams),
     responses(
         (status = 200, description = "A page of jobs", body = Page<JobView>),
         (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json")))]
@@ -60,6 +61,7 @@ pub async fn list(
     caller: Caller,
     OriginalUri(uri): OriginalUri,
     Query(params): Query<Params>,
+    Query(search): Query<SearchParams>,
 ) -> Result<Response, Problem> {
     names::one_of("verdict", params.verdict.as_deref(), &Verdict::NAMES)?;
     names::one_of("effect", params.effect.as_deref(), &names::EFFECTS)?;
@@ -74,6 +76,7 @@ pub async fn list(
         tag: params.tag.as_deref(),
         name: params.name.as_deref().filter(|name| !name.is_empty()),
         effect: params.effect.as_deref(),
+        search: search.search()?,
         from_ms,
         to_ms,
         before: params.cursor,

@@ -2,64 +2,41 @@ use axum::Json;
 use axum::extract::State;
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
-use serde::{Deserialize, Serialize};
-use utoipa::{IntoParams, ToSchema};
+use serde::Deserialize;
+use utoipa::IntoParams;
 use uuid::Uuid;
-use veloid_engine::bicycle::PerAxle;
-use veloid_engine::report::diagnosis::EffectReport;
-use veloid_engine::report::{Estimate, Report};
+use veloid_engine::report::Report;
 
-use super::matlab;
 use super::report::published;
 use super::view::no_such_job;
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::extract::{Path, Query};
 use crate::api::problem::Problem;
+use crate::export::{self, Format, IdentifiedModel};
 use crate::store::job;
-
-const EQUATION: &str = "m z'' = k (u - z) + B (u' - z') + F; where a rig prescribes the deflection d (mass 0): F = k d + B d' + constant";
 
 #[derive(Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 pub struct Params {
+    /// `json` unless asked otherwise.
     #[param(inline)]
-    format: Option<ModelFormat>,
+    format: Option<Format>,
 }
 
-/// `json` unless asked otherwise.
-#[derive(Clone, Copy, Default, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ModelFormat {
-    #[default]
-    Json,
-    Matlab,
-}
-
-/// The identified model, to simulate with.
-#[derive(Serialize, ToSchema)]
-pub struct IdentifiedModel {
-    /// Version of veloid that identified it.
-    pub veloid: String,
-    pub bike: String,
-    /// Equation of each axle; u road, z displacement, F applied force, all up; on a rig F is what was measured.
-    #[schema(value_type = String)]
-    pub equation: &'static str,
-    /// Output error: the plain model at its best.
-    pub plain: PerAxle<Estimate>,
-    /// Stiffness and damping with the effects in the model.
-    pub extended: Option<PerAxle<Estimate>>,
-    /// What is added to the plain model; docs/method.md has the laws.
-    pub effects: Vec<EffectReport>,
-}
-
-/// The identified model, as JSON or as a MATLAB script that simulates the plain model along the ride.
+/// The identified model with its effects, as JSON or as a script for MATLAB, Octave or Python that simulates it along the ride, and the ride for
+/// such a script.
 #[utoipa::path(get, path = "/v1/jobs/{id}/model", operation_id = "get_model", tag = "jobs", params(("id" = Uuid, Path), Params),
     responses(
-        (status = 200, description = "The model", content((IdentifiedModel = "application/json"), (String = "text/x-matlab"))),
+        (status = 200, description = "The model", content((IdentifiedModel = "application/json"), (String = "text/x-matlab"), (String = "text/x-python"), (String = "text/csv"))),
         (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
-        (status = 409, description = "The job has no report (yet)", body = Problem, content_type = "application/problem+json")))]
+        (status = 409, description = "The job has no report (yet)", body = Problem, content_type = "application/problem+json"),
+        (status = 410, description = "The ride's stored file is missing or was altered", body = Problem, content_type = "application/problem+json"),
+        (status = 413, description = "It takes more memory than a job may have", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "Reading the ride takes too long, or ends the process that does it", body = Problem, content_type = "application/problem+json"),
+        (status = 501, description = "The server is built without spreadsheets", body = Problem, content_type = "application/problem+json"),
+        (status = 503, description = "That process was ended from outside; try again", body = Problem, content_type = "application/problem+json")))]
 pub async fn model(
     State(server): App,
     caller: Caller,
@@ -71,38 +48,24 @@ pub async fn model(
         .ok_or_else(no_such_job)?;
     let text = published(&server.db, id).await?;
     let report: Report = serde_json::from_str(&text).map_err(Problem::internal)?;
-    match params.format.unwrap_or_default() {
-        ModelFormat::Json => Ok(Json(IdentifiedModel::of(report)).into_response()),
-        ModelFormat::Matlab => {
-            let headers = [
-                (header::CONTENT_TYPE, "text/x-matlab; charset=utf-8"),
-                (
-                    header::CONTENT_DISPOSITION,
-                    "attachment; filename=\"veloid_model.m\"",
-                ),
-            ];
-            Ok((headers, matlab::script(&report, &job.ride_name)).into_response())
+    let format = params.format.unwrap_or_default();
+    let body = match format {
+        Format::Json => return Ok(Json(IdentifiedModel::of(report)).into_response()),
+        Format::Matlab => export::matlab(&report, &job.ride_name),
+        Format::Python => export::python(&report, &job.ride_name),
+        Format::Csv => {
+            let files = server.rides.files(&job).await?;
+            let sources = files.iter().map(|(source, _)| source.clone()).collect();
+            let ride = server.readers.ride(sources, job.request.0).await?;
+            let written = tokio::task::spawn_blocking(move || export::table(&ride));
+            written.await.map_err(Problem::internal)?
         }
-    }
-}
-
-impl IdentifiedModel {
-    fn of(report: Report) -> Self {
-        let plain = match &report.latent_road {
-            Some(latent) if report.has_no_road() => latent.axles(),
-            _ => report.output_error,
-        };
-        let (extended, effects) = match report.diagnosis {
-            Some(d) if !d.effects.is_empty() => (Some(d.extended), d.effects),
-            _ => (None, Vec::new()),
-        };
-        Self {
-            veloid: report.veloid,
-            bike: report.bike.bike,
-            equation: EQUATION,
-            plain,
-            extended,
-            effects,
-        }
-    }
+    };
+    let [kind, name] = format.media();
+    let disposition = format!("attachment; filename=\"{name}\"");
+    let headers = [
+        (header::CONTENT_TYPE, kind.to_owned()),
+        (header::CONTENT_DISPOSITION, disposition),
+    ];
+    Ok((headers, body).into_response())
 }

@@ -15,7 +15,7 @@ use crate::store::{Db, job, result};
 #[utoipa::path(get, path = "/v1/jobs/{id}/report", operation_id = "get_report", tag = "jobs", params(("id" = Uuid, Path)),
     responses(
         (status = 200, description = "The report", body = Report),
-        (status = 304, description = "The client has it"),
+        (status = 304, description = "Not changed"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
         (status = 409, description = "The job has no report (yet)", body = Problem, content_type = "application/problem+json")))]
 pub async fn report(
@@ -43,6 +43,6 @@ pub async fn published(db: &Db, job: Uuid) -> Result<String, Problem> {
     }
     Err(Problem::new(
         Kind::NotFinished,
-        "the report is there when the job has succeeded; least squares stand in the job before",
+        "the report is available once the job has succeeded; until then the job contains the least-squares estimate",
     ))
 }

@@ -32,7 +32,7 @@ pub async fn retry(
         return Err(Problem::new(
             Kind::WrongState,
             format!(
-                "the job is {}, only failed and cancelled ones begin anew",
+                "the job is {}, only failed and cancelled jobs can be retried",
                 before.state.name()
             ),
         ));

@@ -22,31 +22,31 @@ const MOST_POINTS: usize = 100_000;
 #[derive(Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 pub struct Params {
-    /// Begin of the part to show (s); the ride's unless given.
+    /// Start of the part to show (s); by default the start of the ride.
     t0: Option<f64>,
-    /// End of the part to show (s), not before `t0`; the ride's unless given.
+    /// End of the part to show (s), not before `t0`; by default the end of the ride.
     t1: Option<f64>,
-    /// About so many values per curve, 2000 unless asked otherwise; longer ones are thinned to the
-    /// smallest and largest value of every stretch.
+    /// Approximate number of values per curve, 2000 by default; longer curves are thinned to the smallest and largest value of
+    /// each stretch.
     #[param(minimum = 2, maximum = 100_000)]
     points: Option<usize>,
-    /// `displacement` unless asked otherwise.
+    /// `displacement` by default.
     quantity: Option<Quantity>,
 }
 
-/// Measured and simulated motion of both axles, and what is left between them.
+/// Measured and simulated motion of both axles, and the residual.
 #[utoipa::path(get, path = "/v1/jobs/{id}/series", operation_id = "get_series", tag = "jobs", params(("id" = Uuid, Path), Params),
     responses(
         (status = 200, description = "Curves by axle and name", body = Window),
-        (status = 304, description = "The client has it"),
+        (status = 304, description = "Not changed"),
         (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
         (status = 410, description = "The ride's stored file is missing or was altered", body = Problem, content_type = "application/problem+json"),
         (status = 409, description = "The job has no report (yet)", body = Problem, content_type = "application/problem+json"),
-        (status = 413, description = "It takes more memory than a job may have", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "Drawing it takes too long, or ends the process that does it", body = Problem, content_type = "application/problem+json"),
+        (status = 413, description = "The series needs more memory than a job may use", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "Computing the series takes too long or crashes its process", body = Problem, content_type = "application/problem+json"),
         (status = 501, description = "The server is built without spreadsheets", body = Problem, content_type = "application/problem+json"),
-        (status = 503, description = "That process was ended from outside; try again", body = Problem, content_type = "application/problem+json")))]
+        (status = 503, description = "The process was killed from outside; try again", body = Problem, content_type = "application/problem+json")))]
 pub async fn series(
     State(server): App,
     caller: Caller,

@@ -20,7 +20,7 @@ pub struct TrialView {
     pub seed: u64,
     #[schema(format = DateTime)]
     pub finished_at: Option<String>,
-    /// Curves and parameters, once it is done.
+    /// Curves and parameters, once the trial is done.
     pub result: Option<Trial>,
 }
 
@@ -29,10 +29,10 @@ pub struct TrialList {
     pub items: Vec<TrialView>,
 }
 
-/// The swarm trials of a job, one per seed; none before least squares are there.
+/// The swarm trials of a job, one per seed; none before least squares are available.
 #[utoipa::path(get, path = "/v1/jobs/{id}/trials", operation_id = "list_trials", tag = "jobs", params(("id" = Uuid, Path)),
     responses(
-        (status = 200, description = "The trials in the order of their seeds", body = TrialList),
+        (status = 200, description = "The trials, in the order of their seeds", body = TrialList),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn trials(
     State(server): App,

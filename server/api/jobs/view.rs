@@ -14,7 +14,7 @@ use crate::store::Db;
 use crate::store::job::{self, Failure, JobRow, Stage, State};
 use crate::time;
 
-/// An identification: where it stands and what is known so far.
+/// An identification: its state and the results so far.
 #[derive(Clone, Serialize, ToSchema)]
 #[schema(as = Job)]
 pub struct JobView {
@@ -28,28 +28,28 @@ pub struct JobView {
     /// Name of the bike in the fleet.
     pub bike: String,
     pub options: Options,
-    /// The first estimate, there before the swarm has finished.
+    /// The first estimate, available before the swarm has finished.
     pub least_squares: Option<PerAxle<Estimate>>,
     /// `nothing_missing`, `named`, `named_in_part`, `ambiguous`, `unnamed` or `cannot_tell`, at the end of a diagnosis.
     pub verdict: Option<String>,
     /// Why the job failed.
     pub failure: Option<Failure>,
-    /// Rises with every change; the ETag.
+    /// Increases with every change; the ETag.
     pub revision: i64,
-    /// When it was ridden or, where that is not known, uploaded.
+    /// Time of the ride or, where unknown, of the upload.
     #[schema(format = DateTime)]
     pub dated_at: String,
     #[schema(format = DateTime)]
     pub created_at: String,
-    /// When a worker took it up.
+    /// When a worker started it.
     #[schema(format = DateTime)]
     pub started_at: Option<String>,
-    /// When least squares were there.
+    /// When least squares were available.
     #[schema(format = DateTime)]
     pub observed_at: Option<String>,
     #[schema(format = DateTime)]
     pub finished_at: Option<String>,
-    /// Since when it is deleted, with its ride or its bike.
+    /// When it was deleted, with its ride or its bike.
     #[schema(format = DateTime)]
     pub deleted_at: Option<String>,
     pub links: Links,
@@ -68,13 +68,13 @@ pub struct Trials {
 pub struct RideOf {
     pub id: Uuid,
     pub name: String,
-    /// What is known of it besides.
+    /// Facts about the ride.
     pub facts: Facts,
-    /// What was understood of the file.
+    /// How the file was read.
     pub summary: RideSummary,
 }
 
-/// Addresses that belong to a job.
+/// Addresses of a job.
 #[derive(Clone, Serialize, ToSchema)]
 pub struct Links {
     pub job: String,

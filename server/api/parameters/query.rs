@@ -9,9 +9,8 @@ use veloid_engine::report::diagnosis::Verdict;
 use crate::api::names::{EFFECTS, PARAMETERS};
 use crate::api::problem::{Kind, Problem};
 use crate::api::{Server, names};
-use crate::store::parameter::{self, AXLES, Filter, Key, ParameterRow};
+use crate::store::parameter::{self, AXLES, Filter, Key, METHODS, ParameterRow};
 use crate::time;
-use veloid_engine::report::Method;
 
 /// Most rows of one answer.
 pub const MOST: i64 = 100_000;
@@ -20,7 +19,7 @@ pub const MOST: i64 = 100_000;
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct Params {
-    /// Only of this bike.
+    /// Only this bike.
     pub bike: Option<String>,
     /// Only by this method.
     #[param(schema_with = names::methods)]
@@ -37,7 +36,7 @@ pub struct Params {
     /// Only of jobs with this verdict.
     #[param(schema_with = names::verdicts)]
     pub verdict: Option<String>,
-    /// Only of this job.
+    /// Only this job.
     pub job: Option<Uuid>,
     /// Identified from this time on, inclusive (RFC 3339). A day, such as 2026-09-01, counts whole, from its
     /// beginning (UTC).
@@ -49,10 +48,10 @@ pub struct Params {
     pub to: Option<String>,
     #[param(inline)]
     pub format: Option<Format>,
-    /// Items per page: 50 unless asked otherwise.
+    /// Items per page; 50 by default.
     #[param(minimum = 1, maximum = 100_000)]
     pub limit: Option<i64>,
-    /// `next` of the page before.
+    /// `next` of the previous page.
     #[param(
         pattern = "^[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}/[a-z_]+/[a-z]+/.+$"
     )]
@@ -70,9 +69,10 @@ impl IntoParams for OfBike {
     }
 }
 
-/// `json` unless asked otherwise.
+/// `json` by default.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
+#[schema(as = ParametersFormat)]
 pub enum Format {
     #[default]
     Json,
@@ -105,7 +105,7 @@ impl Params {
     pub fn filter<'a>(&'a self, group: &'a str) -> Result<Filter<'a>, Problem> {
         let (method, axle, name) = (&self.method, &self.axle, &self.name);
         let (effect, verdict) = (&self.effect, &self.verdict);
-        names::one_of("method", method.as_deref(), &Method::NAMES)?;
+        names::one_of("method", method.as_deref(), &METHODS)?;
         names::one_of("axle", axle.as_deref(), &AXLES)?;
         names::one_of("verdict", verdict.as_deref(), &Verdict::NAMES)?;
         let (from_ms, to_ms) = time::span(self.from.as_deref(), self.to.as_deref())?;

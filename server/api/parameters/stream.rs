@@ -21,7 +21,7 @@ pub const PIECE: i64 = 1000;
 /// Why a list ends before its end.
 #[derive(Debug, thiserror::Error)]
 enum Broken {
-    #[error("the key has ended")]
+    #[error("the key is no longer valid")]
     Ended,
     /// What was understood when the list began.
     #[error("{0}")]
@@ -69,7 +69,7 @@ impl Long {
             yield document.end(self.next.as_deref()).map_err(Broken::from)?;
         };
         let pieces = pieces
-            .inspect_err(|error: &Broken| tracing::error!(%error, "a long list broke off"))
+            .inspect_err(|error: &Broken| tracing::error!(%error, "a long list was aborted"))
             .map_ok(Bytes::from)
             .map_err(BoxError::from);
         Body::from_stream(pieces)

@@ -20,8 +20,8 @@ pub async fn looked_at(
         Chosen::Fields(fields) => return Ok(of_fields(fields)),
         Chosen::Text(part, text) => (part, text),
         Chosen::Nothing => {
-            let expected = "no bike, expected a bike file or the name of a bike of the fleet as `bike`, or the keys of one as \
-                            parts of their own";
+            let expected = "no bike, expected a bike file or the name of a bike of the fleet as `bike`, or the keys of a bike \
+                            file as separate parts";
             return Err(refused(expected.to_owned()));
         }
     };
@@ -33,7 +33,7 @@ pub async fn looked_at(
     Ok(match known {
         Some(row) => Ok(row.document.0),
         None => fault(format!(
-            "'{text}' is no bike of the fleet, expected one or a bike file as JSON"
+            "'{text}' is not a bike of the fleet, expected one or a bike file as JSON"
         )),
     })
 }

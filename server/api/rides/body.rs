@@ -23,13 +23,15 @@ const PIECE: usize = 64 << 10;
 /// Why a body is not read on.
 #[derive(Debug, thiserror::Error)]
 pub enum BodyError {
-    #[error("the form is larger than {0} bytes, the largest file and {ALLOWANCE} bytes besides")]
+    #[error("the form is larger than {0} bytes, the largest file plus {ALLOWANCE} bytes")]
     TooLarge(u64),
-    #[error("form: {HEAD} bytes without a part, expected its beginning or the end of its head")]
+    #[error(
+        "form: {HEAD} bytes without a part, expected the start of a part or the end of its header"
+    )]
     Head,
     #[error(transparent)]
     Unfinished(Unfinished),
-    #[error("the upload broke off: {0}")]
+    #[error("the upload was interrupted: {0}")]
     Broken(axum::Error),
 }
 

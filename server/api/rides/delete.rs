@@ -13,11 +13,11 @@ use crate::store::deletion::Of;
 
 /// Deletes a ride with its jobs, their results and its file.
 ///
-/// Jobs that are not at their end are cancelled first. Lists, the fleet and every pooled value are without it at once. For the days of grace it
-/// can be brought back; then it is erased: rows, and the file where no other ride has the same bytes.
+/// Jobs that have not ended are cancelled first. Lists, the fleet and pooled values exclude the ride at once. It can be
+/// restored during the days of grace; then it is erased: its rows, and the file unless another ride has the same bytes.
 #[utoipa::path(delete, path = "/v1/rides/{id}", operation_id = "delete_ride", tag = "rides", params(("id" = Uuid, Path)),
     responses(
-        (status = 200, description = "Deleted, now or before", body = RideView),
+        (status = 200, description = "Deleted, now or earlier", body = RideView),
         (status = 404, description = "No such ride", body = Problem, content_type = "application/problem+json")))]
 pub async fn delete(
     State(server): App,

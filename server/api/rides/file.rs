@@ -29,8 +29,8 @@ pub struct Params {
     params(("id" = Uuid, Path), Params),
     responses(
         (status = 200, description = "The file", body = Vec<u8>, content_type = "application/octet-stream"),
-        (status = 300, description = "The ride has several files, these", body = Vec<FileView>),
-        (status = 304, description = "The client has it"),
+        (status = 300, description = "The ride has several files: their list", body = Vec<FileView>),
+        (status = 304, description = "Not changed"),
         (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such ride", body = Problem, content_type = "application/problem+json"),
         (status = 410, description = "The stored file is missing or was altered", body = Problem, content_type = "application/problem+json")))]

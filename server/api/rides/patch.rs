@@ -17,10 +17,10 @@ use crate::store::facts as stored;
 /// Most that a patch may hold (bytes).
 const MOST: usize = 64 << 10;
 
-/// Changes what is known of a ride.
+/// Changes the facts of a ride.
 ///
-/// A merge patch (RFC 7396): what it names takes the place of what was known, null takes it away, everything else stays. Trends
-/// and steps of the bicycle follow at once.
+/// A merge patch (RFC 7396): each fact it names is replaced, null removes it, all others are unchanged. Trends and steps of the
+/// bicycle are updated at once.
 #[utoipa::path(patch, path = "/v1/rides/{id}", operation_id = "patch_ride", tag = "rides", params(("id" = Uuid, Path)),
     request_body(content((Facts = "application/merge-patch+json"), (Facts = "application/json"))),
     responses(
@@ -43,7 +43,7 @@ pub async fn patch(
         )
     })?;
     let text = std::str::from_utf8(&body)
-        .map_err(|_| Problem::new(Kind::BadRequest, "the patch is not UTF-8 text"))?;
+        .map_err(|_| Problem::new(Kind::BadRequest, "the patch is not UTF-8"))?;
     let mut patch = Map::new();
     facts::from_json(&mut patch, text)?;
     change(&server, &caller, view, patch).await?;

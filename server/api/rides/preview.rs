@@ -14,34 +14,34 @@ use crate::columns::{Guess, guesses};
 use crate::options::Options;
 use crate::store::job::Request;
 
-/// What would be understood of a ride, and what its other columns may hold.
+/// How a ride would be read, and guesses for its other columns.
 #[derive(Serialize, ToSchema)]
 pub struct RidePreview {
     #[serde(flatten)]
     read: Preview,
-    /// What the columns that no channel was recognised in may hold, by their headers. Nothing of it is used unless `map` says so.
+    /// Guesses from the headers of columns without a recognised channel. They are used only through `map`.
     guesses: Vec<Guess>,
 }
 
-/// Says what would be understood of a ride file, without keeping it.
+/// Reports how a ride file would be read, without storing it.
 ///
-/// Takes what `POST /v1/rides` takes; the bike may be left out.
+/// Accepts the same as `POST /v1/rides`; the bike is optional.
 #[utoipa::path(post, path = "/v1/rides/preview", operation_id = "preview_ride", tag = "rides",
     params(
-        ("bike" = Option<String>, Query, description = "Bike file, or the name of a bike of the fleet: whether it tells the masses that the ride needs"),
+        ("bike" = Option<String>, Query, description = "Bike file, or the name of a bike of the fleet: checked for the masses that the ride needs"),
         ("name" = Option<String>, Query, description = "File name, with a raw body"),
-        ("options" = Option<String>, Query, description = "Options (JSON), with a raw body; each may be a parameter of its own"),
-        ("facts" = Option<String>, Query, description = "Not looked at"),
-        ("again" = Option<bool>, Query, description = "Not looked at")),
+        ("options" = Option<String>, Query, description = "Options (JSON), with a raw body; each may be a separate parameter"),
+        ("facts" = Option<String>, Query, description = "Ignored"),
+        ("again" = Option<bool>, Query, description = "Ignored")),
     request_body(content((super::upload::Upload = "multipart/form-data"), (String = "text/csv"), (Vec<u8> = "application/octet-stream"))),
     responses(
-        (status = 200, description = "What was understood", body = RidePreview),
+        (status = 200, description = "How the file would be read", body = RidePreview),
         (status = 400, description = "Malformed request", body = Problem, content_type = "application/problem+json"),
-        (status = 408, description = "The body came too slowly", body = Problem, content_type = "application/problem+json"),
+        (status = 408, description = "The body was too slow", body = Problem, content_type = "application/problem+json"),
         (status = 413, description = "Too large", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "The file is no table, or an option is not allowed", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "The file is not a table, or an option is not allowed", body = Problem, content_type = "application/problem+json"),
         (status = 501, description = "The server is built without spreadsheets", body = Problem, content_type = "application/problem+json"),
-        (status = 503, description = "The process that read the ride was ended from outside; try again", body = Problem, content_type = "application/problem+json")))]
+        (status = 503, description = "The process that read the ride was killed from outside; try again", body = Problem, content_type = "application/problem+json")))]
 pub async fn preview(
     State(server): App,
     caller: Caller,
@@ -61,7 +61,6 @@ pub async fn preview(
     if let Ok(bike) = bike {
         read = read.with_bike(&bike);
     }
-    let known = read.columns.iter().map(|column| column.channel.as_str());
-    let guesses = guesses(&read.ignored, known);
+    let guesses = guesses(&read.tables);
     Ok(Json(RidePreview { read, guesses }))
 }

@@ -24,10 +24,10 @@ pub struct BikeParts {
     bike: Option<String>,
     /// Name of a bike of the fleet.
     fleet: Option<String>,
-    /// Which of the ways counts.
+    /// Which of the ways applies.
     #[schema(nullable = false)]
     bicycle: Option<Way>,
-    /// Name of the bicycle; this and what follows describes it in single fields.
+    /// Name of the bicycle; this and the following fields describe it.
     bike_name: Option<String>,
     #[schema(nullable = false)]
     equal_axles: Option<bool>,
@@ -35,7 +35,7 @@ pub struct BikeParts {
     mass_front_std_kg: Option<String>,
     mass_rear_kg: Option<String>,
     mass_rear_std_kg: Option<String>,
-    /// Gives the lengths that are not given, by the static loads or else the masses.
+    /// Wheelbase (m), from which missing lengths are computed by the static loads or else the masses.
     wheelbase_m: Option<String>,
     l_front_m: Option<String>,
     l_rear_m: Option<String>,
@@ -47,25 +47,28 @@ pub struct BikeParts {
     noise_road_m: Option<String>,
 }
 
-/// What would be understood of a bicycle.
+/// How a bicycle would be read.
 #[derive(Serialize, ToSchema)]
 pub struct BikePreview {
-    /// As a bike file; null where something is wrong.
+    /// The bike file; absent where something is wrong.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
     bike: Option<Bike>,
     /// What is wrong, part by part.
     faults: Vec<Fault>,
 }
 
-/// Says what would be understood of a bicycle, without keeping it.
+/// Reports how a bicycle would be read, without storing it.
 ///
-/// Takes the parts of `POST /v1/rides` that describe the bicycle; no unit but the field's own is understood, and none is converted.
+/// Accepts the parts of `POST /v1/rides` that describe the bicycle; only the field's own unit is accepted, and none is
+/// converted.
 #[utoipa::path(post, path = "/v1/rides/preview/bike", operation_id = "preview_bike", tag = "rides",
     request_body(content = BikeParts, content_type = "application/x-www-form-urlencoded"),
     responses(
-        (status = 200, description = "What was understood, or what is wrong with each part", body = BikePreview),
+        (status = 200, description = "How the bicycle would be read, or what is wrong with each part", body = BikePreview),
         (status = 400, description = "Malformed request", body = Problem, content_type = "application/problem+json"),
         (status = 413, description = "Too large", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "No bicycle is told, in two ways at once, or by an unknown part", body = Problem, content_type = "application/problem+json")))]
+        (status = 422, description = "No bicycle is given, two ways are used at once, or a part is unknown", body = Problem, content_type = "application/problem+json")))]
 pub async fn preview_bike(
     State(server): App,
     caller: Caller,

@@ -199,7 +199,7 @@ where
         bytes.extend_from_slice(&chunk);
     }
     String::from_utf8(bytes)
-        .map_err(|_| Problem::new(Kind::BadRequest, format!("part `{key}` is not UTF-8 text")))
+        .map_err(|_| Problem::new(Kind::BadRequest, format!("part `{key}` is not UTF-8")))
 }
 
 /// What an upload may hold besides the file, the bicycle, the options and the facts in single parts.
@@ -297,7 +297,7 @@ impl Parts {
         }
         if self.files.len() > 1 && self.name.is_some() {
             return malformed(
-                "`name` beside several files, expected each to have its own".to_owned(),
+                "`name` with several files, expected each file to have its own name".to_owned(),
             );
         }
         let mut files: Vec<(String, Incoming)> = Vec::new();
@@ -306,7 +306,7 @@ impl Parts {
             let name = name.map_or_else(|| "ride".to_owned(), |name| tidy(&name));
             if files.iter().any(|(other, _)| *other == name) {
                 return malformed(format!(
-                    "two files are called '{name}', expected different names"
+                    "two files have the name '{name}', expected different names"
                 ));
             }
             files.push((name, file));

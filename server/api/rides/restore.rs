@@ -9,12 +9,12 @@ use crate::api::extract::Path;
 use crate::api::problem::{Kind, Problem};
 use crate::erasure;
 
-/// Brings a deleted ride back with its jobs, as long as it is not erased; jobs that were cancelled stay so.
+/// Restores a deleted ride with its jobs, as long as it is not erased; cancelled jobs remain cancelled.
 #[utoipa::path(post, path = "/v1/rides/{id}/restore", operation_id = "restore_ride", tag = "rides", params(("id" = Uuid, Path)),
     responses(
-        (status = 200, description = "It is back", body = RideView),
+        (status = 200, description = "Restored", body = RideView),
         (status = 404, description = "No such ride, or it is erased", body = Problem, content_type = "application/problem+json"),
-        (status = 409, description = "Nothing of it is deleted", body = Problem, content_type = "application/problem+json")))]
+        (status = 409, description = "The ride is not deleted", body = Problem, content_type = "application/problem+json")))]
 pub async fn restore(
     State(server): App,
     caller: Caller,
@@ -23,10 +23,7 @@ pub async fn restore(
     find(&server, &caller.group, id).await?;
     let mut tx = server.db.begin().await?;
     if !erasure::restore_ride(&mut tx, &caller.group, id, caller.actor()).await? {
-        return Err(Problem::new(
-            Kind::WrongState,
-            "nothing of the ride is deleted",
-        ));
+        return Err(Problem::new(Kind::WrongState, "the ride is not deleted"));
     }
     tx.commit().await?;
     Ok(Json(find(&server, &caller.group, id).await?))

@@ -57,7 +57,7 @@ pub async fn submit(
     }
 
     let facts = Given {
-        of_file: facts::of_file(checked.comments, checked.start_s, checked.speed)?,
+        of_file: facts::of_file(checked.comments, checked.begun_s, checked.speed)?,
         given,
     };
     facts.of_new()?;

@@ -17,64 +17,63 @@ use crate::metrics::METRICS;
 
 const KNOWN: HeaderName = HeaderName::from_static("veloid-known");
 
-/// A ride with its bike and how to treat them.
+/// A ride with its bike and its options.
 #[derive(ToSchema)]
 #[expect(
     dead_code,
     reason = "describes the form; `receive` reads it as a stream"
 )]
 pub struct Upload {
-    /// The ride: CSV (also gzip or zstd) or MATLAB v5/v7. Several parts `file` with names of their own are one ride,
-    /// each on a clock of its own.
+    /// The ride: CSV (also gzip or zstd) or MATLAB v5/v7. Several parts `file` with different names are one ride, each on its
+    /// own clock.
     #[schema(value_type = String, format = Binary, content_media_type = "application/octet-stream")]
     file: Vec<u8>,
-    /// The bike file (JSON), or the name of a bike of the fleet. In its place each key of a bike file but `roll` may be a
-    /// part of its own, its name as `bike_name`, and `wheelbase_m` in place of a length or both.
+    /// The bike file (JSON), or the name of a bike of the fleet. Alternatively each key of a bike file except `roll` may be a
+    /// separate part, with the name as `bike_name` and `wheelbase_m` instead of one or both lengths.
     bike: Option<String>,
-    /// Name of a bike of the fleet, as a form's list has it; `bike`, where it is given, goes before.
+    /// Name of a bike of the fleet, as selected in a form; `bike` has priority.
     fleet: Option<String>,
-    /// Which of the ways to give the bicycle counts, where a form's fields for several are filled.
+    /// Which way of giving the bicycle applies, where the form's fields for several are filled.
     bicycle: Option<Way>,
-    /// File name, in place of the one that came with the only file.
+    /// File name, instead of the one sent with the only file.
     name: Option<String>,
-    /// Settings and reading options (JSON object); each may also be a part of its own.
+    /// Settings and reading options (JSON object); each may also be a separate part.
     options: Option<crate::options::Options>,
-    /// What is known of the ride besides (JSON object); each named fact may also be a part of its own, further numbers
+    /// Facts about the ride (JSON object); each named fact may also be a separate part, and further numbers may be given as
     /// lines `name: number` of the part `more`.
     facts: Option<crate::facts::Facts>,
-    /// Identify again even where the same file, bike and options have a job.
+    /// Identify again even if a job exists for the same file, bike and options.
     again: Option<bool>,
 }
 
 /// Uploads a ride and queues its identification.
 ///
-/// As a form with the parts `file`, `bike` and `options`, or as the raw file with `bike` and options
-/// in the query or in the headers `Veloid-Bike` and `Veloid-Options`. The file is checked at once; the
-/// answer 202 comes when it is safe on disk and the job is committed. The same file, bike and options
-/// give the same job unless `again` is set. Every part and every option comes once, `map` once for each
-/// channel, `missing` once for each word, `file` once for each file of the ride; an option for one file alone has its
-/// name in front, as in `rate_hz=laser.csv:30`.
+/// As a form with the parts `file`, `bike` and `options`, or as the raw file with `bike` and options in the query or in the
+/// headers `Veloid-Bike` and `Veloid-Options`. The file is checked at once; the answer 202 is sent when it is safe on disk and
+/// the job is committed. The same file, bike and options return the same job unless `again` is set. Every part and every option
+/// may be given once, `map` once for each channel, `missing` once for each word, `file` once for each file of the ride; an
+/// option for a single file begins with its name, such as `rate_hz=laser.csv:30`.
 #[utoipa::path(post, path = "/v1/rides", operation_id = "upload_ride", tag = "rides",
     params(
         ("Idempotency-Key" = Option<String>, Header,
-            description = "The same key with the same content gives the same job"),
+            description = "The same key with the same content returns the same job"),
         ("bike" = Option<String>, Query, description = "Bike file (JSON) or name, with a raw body"),
         ("name" = Option<String>, Query, description = "File name, with a raw body"),
-        ("options" = Option<String>, Query, description = "Options (JSON), with a raw body; each may be a parameter of its own"),
-        ("facts" = Option<String>, Query, description = "What is known of the ride (JSON), with a raw body; each may be a parameter of its own"),
+        ("options" = Option<String>, Query, description = "Options (JSON), with a raw body; each may be a separate parameter"),
+        ("facts" = Option<String>, Query, description = "Facts about the ride (JSON), with a raw body; each may be a separate parameter"),
         ("again" = Option<bool>, Query, description = "Identify again")),
     request_body(content((Upload = "multipart/form-data"), (String = "text/csv"), (Vec<u8> = "application/octet-stream"))),
     responses(
         (status = 202, description = "Queued", body = JobView, headers(
             ("Location" = String, description = "Address of the job"),
-            ("Veloid-Known" = bool, description = "Whether the same was uploaded before, so that the job is not a new one"),
-            ("Retry-After" = u32, description = "Seconds to wait before asking again"))),
+            ("Veloid-Known" = bool, description = "Whether the same was uploaded before and the existing job is returned"),
+            ("Retry-After" = u32, description = "Seconds to wait before the next request"))),
         (status = 400, description = "Malformed request", body = Problem, content_type = "application/problem+json"),
-        (status = 408, description = "The body came too slowly", body = Problem, content_type = "application/problem+json"),
+        (status = 408, description = "The body was too slow", body = Problem, content_type = "application/problem+json"),
         (status = 413, description = "Too large", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "Ride, bike or options cannot be used", body = Problem, content_type = "application/problem+json"),
         (status = 501, description = "The server is built without spreadsheets", body = Problem, content_type = "application/problem+json"),
-        (status = 503, description = "The queue is full, or the process that read the ride was ended from outside", body = Problem, content_type = "application/problem+json", headers(("Retry-After" = u32)))))]
+        (status = 503, description = "The queue is full, or the process that read the ride was killed from outside", body = Problem, content_type = "application/problem+json", headers(("Retry-After" = u32)))))]
 pub async fn upload(
     State(server): App,
     caller: Caller,
@@ -131,7 +130,7 @@ fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, Problem> {
     let Some(value) = headers.get("idempotency-key") else {
         return Ok(None);
     };
-    let expected = format!("Idempotency-Key: expected 1 to {LONGEST_KEY} characters of ASCII");
+    let expected = format!("Idempotency-Key: expected 1 to {LONGEST_KEY} ASCII characters");
     let key = value.to_str().map(|text| text.trim_matches('"'));
     match key {
         Ok(key) if (1..=LONGEST_KEY).contains(&key.len()) => Ok(Some(key.to_owned())),

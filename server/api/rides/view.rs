@@ -15,26 +15,26 @@ use crate::time;
 #[derive(Serialize, ToSchema)]
 pub struct RideView {
     pub id: Uuid,
-    /// Name of the file as its sender calls it.
+    /// Name of the file as sent.
     pub name: String,
-    /// Of its file; of several files what stands for all of theirs.
+    /// SHA-256 of its file; for several files a combined value.
     pub sha256: String,
     pub bytes: i64,
     #[schema(format = DateTime)]
     pub uploaded_at: String,
-    /// What is known of it besides its file.
+    /// Facts about the ride.
     pub facts: Facts,
-    /// Since when it is deleted, file and results with it.
+    /// When it was deleted, with its file and results.
     #[schema(format = DateTime)]
     pub deleted_at: Option<String>,
-    /// When what is deleted is erased; `POST /v1/rides/{id}/restore` brings it back until then.
+    /// When it will be erased; until then `POST /v1/rides/{id}/restore` restores it.
     #[schema(format = DateTime)]
     pub erased_after: Option<String>,
-    /// Address of the bytes; of several files that of their list; null when it is deleted.
+    /// Address of the bytes; for several files that of their list; null when the ride is deleted.
     pub file: Option<String>,
-    /// Its files, in the order in which they came.
+    /// Its files, in the order of the upload.
     pub files: Vec<FileView>,
-    /// Its identifications, newest first; of a ride that is deleted those that are deleted with it.
+    /// Its identifications, newest first; for a deleted ride those that were deleted with it.
     pub jobs: Vec<JobView>,
 }
 

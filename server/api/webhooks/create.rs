@@ -18,32 +18,32 @@ use crate::webhooks::{Event, Secret};
 /// Most webhooks of a group.
 const MOST: i64 = 20;
 
-/// A webhook to be made.
+/// A webhook to create.
 #[derive(Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NewWebhook {
-    /// https, and a host that the operator allows by `--webhook-allow`.
+    /// An https address with a host that the operator allows by `--webhook-allow`.
     #[schema(
         pattern = r"^https?://([a-z0-9]([a-z0-9]|-[a-z0-9])*\.)*[a-z]([a-z0-9]|-[a-z0-9])*(:[0-9]{1,4})?(/[A-Za-z0-9._~/%?&=-]*)?$",
         max_length = 2000
     )]
     pub url: String,
-    /// All of them unless asked otherwise: `job.succeeded`, `job.failed`, `job.cancelled`, `bike.drifts`, `bike.stepped`,
+    /// By default all events: `job.succeeded`, `job.failed`, `job.cancelled`, `bike.drifts`, `bike.stepped`,
     /// `bike.new_physics`.
     #[serde(default)]
     #[schema(schema_with = names::events)]
     pub events: Vec<String>,
 }
 
-/// Makes a webhook.
+/// Creates a webhook.
 ///
-/// Messages are signed by the scheme of standard-webhooks: HMAC-SHA256 over `webhook-id.webhook-timestamp.body` with the secret
-/// that this answer holds, and no later one. What is not answered by 200 to 299 is sent again after 5 s, 5 min, 30 min, 2 h and so on,
-/// for three days.
+/// Messages are signed by the scheme of standard-webhooks: HMAC-SHA256 over `webhook-id.webhook-timestamp.body` with the
+/// secret, which only this answer contains. A message not answered by 200 to 299 is sent again after 5 s, 5 min, 30 min, 2 h
+/// and so on, for three days.
 #[utoipa::path(post, path = "/v1/webhooks", operation_id = "create_webhook", tag = "operations", request_body = NewWebhook,
     responses(
-        (status = 201, description = "Made; the secret is told here only", body = WebhookView),
-        (status = 400, description = "No address, or an unknown event", body = Problem, content_type = "application/problem+json")))]
+        (status = 201, description = "Created; the secret is returned only here", body = WebhookView),
+        (status = 400, description = "Invalid address or unknown event", body = Problem, content_type = "application/problem+json")))]
 pub async fn create(
     State(server): App,
     caller: Caller,
@@ -78,7 +78,7 @@ pub async fn create(
     if webhook::count(&mut tx, &caller.group).await? >= MOST {
         return Err(Problem::new(
             Kind::TooMany,
-            format!("the group has {MOST} webhooks, the most"),
+            format!("the group has {MOST} webhooks, the limit"),
         ));
     }
     webhook::insert(&mut tx, &caller.group, &row).await?;

@@ -8,7 +8,7 @@ use crate::api::extract::Path;
 use crate::api::problem::Problem;
 use crate::store::{audit, webhook};
 
-/// Deletes a webhook; what still waits to be delivered to it is not.
+/// Deletes a webhook; pending deliveries to it are dropped.
 #[utoipa::path(delete, path = "/v1/webhooks/{id}", operation_id = "delete_webhook", tag = "operations", params(("id" = Uuid, Path)),
     responses(
         (status = 204, description = "Deleted"),

@@ -11,18 +11,18 @@ use crate::api::problem::Problem;
 use crate::store::{now_ms, webhook};
 use crate::webhooks::{Message, Notification, Secret, send};
 
-/// What became of a message that was sent to see whether it arrives.
+/// Outcome of a test message.
 #[derive(Serialize, ToSchema)]
 pub struct Tested {
     pub delivered: bool,
-    /// The answer's status, or what went wrong.
+    /// Status of the response, or the error.
     pub outcome: String,
 }
 
 /// Sends a message of the type `test` now, once.
 #[utoipa::path(post, path = "/v1/webhooks/{id}/test", operation_id = "test_webhook", tag = "operations", params(("id" = Uuid, Path)),
     responses(
-        (status = 200, description = "What became of it", body = Tested),
+        (status = 200, description = "Outcome", body = Tested),
         (status = 404, description = "No such webhook", body = Problem, content_type = "application/problem+json")))]
 pub async fn test(
     State(server): App,

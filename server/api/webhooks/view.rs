@@ -5,7 +5,7 @@ use uuid::Uuid;
 use crate::store::webhook::WebhookRow;
 use crate::time;
 
-/// Where messages go, and of what.
+/// A webhook: its address and events.
 #[derive(Serialize, ToSchema)]
 #[schema(as = Webhook)]
 pub struct WebhookView {
@@ -14,11 +14,11 @@ pub struct WebhookView {
     pub events: Vec<String>,
     #[schema(format = DateTime)]
     pub created_at: String,
-    /// How the last attempt at a delivery ended, in words.
+    /// Outcome of the last delivery attempt, in words.
     pub outcome: Option<String>,
     #[schema(format = DateTime)]
     pub tried_at: Option<String>,
-    /// What receivers check signatures with; reported once, when it is made.
+    /// Secret for checking signatures; reported only once, on creation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub secret: Option<String>,
 }

@@ -20,28 +20,28 @@ use crate::options::Options;
 use machine::Machine;
 use table::Figures;
 
-/// The performance figures of this machine, as a table of Markdown and as JSON.
+/// Measures this machine's performance, as a Markdown table and as JSON.
 ///
-/// Times the engine's steps, then a server: its own, which it starts on a free port with a temporary
-/// data folder, or the one that `--server` names.
+/// Times the engine's steps, then a server: one that it starts on a free port with a temporary data folder, or the one given by
+/// `--server`.
 #[derive(Args)]
 pub struct Bench {
-    /// Where to write the figures as JSON; `-` is stdout, in place of the table.
+    /// Where to write the figures as JSON; `-` is stdout, instead of the table.
     #[arg(long)]
     json: Option<PathBuf>,
     /// Repetitions of each measurement.
     #[arg(long, default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=1000))]
     runs: u32,
-    /// Address of a running server, as `http://127.0.0.1:8080`.
+    /// Address of a running server, such as `http://127.0.0.1:8080`.
     #[arg(long, value_name = "URL")]
     server: Option<String>,
-    /// Commit of the build, to be reported with the figures.
+    /// Commit of the build, reported with the figures.
     #[arg(long, env = "VELOID_COMMIT")]
     commit: Option<String>,
-    /// Time one part only.
+    /// Time only one part.
     #[arg(long, value_enum)]
     only: Option<Part>,
-    /// Run the swarm on this ride alone, as other implementations are timed, and print one line of JSON.
+    /// Run only the swarm on this ride, as other implementations are timed, and print one line of JSON.
     #[arg(long, value_name = "RIDE", conflicts_with_all = ["json", "server", "only"])]
     swarm: Option<PathBuf>,
 }

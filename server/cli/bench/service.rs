@@ -79,7 +79,7 @@ impl Own {
             .flatten()
             .map_while(Result::ok)
             .find_map(|line| line.strip_prefix("veloid listens on ").map(str::to_owned))
-            .ok_or_else(|| std::io::Error::other("the server ended before it listened"))?;
+            .ok_or_else(|| std::io::Error::other("the server ended before it was listening"))?;
         Ok(own)
     }
 }

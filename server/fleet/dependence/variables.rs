@@ -1,4 +1,4 @@
-//! The numbers that are known of a ride.
+//! What is known of a ride: numbers, and facts in words.
 
 use std::collections::BTreeMap;
 
@@ -10,6 +10,14 @@ pub const DATE: &str = "date";
 const FRONT: &str = "load_front_kg";
 const REAR: &str = "load_rear_kg";
 const DAY_MS: f64 = 86_400_000.0;
+/// Names whose words stand in another order.
+const WORDS: [(&str, &str); 5] = [
+    ("pressure_front_bar", "front tyre pressure"),
+    ("pressure_rear_bar", "rear tyre pressure"),
+    ("rider_mass_kg", "rider's mass"),
+    (FRONT, "front load"),
+    (REAR, "rear load"),
+];
 /// Units by the ends of names, longer ends first.
 const ENDS: [(&str, &str); 14] = [
     ("_km_h", "km/h"),
@@ -29,7 +37,7 @@ const ENDS: [(&str, &str); 14] = [
 ];
 
 /// Facts that are numbers, the date, and the loads of the bike file.
-pub fn of(row: &RideRow) -> BTreeMap<String, f64> {
+pub fn numbers(row: &RideRow) -> BTreeMap<String, f64> {
     let mut numbers = BTreeMap::new();
     let loads = [(FRONT, row.front_kg), (REAR, row.rear_kg)];
     numbers.extend(
@@ -38,18 +46,23 @@ pub fn of(row: &RideRow) -> BTreeMap<String, f64> {
             .filter_map(|(name, load)| Some((name.to_owned(), load?))),
     );
     if let Some(facts) = &row.facts {
-        let mut facts = facts.0.clone();
+        let facts = &facts.0;
         for (name, ..) in NUMBERS {
-            let value = facts.number(name).and_then(|value| *value);
-            numbers.extend(value.map(|value| (name.to_owned(), value)));
+            numbers.extend(facts.value(name).map(|value| (name.to_owned(), value)));
         }
-        numbers.extend(facts.more);
+        numbers.extend(facts.more.clone());
     }
     numbers.insert(DATE.to_owned(), row.dated_at as f64 / DAY_MS);
     numbers
 }
 
-/// The unit of a fact, reported by its name; empty where it is not.
+/// Facts in words that rides can be grouped by.
+pub fn texts(row: &RideRow) -> BTreeMap<&'static str, String> {
+    let facts = row.facts.iter().flat_map(|facts| facts.0.groups());
+    facts.map(|(name, text)| (name, text.to_owned())).collect()
+}
+
+/// The unit of a fact by its name; empty where the name has none.
 pub fn unit(name: &str) -> &'static str {
     match name {
         DATE => "day",
@@ -59,6 +72,9 @@ pub fn unit(name: &str) -> &'static str {
 
 /// The name of a fact in words, without its unit.
 pub fn label(name: &str) -> String {
+    if let Some((_, words)) = WORDS.iter().find(|(known, _)| *known == name) {
+        return (*words).to_owned();
+    }
     let bare = end(name).and_then(|(end, _)| name.strip_suffix(end));
     bare.unwrap_or(name).replace('_', " ")
 }
@@ -75,10 +91,11 @@ mod tests {
     #[test]
     fn names_tell_units() {
         for (name, bare, of) in [
-            ("pressure_front_bar", "pressure front", "bar"),
+            ("pressure_front_bar", "front tyre pressure", "bar"),
+            ("pressure_third_bar", "pressure third", "bar"),
             ("temperature_c", "temperature", "°C"),
             ("speed_m_s", "speed", "m/s"),
-            ("load_rear_kg", "load rear", "kg"),
+            ("load_rear_kg", "rear load", "kg"),
             (DATE, "date", "day"),
             ("gain", "gain", ""),
             ("_c", " c", ""),

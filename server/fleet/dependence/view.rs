@@ -27,15 +27,19 @@ pub struct Dependence {
     pub between_rides: Option<f64>,
     /// Standard deviation of bicycles; null of one.
     pub between_bikes: Option<f64>,
-    /// The facts that were asked for, in that order.
+    /// The numbers that were asked for, in that order.
     pub facts: Vec<Influence>,
+    /// The facts in words that were asked for, in that order.
+    pub categories: Vec<Categories>,
     /// Steps of single bicycles, as a new tyre makes one, that are fitted beside the facts; the clearest one first.
     pub steps: Vec<Step>,
     pub prediction: Option<Predicted>,
     /// What became of one bicycle's parameter beside its facts and steps; null where the date is one of the facts.
     pub development: Option<Development>,
-    /// Every fact that the rides have, for the next question.
+    /// Every number that is known of rides, for the next question.
     pub known: Vec<Known>,
+    /// Every fact in words that is known of rides.
+    pub known_categories: Vec<KnownCategories>,
     /// The fitted rides, at most 1000 of them, evenly chosen in the order of their dates.
     pub points: Vec<Point>,
 }
@@ -49,9 +53,12 @@ pub struct Influence {
     pub mean: f64,
     pub least: f64,
     pub most: f64,
-    /// Change of the parameter with one unit of the fact, the others held; null where it is not fitted.
+    /// Change of the parameter with one unit of the fact, the others held; of several bicycles that of those which agree. Null where
+    /// it is not fitted, or where too many differ.
     pub slope: Option<Coefficient>,
-    /// Why it is not fitted.
+    /// Bicycles whose slopes differ from that of the others, with their own; the clearest one first.
+    pub own: Vec<OwnSlope>,
+    /// Why there is no slope.
     pub reason: Option<String>,
     /// Share of its variance that the facts before it explain; their influences grow less sure with it.
     pub shared: f64,
@@ -62,6 +69,47 @@ pub struct Influence {
     pub between_bikes: f64,
     /// The fitted line, the other facts at their means.
     pub line: Vec<Place>,
+}
+
+/// What a fact does on one bicycle that differs from the others.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct OwnSlope {
+    pub bike: String,
+    pub rides: usize,
+    /// Mean of the fact over its rides.
+    pub mean: f64,
+    pub slope: Coefficient,
+}
+
+/// What a fact in words does.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct Categories {
+    pub fact: String,
+    /// The most frequent category, with which the others are compared.
+    pub reference: String,
+    /// The most frequent one first.
+    pub categories: Vec<Category>,
+    /// Why the fact is not fitted.
+    pub reason: Option<String>,
+}
+
+/// Rides of which a fact says the same.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct Category {
+    pub name: String,
+    pub rides: usize,
+    /// How far the parameter is above that of the reference, the other facts held; null of the reference and where it is not fitted.
+    pub effect: Option<Coefficient>,
+    /// Why it is not fitted.
+    pub reason: Option<String>,
+}
+
+/// A fact in words that some rides have.
+#[derive(Debug, Serialize, ToSchema)]
+pub struct KnownCategories {
+    pub name: String,
+    pub rides: usize,
+    pub categories: usize,
 }
 
 /// A step of one bicycle.
@@ -116,10 +164,10 @@ pub struct Point {
     pub bike: String,
     #[schema(format = DateTime)]
     pub dated_at: String,
-    /// The fitted facts, in their order.
+    /// The numbers that have a slope, in their order.
     pub facts: Vec<f64>,
     pub value: f64,
     pub std_error: f64,
-    /// What is above the fit, its bicycle's level taken out too.
+    /// What is above the fit, its bicycle's level, steps and own slopes taken out too.
     pub residual: f64,
 }

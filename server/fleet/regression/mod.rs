@@ -3,13 +3,14 @@
 //! Thompson 1971, doi:10.1093/biomet/58.3.545), coefficients by generalised least squares at them.
 
 mod confounding;
+mod departures;
 mod fit;
+mod gain;
 mod reml;
-mod steps;
 
 pub use confounding::{Confounding, Refusal};
+pub use departures::{Departure, with_departures};
 pub use fit::{Coefficient, Fit, Prediction};
-pub use steps::{Step, with_steps};
 
 use nalgebra::{DMatrix, DVector};
 

@@ -169,8 +169,8 @@ impl Process {
 
 fn ended(status: ExitStatus, said: &str) -> Ended {
     let why = match said {
-        "" => format!("the process that computed it ended: {status}"),
-        said => format!("the process that computed it ended: {said} ({status})"),
+        "" => format!("the computing process ended: {status}"),
+        said => format!("the computing process ended: {said} ({status})"),
     };
     match status.signal().and_then(Signal::from_named_raw) {
         Some(Signal::HUP | Signal::INT | Signal::TERM) => Ended::Asked,
@@ -198,7 +198,7 @@ async fn listen(errors: ChildStderr, said: Arc<Mutex<String>>) {
         let line: String = line.trim().chars().take(LINE).collect();
         // The standard library's advice to set a variable is no cause.
         if !line.is_empty() && !line.starts_with("note: ") {
-            tracing::warn!(line, "a child process says");
+            tracing::warn!(line, "message of a child process");
             *said.lock().unwrap_or_else(PoisonError::into_inner) = line;
         }
     }

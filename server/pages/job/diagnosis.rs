@@ -6,6 +6,7 @@ use veloid_engine::report::Report;
 use veloid_engine::report::diagnosis::{
     Detectable, Diagnosis, EffectReport, HeldOut, NextRide, Place, Stronger, Support, Verdict,
 };
+use veloid_engine::result_of;
 
 use super::bars;
 use crate::pages::words;
@@ -48,20 +49,28 @@ pub struct AxleView {
     pub consequences: Vec<(String, String, String)>,
 }
 
-fn verdict(verdict: Verdict) -> (&'static str, &'static str) {
+/// Whether any stiffness or damping is reported.
+fn has_result(report: &Report) -> bool {
+    let results = result_of(report);
+    let mut quantities = results.iter().flat_map(|(_, result)| result.iter());
+    quantities.any(|(_, quantity)| quantity.std_error.is_some())
+}
+
+fn verdict(verdict: Verdict, has_result: bool) -> (&'static str, &'static str) {
     match verdict {
-        Verdict::NothingMissing => ("nothing_missing", "Nothing is missing"),
-        Verdict::Named => ("named", "Something is missing, and this is what"),
+        Verdict::NothingMissing => ("nothing_missing", "Nothing is missing from the model"),
+        Verdict::Named => ("named", "The model is missing something"),
         Verdict::Ambiguous => (
             "ambiguous",
-            "Something is missing; this ride leaves a choice",
+            "The model is missing something; several explanations are possible",
         ),
         Verdict::NamedInPart => (
             "named_in_part",
-            "Something is missing; part of it has a name",
+            "The model is missing something; part of it has a name",
         ),
-        Verdict::CannotTell => ("cannot_tell", "This record carries no verdict"),
-        Verdict::Unnamed => ("unnamed", "Something is missing that has no name here"),
+        Verdict::CannotTell if has_result => ("cannot_tell", "No verdict on missing physics"),
+        Verdict::CannotTell => ("cannot_tell", "No result: fix this first"),
+        Verdict::Unnamed => ("unnamed", "The model is missing something without a name"),
     }
 }
 
@@ -72,17 +81,10 @@ fn known(value: Option<f64>, text: impl Fn(f64) -> String) -> String {
     value.map_or(UNKNOWN.to_owned(), text)
 }
 
-fn place_of(axle: Axle) -> Place {
-    match axle {
-        Axle::Front => Place::Front,
-        Axle::Rear => Place::Rear,
-    }
-}
-
 impl DiagnosisView {
     pub fn of(report: &Report) -> Option<Self> {
         let d = report.diagnosis.as_ref()?;
-        let (verdict, label) = verdict(d.verdict);
+        let (verdict, label) = verdict(d.verdict, has_result(report));
         Some(Self {
             verdict,
             label,
@@ -139,13 +141,13 @@ impl EffectView {
             notes.push("only the nearest shape: it does not explain the ride".to_owned());
         }
         if !effect.material {
-            notes.push("certain, but too small to matter".to_owned());
+            notes.push("significant, but too small to matter".to_owned());
         }
         let chance = match effect.p_value {
-            None => "Found in the place of another effect, so that its own chance was not computed"
+            None => "Found as a replacement for another effect, so its probability by chance was not computed"
                 .to_owned(),
-            Some(p) if p < 1e-4 => "By chance alone with probability below 0.0001".to_owned(),
-            Some(p) => format!("By chance alone with probability {}", significant(p, 2)),
+            Some(p) if p < 1e-4 => "Probability by chance alone below 0.0001".to_owned(),
+            Some(p) => format!("Probability by chance alone {}", significant(p, 2)),
         };
         let parameters = effect.parameters.iter();
         let parameters = parameters.map(|(name, p)| {
@@ -163,7 +165,7 @@ impl EffectView {
             evidence: match &effect.support {
                 Some(support) => supported(support),
                 None => format!(
-                    "{chance}; without it the ride loses {} in log likelihood.",
+                    "{chance}; the log likelihood falls by {} without it.",
                     known(effect.separation, |gain| fixed(gain, 1))
                 ),
             },
@@ -177,16 +179,14 @@ fn supported(support: &Support) -> String {
     let rival = support.rival.as_ref().zip(support.rival_ratio);
     let rival = rival.map_or(String::new(), |(id, ratio)| {
         let name = words::plain(id);
-        format!(
-            "; with {name} in its place {} times as much is left",
-            fixed(ratio, 1)
-        )
+        format!("; {name} instead leaves {} times as much", fixed(ratio, 1))
     });
     format!(
-        "Takes {} % off the square of the held-out error, in {} of {} blocks of the ride the error falls{rival}.",
+        "Removes {} % of the squared held-out error; the error falls in {} of {} {}{rival}.",
         fixed(100.0 * support.removed_share, 0),
         support.blocks_led,
-        support.blocks
+        support.blocks,
+        support.compared()
     )
 }
 
@@ -195,7 +195,7 @@ fn explained(held: &HeldOut) -> Option<String> {
     if let Some(share) = held.explained_share.filter(|share| *share > 0.0) {
         let percent = fixed(100.0 * share, 1);
         return Some(format!(
-            "The effects explain {percent} % of what the sensor's noise leaves to explain."
+            "The effects explain {percent} % of the variance above the sensor's noise."
         ));
     }
     let ([plain, extended, _], unit) = held.errors();
@@ -220,7 +220,7 @@ impl AxleView {
                 significant(*to, 3)
             )
         };
-        let here = |e: &EffectReport| e.axle == Place::Both || place_of(axle) == e.axle;
+        let here = |e: &EffectReport| e.axle == Place::Both || Place::from(axle) == e.axle;
         let extended = d.effects.iter().any(here);
         Some(Self {
             axle: axle.name(),

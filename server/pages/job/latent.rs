@@ -15,7 +15,7 @@ pub fn lines(latent: &LatentRoad) -> Vec<(String, String)> {
         line(
             "Road",
             format!(
-                "ISO 8608 class {}, {} cm³ at 0.1 cycles/m, from what was seen at {} to {} cycles/m",
+                "ISO 8608 class {}, {} cm³ at 0.1 cycles/m, observed from {} to {} cycles/m",
                 road.class,
                 significant(1e6 * road.psd_m3, 3),
                 significant(road.band_cycles_per_m[0], 2),
@@ -24,13 +24,13 @@ pub fn lines(latent: &LatentRoad) -> Vec<(String, String)> {
         );
     }
     if let Some(speed) = &latent.speed {
-        line("Speed reads too little by", reported(speed, 100.0, "%"));
+        line("Speed reads low by", reported(speed, 100.0, "%"));
     }
     for sensor in &latent.sensors {
         line(&sensor.channel, sensed(sensor));
     }
     line(
-        "From",
+        "Data used",
         format!(
             "{} windows of {} s, {} Hz to {} Hz",
             latent.windows,
@@ -40,7 +40,7 @@ pub fn lines(latent: &LatentRoad) -> Vec<(String, String)> {
         ),
     );
     for note in &latent.notes {
-        line("Beside the model", note.clone());
+        line("Model mismatch", note.clone());
     }
     lines
 }

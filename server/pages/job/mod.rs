@@ -96,6 +96,16 @@ impl Page {
             .collect()
     }
 
+    /// Class of the state: a job that succeeded without a verdict is not shown as a success.
+    fn state(&self) -> &'static str {
+        let no_verdict = self.job.verdict.as_deref() == Some("cannot_tell");
+        if no_verdict {
+            "unanswered"
+        } else {
+            self.job.state.name()
+        }
+    }
+
     fn duration(&self) -> String {
         fixed(self.job.ride.summary.duration_s, 1)
     }

@@ -2,18 +2,18 @@
 
 use veloid_engine::bicycle::Axle;
 use veloid_engine::document::format_number::{Quantity, fixed, significant};
-use veloid_engine::report::{Estimate, Report};
+use veloid_engine::report::diagnosis::Verdict;
+use veloid_engine::report::{AxleResult, Estimate, Method, Report, ResultQuantity, RollReport};
+use veloid_engine::{best_method, result_of};
 
 use super::latent;
-use crate::pages::estimate::{best, without_road};
 use crate::pages::words;
-use veloid_engine::report::Method;
 
 pub struct ReportView {
     pub version: String,
     pub result: Vec<ResultRow>,
-    /// Whether the result is the extended model's.
-    pub extended: bool,
+    /// The method that the result is by, in words.
+    pub by: &'static str,
     pub methods: Vec<MethodRow>,
     pub comparison: Vec<[String; 8]>,
     /// Why rows are absent.
@@ -22,25 +22,31 @@ pub struct ReportView {
     pub roll: Option<Vec<String>>,
     /// What was found out without a road: terms and what they are.
     pub latent: Option<Vec<(String, String)>>,
-    /// Whether the result is that method's.
-    pub without_road: bool,
     /// Mistakes that the verdict's sentence does not show.
     pub mistakes: Vec<String>,
+    /// Whether a motion was simulated, which takes a road or a force.
+    pub simulated: bool,
     pub trials: usize,
     pub seed: u64,
     pub settings: Vec<(String, String)>,
 }
 
-/// The parameters to go by, of one axle.
+/// The answer of one axle.
 pub struct ResultRow {
     pub axle: &'static str,
-    pub k: Quantity,
-    pub b: Quantity,
-    /// Why there is no interval.
-    pub k_unknown: Option<String>,
-    pub b_unknown: Option<String>,
-    pub mass: Quantity,
-    pub mass_known: bool,
+    pub quantities: Vec<Answer>,
+    /// Why values are withheld.
+    pub reasons: Vec<String>,
+}
+
+/// A quantity of the base model.
+pub struct Answer {
+    /// Such as "k".
+    pub name: String,
+    /// Absent where it is withheld.
+    pub quantity: Option<Quantity>,
+    /// Why there is no interval beside the value.
+    pub note: Option<String>,
 }
 
 /// What one method says of one axle.
@@ -58,24 +64,22 @@ pub struct MethodRow {
 
 impl ReportView {
     pub fn of(report: &Report) -> Self {
-        let extension = report.diagnosis.as_ref().filter(|d| !d.effects.is_empty());
         Self {
             version: report.veloid.clone(),
-            result: best(report)
-                .iter()
-                .map(|(axle, e)| ResultRow::of(axle, e))
+            result: (result_of(report).iter())
+                .map(|(axle, result)| ResultRow::of(axle, result))
                 .collect(),
-            extended: extension.is_some(),
+            by: best_method(report).title(),
             methods: methods(report),
             comparison: comparison(report),
             comparison_notes: report.comparison.notes.clone(),
             observer: observer(report),
-            roll: report.roll.as_ref().map(|roll| roll.notes.clone()),
-            without_road: without_road(report).is_some(),
+            roll: report.roll.as_ref().map(roll),
             latent: report.latent_road.as_ref().map(latent::lines),
             mistakes: (report.other_mistakes())
                 .map(|mistake| mistake.sentence.clone())
                 .collect(),
+            simulated: !report.has_no_road(),
             trials: report.swarm.trials.len(),
             seed: report.settings.seed,
             settings: settings(report),
@@ -92,18 +96,24 @@ fn b(e: &Estimate) -> Quantity {
 }
 
 impl ResultRow {
-    fn of(axle: Axle, e: &Estimate) -> Self {
+    fn of(axle: Axle, result: &AxleResult) -> Self {
+        let withheld = result.iter().filter(|(_, found)| found.value.is_none());
+        let mut reasons: Vec<String> = withheld.filter_map(|(_, f)| f.why.clone()).collect();
+        reasons.dedup();
         Self {
             axle: axle.name(),
-            k: k(e),
-            b: b(e),
-            k_unknown: e.k_not_identifiable.clone(),
-            b_unknown: e.b_not_identifiable.clone(),
-            mass: match e.mass_kg > 0.0 {
-                true => Quantity::new(e.mass_kg, e.mass_std_kg, "kg"),
-                false => Quantity::choice("none moves"),
-            },
-            mass_known: e.mass_kg > 0.0 && e.mass_std_kg.is_none(),
+            quantities: result.iter().map(Answer::of).collect(),
+            reasons,
+        }
+    }
+}
+
+impl Answer {
+    fn of((name, found): (&str, &ResultQuantity)) -> Self {
+        Self {
+            name: words::plain(name),
+            quantity: found.quantity(),
+            note: found.why.clone().filter(|_| found.value.is_some()),
         }
     }
 }
@@ -111,8 +121,9 @@ impl ResultRow {
 fn methods(report: &Report) -> Vec<MethodRow> {
     let percent =
         |bias: Option<f64>| bias.map_or_else(|| "–".to_owned(), |p| format!("{} %", fixed(p, 2)));
-    let plain = (Method::ALL.into_iter().rev()).filter(|m| *m != Method::Extended);
-    plain
+    let withheld = (report.diagnosis.as_ref()).is_none_or(|d| d.verdict == Verdict::CannotTell);
+    (Method::ALL.into_iter().rev())
+        .filter(|method| *method != Method::Extended || !withheld)
         .flat_map(|method| {
             let estimates = report.estimates(method);
             let of = |axle| Some((method, axle, estimates.get(axle)?.clone()));
@@ -157,6 +168,19 @@ fn comparison(report: &Report) -> Vec<[String; 8]> {
         ]
     })
     .collect()
+}
+
+/// How well eq. (4) fits, and what was lacking.
+fn roll(roll: &RollReport) -> Vec<String> {
+    let errors = (roll.acceleration_error_rms_rad_s2).zip(roll.acceleration_error_max_rad_s2);
+    let fit = errors.map(|(rms, most)| {
+        format!(
+            "Eq. (4) differs from the measured roll angle's second derivative by {} rad/s² (RMS), at most {} rad/s².",
+            significant(rms, 3),
+            significant(most, 3)
+        )
+    });
+    fit.into_iter().chain(roll.notes.iter().cloned()).collect()
 }
 
 fn observer(report: &Report) -> Vec<[String; 7]> {

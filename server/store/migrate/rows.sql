@@ -36,6 +36,9 @@ VALUES (#2, 'extended', 'front', 'coulomb_friction.friction', 'lab-7', 20.5, 0.5
 INSERT INTO parameter (job_id, method, axle, name, bike, value, std_error, unit, verdict, version, identified_at{group})
 VALUES (#2, 'output_error', 'front', 'k_n_m', 'lab-7', 110000.0, NULL, 'N/m', 'named', '0.1.0', 1700000000011{home});
 
+INSERT INTO parameter (job_id, method, axle, name, bike, value, std_error, unit, verdict, version, identified_at{group})
+VALUES (#2, 'extended', 'front', 'k_n_m', 'lab-7', 109000.0, 210.0, 'N/m', 'named', '0.1.0', 1700000000011{home});
+
 INSERT INTO idempotency_key (name, fingerprint, job_id, created_at{group})
 VALUES ('once', 'f2', #2, 1700000000012{home});
 
@@ -51,3 +54,7 @@ UPDATE job SET key_id = #5 WHERE id = #4;
 -- from 4
 INSERT INTO bike (name, document, created_at, updated_at, group_name)
 VALUES ('lab-7', '{"bike": "lab-7", "mass_front_kg": 9.0}', 1700000000017, 1700000000017, 'others');
+
+-- from 17
+INSERT INTO bike_event (id, group_name, bike, day, text, created_at, deleted_at)
+VALUES (#6, 'default', 'lab-7', 1699920000000, 'new tyre', 1700000000018, NULL);

@@ -6,8 +6,8 @@ use crate::refit::spline::Spline;
 use crate::simulate::sensors::Log;
 use crate::simulate::vehicle::{Bike, STATES};
 
-/// Half width of the local cubic that differentiates, samples.
-const HALF: i64 = 4;
+/// Half widths of the local cubic that differentiates, samples.
+pub const WIDTHS: [i64; 4] = [3, 4, 6, 9];
 /// Samples dropped at both ends.
 const EDGE: usize = 60;
 
@@ -53,16 +53,16 @@ impl Signals {
 }
 
 /// Value, first and second derivative by a local cubic (Savitzky-Golay).
-fn local_cubic(y: &[f64], dt: f64) -> [Vec<f64>; 3] {
+fn local_cubic(y: &[f64], dt: f64, half: i64) -> [Vec<f64>; 3] {
     let (mut s0, mut s2, mut s4, mut s6) = (0.0, 0.0, 0.0, 0.0);
-    for j in -HALF..=HALF {
+    for j in -half..=half {
         let x = (j * j) as f64;
         (s0, s2, s4, s6) = (s0 + 1.0, s2 + x, s4 + x * x, s6 + x * x * x);
     }
     let mut out = [0, 1, 2].map(|_| vec![0.0; y.len()]);
-    for i in HALF as usize..y.len().saturating_sub(HALF as usize) {
+    for i in half as usize..y.len().saturating_sub(half as usize) {
         let mut p = [0.0; 4];
-        for j in -HALF..=HALF {
+        for j in -half..=half {
             let v = y[(i as i64 + j) as usize];
             let x = j as f64;
             p = [
@@ -82,7 +82,7 @@ fn local_cubic(y: &[f64], dt: f64) -> [Vec<f64>; 3] {
 }
 
 /// Series differentiated from the log.
-pub fn differentiated(log: &Log, bike: &Bike) -> [Signals; 2] {
+pub fn differentiated(log: &Log, bike: &Bike, half: i64) -> [Signals; 2] {
     let n = log.t.len();
     let dt = (log.t[n - 1] - log.t[0]) / (n - 1) as f64;
     let zero = vec![0.0; n];
@@ -94,8 +94,8 @@ pub fn differentiated(log: &Log, bike: &Bike) -> [Signals; 2] {
         }
     };
     let axles = [0, 1].map(|axle| {
-        let [z, z_rate, z_bend] = local_cubic(&log.z[axle], dt);
-        let [u, u_rate, u_bend] = local_cubic(&fill(&log.u[axle]), dt);
+        let [z, z_rate, z_bend] = local_cubic(&log.z[axle], dt, half);
+        let [u, u_rate, u_bend] = local_cubic(&fill(&log.u[axle]), dt, half);
         let mut s = Signals {
             axle,
             mass_kg: bike.mass_kg[axle],
@@ -161,7 +161,7 @@ fn differentiated_whole(log: &Log, bike: &Bike) -> [Signals; 2] {
         let u_bend = if log.u[axle].is_empty() {
             zero()
         } else {
-            local_cubic(&log.u[axle], dt)[2].clone()
+            local_cubic(&log.u[axle], dt, WIDTHS[1])[2].clone()
         };
         let mut s = Signals {
             axle,
@@ -267,7 +267,7 @@ mod tests {
     #[test]
     fn the_local_cubic_is_exact_on_cubics() {
         let y: Vec<f64> = (0..40).map(|i| (0.1 * i as f64).powi(3)).collect();
-        let [v, d, dd] = local_cubic(&y, 0.1);
+        let [v, d, dd] = local_cubic(&y, 0.1, 4);
         for i in 4..36 {
             let t = 0.1 * i as f64;
             assert!((v[i] - t.powi(3)).abs() < 1e-9);

@@ -1,84 +1,57 @@
-//! Sequentially thresholded least squares (SINDy) on the differentiated recording.
-//!
-//! One candidate per kind; the threshold (share of the target's rms that a term must carry) is chosen on the last 40 %, as a
-//! careful user would.
+//! Sequentially thresholded least squares (SINDy) on the differentiated recording, the threshold cross-validated.
 
-use super::columns::groups;
-use super::gram::Gram;
-use super::regress_bic::plain;
-use super::signals::Signals;
-use crate::prove::outcome::Name;
+use super::cross::{Validated, validated};
+use super::design::Design;
+use super::gram::{Gram, Model};
 
-const THRESHOLDS: [f64; 5] = [0.02, 0.05, 0.1, 0.2, 0.4];
+/// Share of the target's rms that a term must carry; the first lets none pass.
+const THRESHOLDS: [f64; 7] = [f64::INFINITY, 0.4, 0.2, 0.1, 0.05, 0.02, 0.01];
 const ROUNDS: usize = 12;
-/// A coarser threshold is preferred when it costs less than this share of the held-out error.
-const TOLERANCE: f64 = 0.02;
 
-pub fn choose(s: &Signals) -> Vec<Name> {
-    let (k, b) = plain(s);
-    let s = &Signals { k, b, ..s.clone() };
-    let mut list = groups(s, false);
-    list.dedup_by_key(|g| g.kind);
-    let mut columns = vec![s.deflection(), s.rate()];
-    let mut owner = vec![None, None];
-    for (i, group) in list.iter().enumerate() {
-        owner.extend(group.columns.iter().map(|_| Some(i)));
-        columns.extend(group.columns.iter().cloned());
-    }
-    let target: Vec<f64> = s
-        .z_bend
-        .iter()
-        .zip(&s.force)
-        .map(|(a, f)| s.mass_kg * a - f)
-        .collect();
-    let cut = target.len() * 6 / 10;
-    let head: Vec<Vec<f64>> = columns.iter().map(|c| c[..cut].to_vec()).collect();
-    let gram = Gram::new(&head, &target[..cut]);
-    let fits: Vec<(Vec<usize>, f64)> = THRESHOLDS
-        .iter()
-        .filter_map(|&threshold| {
-            let (kept, coefficients) = threshold_fit(&gram, columns.len(), threshold)?;
-            let error: f64 = (cut..target.len())
-                .map(|i| {
-                    let model: f64 = kept
-                        .iter()
-                        .zip(&coefficients)
-                        .map(|(&c, a)| a * columns[c][i] / gram.scale(c))
-                        .sum();
-                    (target[i] - model).powi(2)
-                })
-                .sum();
-            Some((kept, error))
-        })
-        .collect();
-    let least = fits.iter().map(|f| f.1).fold(f64::INFINITY, f64::min);
-    let chosen = fits.iter().rev().find(|f| f.1 <= least * (1.0 + TOLERANCE));
-    let mut names: Vec<Name> = chosen
-        .into_iter()
-        .flat_map(|f| &f.0)
-        .filter_map(|&c| owner[c])
-        .map(|g| list[g].name(s.axle))
-        .collect();
-    names.dedup();
-    names
+pub fn choose(design: &Design) -> Option<Validated> {
+    let library = library(design);
+    validated(design, |gram| {
+        let fit = |threshold: &f64| threshold_fit(gram, design.plain(), &library, *threshold);
+        THRESHOLDS.iter().map_while(fit).collect()
+    })
 }
 
-/// Keeps d and w always; drops what carries less than `threshold` of the target's rms until nothing changes.
-fn threshold_fit(gram: &Gram, count: usize, threshold: f64) -> Option<(Vec<usize>, Vec<f64>)> {
-    let mut kept: Vec<usize> = (0..count).collect();
+/// Columns of one candidate per kind: of those with inner parameters the one that by itself leaves least.
+fn library(design: &Design) -> Vec<usize> {
+    let gram = Gram::without(&design.blocks, None);
+    let plain = design.plain();
+    let left = |group: usize| {
+        let model = gram.fit(&design.with(&plain, group));
+        model.map_or(f64::INFINITY, |model| gram.error(&model))
+    };
+    let all: Vec<f64> = (0..design.groups.len()).map(left).collect();
+    let is_best = |&group: &usize| {
+        let rivals = (0..all.len()).filter(|&g| design.groups[g].kind == design.groups[group].kind);
+        let best = rivals.min_by(|a, b| all[*a].total_cmp(&all[*b]));
+        best == Some(group)
+    };
+    let best = (0..all.len()).filter(is_best);
+    best.flat_map(|group| design.with(&[], group)).collect()
+}
+
+/// Keeps the plain terms always; drops what carries less than the threshold until nothing changes.
+fn threshold_fit(
+    gram: &Gram,
+    plain: Vec<usize>,
+    library: &[usize],
+    threshold: f64,
+) -> Option<Model> {
+    let least = threshold * gram.square().sqrt();
+    let base = plain.len();
+    let mut model = gram.fit(&[&plain[..], library].concat())?;
     for _ in 0..ROUNDS {
-        let (coefficients, _) = gram.fit(&kept)?;
-        let next: Vec<usize> = kept
-            .iter()
-            .zip(&coefficients)
-            .filter(|(column, a)| **column < 2 || a.abs() >= threshold * gram.target_rms())
-            .map(|(column, _)| *column)
-            .collect();
-        if next.len() == kept.len() {
+        let terms = model.subset.iter().zip(&model.coefficients);
+        let carries = |(column, a): &(&usize, &f64)| **column < base || a.abs() >= least;
+        let kept: Vec<usize> = terms.filter(carries).map(|(column, _)| *column).collect();
+        if kept.len() == model.subset.len() {
             break;
         }
-        kept = next;
+        model = gram.fit(&kept)?;
     }
-    let (coefficients, _) = gram.fit(&kept)?;
-    Some((kept, coefficients))
+    Some(model)
 }

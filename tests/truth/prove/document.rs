@@ -5,7 +5,7 @@ use std::path::Path;
 use super::origin::Origin;
 use super::score::{SHOWN, Scored};
 use super::time::Timed;
-use super::{tables, time};
+use super::{conditions, tables, time};
 use crate::suite::files::{self, FilesError, Order};
 
 /// Everything that one suite showed with the rides that are in, as Markdown.
@@ -38,11 +38,14 @@ pub fn section(
             )
         })
     });
+    text += "\n### Coverage of k and B\n\n";
+    text += &tables::coverage(ours);
     if !order.suite.is_clean() {
         text += "\n### By what is concealed\n\n";
         text += &tables::breakdown(ours, "concealed", concealed);
         text += "\n### Parameters of the effects found\n\n";
         text += &tables::parameters(ours);
+        text += &conditions::table(ours);
     }
     text += "\n### Every ride that counts and was not answered right\n\n";
     text += &tables::confusions(ours);
@@ -61,8 +64,13 @@ fn preface(order: &Order, digest: &str, ours: &[Scored], origin: Option<&Origin>
         String::new()
     };
     let mut text = format!(
-        "{} rides, seed {}{sample}. SHA-256 of the key: `{digest}`.\n",
+        "{} rides, {} seed {}{sample}. SHA-256 of the key: `{digest}`.\n",
         of(ours.len(), order.cases().len()),
+        if origin.is_some() {
+            "sealed"
+        } else {
+            "development"
+        },
         order.seed
     );
     let concealing = ours.iter().filter(|r| r.class != "clean").count();
@@ -113,9 +121,22 @@ pub fn insert(docs: &Path, suite: &str, text: &str) -> Result<(), FilesError> {
     files::write(docs, &replaced(&old, suite, text))
 }
 
+/// What stands between the marks of a section.
+pub fn section_of<'a>(document: &'a str, name: &str) -> Option<&'a str> {
+    let (_, after) = document.split_once(&begin(name))?;
+    Some(after.split_once(&end(name))?.0)
+}
+
+fn begin(name: &str) -> String {
+    format!("<!-- {name}: written by veloid-truth prove -->\n")
+}
+
+fn end(name: &str) -> String {
+    format!("<!-- end of {name} -->\n")
+}
+
 fn replaced(old: &str, suite: &str, text: &str) -> String {
-    let begin = format!("<!-- {suite}: written by veloid-truth prove -->\n");
-    let end = format!("<!-- end of {suite} -->\n");
+    let (begin, end) = (begin(suite), end(suite));
     let section = format!("{begin}\n{text}\n{end}");
     match (old.find(&begin), old.find(&end)) {
         (Some(from), Some(to)) if from < to => {
@@ -134,6 +155,7 @@ mod tests {
         let first = replaced("# Proof\n", "standard", "one");
         let both = replaced(&first, "clean300", "two");
         let again = replaced(&both, "standard", "three");
+        assert_eq!(section_of(&again, "standard"), Some("\nthree\n"));
         assert!(again.starts_with("# Proof\n"));
         assert!(again.contains("three") && again.contains("two") && !again.contains("one"));
         assert_eq!(replaced(&again, "standard", "three"), again);

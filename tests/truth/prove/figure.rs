@@ -84,7 +84,7 @@ impl Demand {
 
 impl fmt::Display for Demand {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let percent = |share: f64| (1000.0 * share).round() / 10.0;
+        let percent = |share: f64| (10_000.0 * share).round() / 100.0;
         match *self {
             Self::Nothing => Ok(()),
             Self::AtLeast(share) | Self::Removed(share) => write!(f, ">= {} %", percent(share)),

@@ -3,35 +3,46 @@
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::outcome::Outcome;
+use super::rebuilt;
 use crate::suite::files::{self, FilesError};
 
 #[derive(Debug, thiserror::Error)]
 pub enum KeptError {
     #[error(
-        "{} holds the outcomes of {holds}, but this is {asked}; finish those, or name another folder \
+        "{} holds the outcomes of seed {holds}, but this is seed {asked}; finish those, or name another folder \
          (--work), or delete this one to begin again", work.display()
     )]
-    Other { work: PathBuf, holds: Of, asked: Of },
+    Seed {
+        work: PathBuf,
+        holds: u64,
+        asked: u64,
+    },
+    #[error(
+        "{} holds the outcomes of another binary, which reported otherwise of {ride}; go on with that one, or name another \
+         folder (--work), or delete this one to begin again", work.display()
+    )]
+    Binary { work: PathBuf, ride: String },
     #[error(transparent)]
     Files(#[from] FilesError),
 }
 
-/// Whose outcomes a work folder holds.
+/// Whose outcomes a work folder holds: of one seed, and of binaries that report the same.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Of {
-    pub seed: u64,
-    pub binary_sha256: String,
+struct Of {
+    seed: u64,
+    #[serde(default)]
+    binaries_sha256: Vec<String>,
 }
 
-impl std::fmt::Display for Of {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        let short = self.binary_sha256.get(..12);
-        let sha256 = short.unwrap_or(&self.binary_sha256);
-        write!(f, "seed {} and a binary of SHA-256 {sha256}..", self.seed)
-    }
+/// Who asks for outcomes.
+#[derive(Clone, Copy, Debug)]
+pub struct Asked<'a> {
+    pub seed: u64,
+    pub binary: &'a Path,
+    pub sha256: &'a str,
 }
 
 /// The outcomes of one section in a work folder: one file per ride.
@@ -40,43 +51,61 @@ pub struct Kept {
 }
 
 #[derive(Serialize, Deserialize)]
-struct Entry {
+struct Entry<T> {
     /// Of the ride and its bicycle; another ride of that name has no outcome yet.
     ride_sha256: String,
-    outcome: Outcome,
+    outcome: T,
 }
 
 impl Kept {
-    /// Refuses a folder that holds outcomes of another binary or seed.
-    pub fn open(work: &Path, section: &str, of: &Of) -> Result<Self, KeptError> {
+    /// Refuses a folder that holds outcomes of another seed, or of a binary whose reports this one does not reproduce.
+    pub fn open(work: &Path, section: &str, asked: &Asked) -> Result<Self, KeptError> {
         let folder = work.join(format!("{section}_kept"));
         files::create_folder(&folder)?;
         let path = work.join("kept_of.json");
-        match found(&path)? {
-            Some(holds) if holds != *of => Err(KeptError::Other {
+        let mut of = found(&path)?.unwrap_or_else(|| Of {
+            seed: asked.seed,
+            binaries_sha256: Vec::new(),
+        });
+        if of.seed != asked.seed {
+            return Err(KeptError::Seed {
                 work: work.to_owned(),
-                holds,
-                asked: of.clone(),
-            }),
-            Some(_) => Ok(Self { folder }),
-            None => {
-                files::write_whole(&path, &serde_json::json!(of).to_string())?;
-                Ok(Self { folder })
-            }
+                holds: of.seed,
+                asked: asked.seed,
+            });
         }
+        let known = &mut of.binaries_sha256;
+        if !known.iter().any(|sha256| sha256 == asked.sha256) {
+            if let Some(ride) = rebuilt::differs(asked.binary, asked.sha256, work)? {
+                let work = work.to_owned();
+                return Err(KeptError::Binary { work, ride });
+            }
+            known.push(asked.sha256.to_owned());
+            files::write_whole(&path, &serde_json::json!(of).to_string())?;
+        }
+        Ok(Self { folder })
     }
 
     /// The outcome of a ride of that name and content.
-    pub fn get(&self, name: &str, ride_sha256: &str) -> Result<Option<Outcome>, FilesError> {
-        let entry: Option<Entry> = found(&self.path(name))?;
+    pub fn get<T: DeserializeOwned>(
+        &self,
+        name: &str,
+        ride_sha256: &str,
+    ) -> Result<Option<T>, FilesError> {
+        let entry: Option<Entry<T>> = found(&self.path(name))?;
         let same = entry.filter(|entry| entry.ride_sha256 == ride_sha256);
         Ok(same.map(|entry| entry.outcome))
     }
 
-    pub fn keep(&self, name: &str, ride_sha256: &str, of: &Outcome) -> Result<(), FilesError> {
+    pub fn keep<T: Serialize>(
+        &self,
+        name: &str,
+        ride_sha256: &str,
+        outcome: T,
+    ) -> Result<(), FilesError> {
         let entry = Entry {
             ride_sha256: ride_sha256.to_owned(),
-            outcome: of.clone(),
+            outcome,
         };
         let text = serde_json::json!(entry).to_string();
         files::write_whole(&self.path(name), &text)
@@ -88,7 +117,7 @@ impl Kept {
 }
 
 /// Nothing where the file is missing, or broken as by a machine that lost power.
-fn found<T: for<'a> Deserialize<'a>>(path: &Path) -> Result<Option<T>, FilesError> {
+fn found<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, FilesError> {
     match files::read(path) {
         Ok(text) => Ok(serde_json::from_str(&text).ok()),
         Err(FilesError::Read { source, .. }) if source.kind() == ErrorKind::NotFound => Ok(None),
@@ -99,11 +128,13 @@ fn found<T: for<'a> Deserialize<'a>>(path: &Path) -> Result<Option<T>, FilesErro
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::prove::outcome::Outcome;
 
-    fn of(seed: u64, binary: &str) -> Of {
-        Of {
+    fn of(seed: u64, sha256: &str) -> Asked<'_> {
+        Asked {
             seed,
-            binary_sha256: binary.to_owned(),
+            binary: Path::new("no binary"),
+            sha256,
         }
     }
 
@@ -116,30 +147,38 @@ mod tests {
             stiffness: [Some((1e5, None)), None],
             ..Outcome::named(vec![("hysteresis".to_owned(), "front".to_owned())])
         };
-        assert_eq!(kept.get("001", "cafe").expect("read"), None);
+        assert_eq!(kept.get("001", "cafe").expect("read"), None::<Outcome>);
         kept.keep("001", "cafe", &outcome).expect("kept");
         let again = Kept::open(&work, "standard", &of(7, "beef")).expect("opened");
         assert_eq!(again.get("001", "cafe").expect("read"), Some(outcome));
-        assert_eq!(again.get("001", "f00d").expect("read"), None);
+        assert_eq!(again.get("001", "f00d").expect("read"), None::<Outcome>);
         let other = Kept::open(&work, "clean300", &of(7, "beef")).expect("opened");
-        assert_eq!(other.get("001", "cafe").expect("read"), None);
+        assert_eq!(other.get("001", "cafe").expect("read"), None::<Outcome>);
         let broken = work.join("standard_kept/ride_001.json");
         files::write(&broken, "{\"ride_sha").expect("written");
-        assert_eq!(again.get("001", "cafe").expect("read"), None);
+        assert_eq!(again.get("001", "cafe").expect("read"), None::<Outcome>);
         std::fs::remove_dir_all(&work).expect("removed");
     }
 
     #[test]
-    fn outcomes_of_another_binary_or_seed_are_not_mixed_in() {
+    fn outcomes_of_another_seed_or_of_a_binary_that_says_otherwise_are_not_mixed_in() {
         let work = std::env::temp_dir().join(format!("veloid-mixed-{}", std::process::id()));
+        let refused = |asked: Asked| {
+            let refused = Kept::open(&work, "clean300", &asked).err();
+            let said = refused.expect("refused").to_string();
+            assert!(said.contains("--work"), "{said}");
+            said
+        };
         Kept::open(&work, "standard", &of(7, "beef")).expect("opened");
-        for other in [of(8, "beef"), of(7, "f00d")] {
-            let refused = Kept::open(&work, "clean300", &other)
-                .err()
-                .expect("refused");
-            let said = refused.to_string();
-            assert!(said.contains("seed 7") && said.contains("--work"), "{said}");
+        assert!(refused(of(8, "beef")).contains("seed 7"));
+        Kept::open(&work, "standard", &of(7, "f00d")).expect("nothing is in yet");
+        for folder in ["standard", "standard_reports"] {
+            files::create_folder(&work.join(folder)).expect("a folder");
         }
+        files::write(&work.join("standard/ride_001.csv"), "t").expect("written");
+        files::write(&work.join("standard_reports/report_001.json"), "{}").expect("written");
+        assert!(refused(of(7, "cafe")).contains("standard 001"));
+        Kept::open(&work, "standard", &of(7, "beef")).expect("one that is known");
         std::fs::remove_dir_all(&work).expect("removed");
     }
 }

@@ -1,4 +1,4 @@
-//! Which build is proved, and whether its rides' keys were sealed before.
+//! Which build is proved, and of which commit.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -11,14 +11,6 @@ pub enum OriginError {
     Command { what: String, why: String },
     #[error("the tree is dirty, so no commit says what is proved; commit or stash:\n{0}")]
     Dirty(String),
-    #[error("no commit has the key's SHA-256 {digest} in {docs}; `veloid-truth seal` writes it")]
-    NotSealed { digest: String, docs: String },
-    #[error("commit {commit} brought the key's SHA-256 and changed more than {docs}: {changed}")]
-    NotAlone {
-        commit: String,
-        docs: String,
-        changed: String,
-    },
     #[error(transparent)]
     Files(#[from] FilesError),
 }
@@ -54,6 +46,20 @@ impl Origin {
         &self.sha256
     }
 
+    pub fn commit(&self) -> &str {
+        &self.commit
+    }
+
+    #[cfg(test)]
+    pub fn given(commit: &str, sha256: &str) -> Self {
+        Self {
+            binary: PathBuf::from("veloid"),
+            commit: commit.to_owned(),
+            sha256: sha256.to_owned(),
+            built: false,
+        }
+    }
+
     /// One line of the document.
     pub fn line(&self) -> String {
         let how = if self.built {
@@ -86,29 +92,6 @@ fn committed(root: &Path, docs: &Path) -> Result<String, OriginError> {
     git(root, &["rev-parse", "--short=12", "HEAD"])
 }
 
-/// Refuses unless a commit brought the key's hash into the document, and nothing else.
-pub fn sealed(root: &Path, docs: &Path, digest: &str) -> Result<(), OriginError> {
-    let name = docs.to_string_lossy().into_owned();
-    let brought = git(
-        root,
-        &["log", "--reverse", "--format=%H", "-S", digest, "--", &name],
-    )?;
-    let not_sealed = || OriginError::NotSealed {
-        digest: digest.to_owned(),
-        docs: name.clone(),
-    };
-    let commit = brought.lines().next().ok_or_else(not_sealed)?;
-    let changed = git(root, &["show", "--format=", "--name-only", commit])?;
-    if changed != name {
-        return Err(OriginError::NotAlone {
-            commit: commit.to_owned(),
-            docs: name,
-            changed: changed.replace('\n', ", "),
-        });
-    }
-    Ok(())
-}
-
 fn build() -> Result<PathBuf, OriginError> {
     let mut cargo = Command::new("cargo");
     cargo.args(["build", "--release", "--locked", "-p", "veloid"]);
@@ -118,7 +101,7 @@ fn build() -> Result<PathBuf, OriginError> {
     Ok(target.join("release/veloid"))
 }
 
-fn git(root: &Path, arguments: &[&str]) -> Result<String, OriginError> {
+pub fn git(root: &Path, arguments: &[&str]) -> Result<String, OriginError> {
     let output = Command::new("git")
         .arg("-C")
         .arg(root)
@@ -138,6 +121,12 @@ fn done(what: &str, output: std::io::Result<Output>) -> Result<String, OriginErr
         return Err(failed(format!("{}: {}", output.status, said.trim())));
     }
     Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+}
+
+/// Date and time, UTC.
+pub fn today() -> Result<String, OriginError> {
+    let output = Command::new("date").args(["-u", "+%F %H:%M"]).output();
+    done("date", output)
 }
 
 /// The processor, and how many of it.
@@ -179,31 +168,12 @@ mod tests {
             self.git(&["add", "."]);
             self.git(&["commit", "--quiet", "--message", "as it is"]);
         }
-
-        fn sealed(&self, digest: &str) -> Result<(), OriginError> {
-            sealed(&self.0, Path::new("docs/proof.md"), digest)
-        }
     }
 
     impl Drop for Repository {
         fn drop(&mut self) {
             let _ = std::fs::remove_dir_all(&self.0);
         }
-    }
-
-    #[test]
-    fn a_key_is_sealed_by_a_commit_of_its_own() {
-        let repository = Repository::new("sealed");
-        repository.commit(&[("docs/proof.md", "Proof"), ("code.rs", "")]);
-        let refused = repository.sealed("c0ffee");
-        assert!(matches!(refused, Err(OriginError::NotSealed { .. })));
-        repository.commit(&[("docs/proof.md", "Proof c0ffee")]);
-        repository.commit(&[("code.rs", "changed later")]);
-        repository.sealed("c0ffee").expect("it is sealed");
-        repository.commit(&[("docs/proof.md", "c0ffee beef"), ("code.rs", "as well")]);
-        let refused = repository.sealed("beef");
-        assert!(matches!(refused, Err(OriginError::NotAlone { .. })));
-        repository.sealed("c0ffee").expect("it still is");
     }
 
     #[test]

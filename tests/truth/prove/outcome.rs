@@ -86,9 +86,11 @@ impl Outcome {
         };
         let list = |v: &Value| v.as_array().cloned().unwrap_or_default();
         let name = |v: &Value| (text(&v["id"]), text(&v["axle"]));
-        let estimate = |axle: &str, value: &str, error: &str| {
-            let of = &diagnosis["extended"][axle];
-            Some((of[value].as_f64()?, of[error].as_f64()))
+        // Where nothing is named, there is no extended model, and the answer is another method's.
+        let estimate = |axle: &str, name: &str, value: &str, error: &str| {
+            let (of, answer) = (&diagnosis["extended"][axle], &report["result"][axle][name]);
+            let extended = of[value].as_f64().map(|v| (v, of[error].as_f64()));
+            extended.or_else(|| Some((answer["value"].as_f64()?, answer["std_error"].as_f64())))
         };
         // Beside a rest only those count that the verdict says act.
         let reported = |e: &&Value| verdict != "named_in_part" || e["affirmed"] == true;
@@ -110,8 +112,8 @@ impl Outcome {
                 .collect(),
             mismatch: AXLES.map(|a| diagnosis["where"][a]["mismatch"].as_bool().unwrap_or(false)),
             extended_m: AXLES.map(|a| diagnosis["held_out"][a]["extended_rms_m"].as_f64()),
-            stiffness: AXLES.map(|a| estimate(a, "k_n_m", "k_std_n_m")),
-            damping: AXLES.map(|a| estimate(a, "b_n_s_m", "b_std_n_s_m")),
+            stiffness: AXLES.map(|a| estimate(a, "k", "k_n_m", "k_std_n_m")),
+            damping: AXLES.map(|a| estimate(a, "B", "b_n_s_m", "b_std_n_s_m")),
             seconds,
             error: None,
         }
@@ -168,6 +170,10 @@ mod tests {
             "extended": {"front": {"k_n_m": 1e5, "b_n_s_m": 300.0, "k_std_n_m": 10.0, "b_std_n_s_m": null}},
             "where": {"front": {"mismatch": true}},
             "held_out": {"front": {"extended_rms_m": 1e-4}}}});
+        let clean = json!({"diagnosis": {"verdict": "nothing_missing", "extended": null},
+                           "result": {"front": {"k": {"value": 9e4, "std_error": 50.0}}}});
+        let answered = Outcome::read(&clean, 2.0);
+        assert_eq!(answered.stiffness, [Some((9e4, Some(50.0))), None]);
         let outcome = Outcome::read(&report, 2.0);
         assert_eq!(outcome.sets().len(), 2);
         assert_eq!(outcome.effects[0].parameters["friction"], (12.1, Some(0.4)));

@@ -1,13 +1,14 @@
 //! One proof from start to finish.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use serde_json::{Value, json};
 
+use super::begun::{BegunError, Register};
 use super::budget::Budget;
-use super::kept::{Kept, KeptError, Of};
-use super::origin::{self, Origin, OriginError};
+use super::kept::{Asked, Kept, KeptError};
+use super::origin::{self, OriginError};
 use super::outcome::Outcome;
 use super::run::Runs;
 use super::score::{Case, Scored, score};
@@ -27,8 +28,8 @@ pub enum ProveError {
     Known(#[from] KnownError),
     #[error(transparent)]
     Origin(#[from] OriginError),
-    #[error("seed {0} was used before; a blind run needs one that was not")]
-    Used(u64),
+    #[error(transparent)]
+    Begun(#[from] BegunError),
     #[error("short of what was demanded, by more than so few rides make likely:\n{}\n{text}", rows.join("\n"))]
     Short { rows: Vec<String>, text: String },
     #[error("cannot write JSON: {0}")]
@@ -41,16 +42,15 @@ pub struct Proof {
     pub order: Order,
     /// Rides are made in `work/<suite>`, the key and the outcomes beside it; what is there already is not done again.
     pub work: PathBuf,
-    pub docs: Option<PathBuf>,
-    /// Where the binary comes from, for the document.
-    pub origin: Option<Origin>,
+    /// Lists the run and shows its tables; none of a seed that somebody chose.
+    pub register: Option<Register>,
     pub budget: Budget,
     /// A row fails that falls so far short of its demand that it would do so by chance with less than this.
     pub doubt: Option<f64>,
 }
 
 /// Rides and key that are made, and the outcomes that are in.
-pub struct Made {
+struct Made {
     digest: String,
     kept: Kept,
 }
@@ -83,34 +83,31 @@ impl Shown {
 impl Proof {
     /// Makes rides, runs the binary, opens the key, scores.
     pub fn run(&self) -> Result<Shown, ProveError> {
-        self.judge(&self.make()?)
+        let made = self.make()?;
+        self.judge(&made)
     }
 
-    /// Makes rides and key; where a document is to be written, the key has to be sealed.
-    pub fn make(&self) -> Result<Made, ProveError> {
-        let kept = Kept::open(&self.work, self.order.name(), &self.of()?)?;
+    fn make(&self) -> Result<Made, ProveError> {
+        let sha256 = origin::sha256(&self.binary)?;
+        let asked = Asked {
+            seed: self.order.seed,
+            binary: &self.binary,
+            sha256: &sha256,
+        };
+        let kept = Kept::open(&self.work, self.order.name(), &asked)?;
         let digest = made::once(&self.work.join(self.order.name()), &self.order)?;
-        println!("SHA-256 of the sealed key: {digest}");
-        if let Some(docs) = &self.docs {
-            origin::sealed(Path::new("."), docs, &digest)?;
-        }
+        eprintln!("SHA-256 of the key: {digest}");
         Ok(Made { digest, kept })
     }
 
-    fn of(&self) -> Result<Of, FilesError> {
-        let binary_sha256 = match &self.origin {
-            Some(origin) => origin.sha256().to_owned(),
-            None => origin::sha256(&self.binary)?,
-        };
-        Ok(Of {
-            seed: self.order.seed,
-            binary_sha256,
-        })
-    }
-
     /// Runs the binary on the rides that were made until the budget is used, opens the key, scores what is in.
-    pub fn judge(&self, made: &Made) -> Result<Shown, ProveError> {
+    fn judge(&self, made: &Made) -> Result<Shown, ProveError> {
         let suite = self.order.name();
+        let planned = self.order.names();
+        let listed = match &self.register {
+            Some(register) => Some(register.begin(suite, planned.len())?),
+            None => None,
+        };
         let folder = self.work.join(suite);
         let begun = Instant::now();
         let stage = |what: &str| eprintln!("{what} after {:.0} s", begun.elapsed().as_secs_f64());
@@ -123,7 +120,6 @@ impl Proof {
             kept: &made.kept,
             budget: self.budget,
         };
-        let planned = self.order.names();
         let all = runs.all(&planned)?;
         stage("binary run");
         let key = only(&files::read_json(&files::key_path(&folder)?)?, &all);
@@ -163,10 +159,10 @@ impl Proof {
             &self.work.join(format!("{suite}_outcomes.json")),
             &serde_json::to_string(&record)?,
         )?;
-        let origin = self.origin.as_ref();
+        let origin = self.register.as_ref().map(|register| &register.origin);
         let text = document::section(&self.order, &made.digest, &ours, &others, origin);
-        if let Some(docs) = &self.docs {
-            document::insert(docs, suite, &text)?;
+        if let Some(listed) = listed {
+            listed.write(&text, ours.len(), planned.len())?;
         }
         let rows = self
             .doubt

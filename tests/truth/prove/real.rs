@@ -10,7 +10,7 @@ use serde_json::Value;
 use crate::suite::files::{self, FilesError};
 
 /// A recording, how it is read, and what those who know it found in it.
-struct Recording {
+pub struct Recording {
     file: &'static str,
     mass_kg: Option<f64>,
     arguments: &'static [&'static str],
@@ -19,7 +19,7 @@ struct Recording {
     most: Option<f64>,
 }
 
-const RECORDINGS: [Recording; 5] = [
+pub const RECORDINGS: [Recording; 5] = [
     Recording {
         file: "silverbox/SNLS80mV.csv",
         mass_kg: None,

@@ -1,13 +1,14 @@
 //! Runs a binary on every ride as a user would.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::Output;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use rayon::prelude::*;
 
 use super::budget::Budget;
+use super::identify;
 use super::kept::Kept;
 use super::outcome::Outcome;
 use crate::suite::files::{self, FilesError};
@@ -94,15 +95,7 @@ impl Runs<'_> {
         // The binary of a proof that was killed may still be writing its own.
         let part = out.with_extension(format!("json.{}.part", std::process::id()));
         let begun = Instant::now();
-        let run = Command::new(self.binary)
-            .arg("identify")
-            .arg(self.ride(name))
-            .arg("--bike")
-            .arg(self.bike(name))
-            .arg("--json")
-            .arg(&part)
-            .stdin(Stdio::null())
-            .output();
+        let run = identify::ride(self.binary, self.folder, name, &part);
         let seconds = begun.elapsed().as_secs_f64();
         let lasts = run.as_ref().is_ok_and(|done| done.status.code().is_some());
         let report = match run {

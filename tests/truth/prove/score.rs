@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::outcome::{Name, Outcome, sorted};
+use super::outcome::{Estimate, Name, Outcome, sorted};
 use crate::refit::known::Known;
 
 /// Plain held-out error over the floor from which an effect counts as shown.
@@ -185,41 +185,35 @@ pub fn parameter_errors(case: &Case, outcome: &Outcome) -> Vec<ParameterError> {
     errors
 }
 
-/// ln of estimate over truth of k and B on the touched axles: (before with the plain model, after, covered).
+/// k and B against the truth: of the axles that something touches, and of all of a clean ride.
 pub fn omission_bias(case: &Case, outcome: &Outcome) -> Vec<OmissionBias> {
-    let Some(known) = case.known else {
-        return Vec::new();
-    };
+    let is_clean = case.class() == "clean";
     let touched = case.touched();
     let mut all = Vec::new();
-    for axle in (0..2).filter(|&a| touched[a]) {
-        let parts = [
-            (
-                "k",
-                known.plain_k[axle],
-                outcome.stiffness[axle],
-                &case.truth["stiffness_n_m"][axle],
-            ),
-            (
-                "b",
-                known.plain_b[axle],
-                outcome.damping[axle],
-                &case.truth["damping_n_s_m"][axle],
-            ),
-        ];
-        for (name, plain, extended, truth) in parts {
-            let (Some(truth), Some((value, std_error))) = (truth.as_f64(), extended) else {
-                continue;
-            };
-            all.push(OmissionBias {
-                name: name.to_owned(),
-                before: (plain / truth).ln().abs(),
-                after: (value / truth).max(1e-6).ln().abs(),
-                covered: std_error.map(|s| (value - truth).abs() <= 1.96 * s),
-            });
-        }
+    for axle in (0..2).filter(|&a| is_clean || touched[a]) {
+        let plain = |of: fn(&Known) -> [f64; 2]| case.known.map(|known| of(known)[axle]);
+        let truth = |name: &str| case.truth[name][axle].as_f64();
+        let k = (plain(|k| k.plain_k), outcome.stiffness[axle]);
+        let b = (plain(|k| k.plain_b), outcome.damping[axle]);
+        all.extend(bias("k", k, truth("stiffness_n_m")));
+        all.extend(bias("b", b, truth("damping_n_s_m")));
     }
     all
+}
+
+fn bias(
+    name: &str,
+    (plain, estimate): (Option<f64>, Option<Estimate>),
+    truth: Option<f64>,
+) -> Option<OmissionBias> {
+    let (truth, (value, std_error)) = (truth?, estimate?);
+    let off = |value: f64| (value / truth).max(1e-6).ln().abs();
+    Some(OmissionBias {
+        name: name.to_owned(),
+        before: off(plain.unwrap_or(value)),
+        after: off(value),
+        covered: std_error.map(|s| (value - truth).abs() <= 1.96 * s),
+    })
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -241,7 +235,7 @@ pub struct Scored {
     pub setting: String,
     pub duration_s: f64,
     pub noise: String,
-    /// What is unusual of a clean ride.
+    /// What is unusual of the ride.
     pub circumstance: Option<String>,
     pub visibility: Option<f64>,
     pub shown: bool,

@@ -1,10 +1,8 @@
 //! The section of how long rides take that run alone.
 
-use std::path::Path;
-
+use super::begun::Register;
 use super::budget::Budget;
-use super::kept::{Kept, Of};
-use super::origin::Origin;
+use super::kept::{Asked, Kept};
 use super::proof::{ProveError, Shown};
 use super::run::Runs;
 use super::{document, time};
@@ -12,10 +10,7 @@ use crate::suite::files;
 
 /// How long rides take, one after the other; on a slower machine in a section of another name.
 pub struct Times<'a> {
-    pub origin: &'a Origin,
-    pub seed: u64,
-    pub work: &'a Path,
-    pub docs: &'a Path,
+    pub register: &'a Register,
     pub section: &'a str,
     pub budget: Budget,
 }
@@ -23,15 +18,20 @@ pub struct Times<'a> {
 impl Times<'_> {
     /// Writes the section, unless no ride is in.
     pub fn write(&self) -> Result<Shown, ProveError> {
-        let of = Of {
-            seed: self.seed,
-            binary_sha256: self.origin.sha256().to_owned(),
+        let Register {
+            work, seal, origin, ..
+        } = self.register;
+        let asked = Asked {
+            seed: seal.seed,
+            binary: &origin.binary,
+            sha256: origin.sha256(),
         };
-        let kept = Kept::open(self.work, self.section, &of)?;
-        let folder = self.work.join("timing");
-        let rides = files::make_timing(&folder, self.seed)?;
+        let kept = Kept::open(work, self.section, &asked)?;
+        let folder = work.join("timing");
+        let rides = files::make_timing(&folder, seal.seed)?;
+        let listed = self.register.begin(self.section, rides.len())?;
         let runs = Runs {
-            binary: &self.origin.binary,
+            binary: &origin.binary,
             folder: &folder,
             reports: &folder,
             kept: &kept,
@@ -51,13 +51,13 @@ impl Times<'_> {
             _ => "The same on a slower machine",
         };
         shown.text = format!(
-            "## {title}\n\n{} rides, seed {}. {}\n{}",
+            "## {title}\n\n{} rides, sealed seed {}. {}\n{}",
             document::of(shown.rides, shown.planned),
-            self.seed,
-            self.origin.line(),
+            seal.seed,
+            origin.line(),
             time::table(&timed)
         );
-        document::insert(self.docs, self.section, &shown.text)?;
+        listed.write(&shown.text, shown.rides, shown.planned)?;
         Ok(shown)
     }
 }

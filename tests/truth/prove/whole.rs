@@ -1,129 +1,91 @@
-//! All that docs/proof.md shows, filled in by one build in one run.
+//! All that docs/proof.md shows, filled in by one build.
 
 use std::path::{Path, PathBuf};
 
+use super::begun::Register;
 use super::budget::Budget;
-use super::origin::Origin;
-use super::proof::{Proof, ProveError};
+use super::proof::{Proof, ProveError, Shown};
+use super::real;
 use super::times::Times;
-use super::{document, real};
 use crate::suite::case::Suite;
-use crate::suite::files::{self, Order};
-use crate::suite::made;
+use crate::suite::files::Order;
 
 /// What is to be filled in, of which document.
-pub struct Whole {
-    pub binary: Option<PathBuf>,
-    pub seed: u64,
-    pub work: PathBuf,
-    pub docs: PathBuf,
+pub struct Whole<'a> {
+    pub register: &'a Register,
     /// The folder of the real recordings.
     pub real: PathBuf,
     pub budget: Budget,
 }
 
-/// The suites that have a key.
-fn orders(seed: u64) -> [Order; 2] {
-    [Suite::Standard, Suite::Clean300].map(|suite| Order {
-        seed,
-        one_in: 1,
-        count: usize::MAX,
-        suite,
-    })
-}
-
-/// Writes the hashes of the keys of a seed that was never used before into the document, to be committed alone.
-pub fn seal(seed: u64, work: &Path, docs: &Path) -> Result<String, ProveError> {
-    if mentions(&files::read(docs)?, seed) {
-        return Err(ProveError::Used(seed));
-    }
-    let mut text = format!("To be run blind: `--seed {seed}`. SHA-256 of the keys:\n\n");
-    for order in orders(seed) {
-        let digest = made::once(&work.join(order.name()), &order)?;
-        text += &format!("- `{}`: `{digest}`\n", order.name());
-    }
-    document::insert(docs, "sealed", &text)?;
-    Ok(text)
-}
-
-/// Whether a text has the number, by itself.
-fn mentions(text: &str, seed: u64) -> bool {
-    text.split(|c: char| !c.is_ascii_alphanumeric())
-        .any(|word| word == seed.to_string())
-}
-
-impl Whole {
-    /// Suites, times and recordings, each in its own section, until the budget is used.
+impl Whole<'_> {
+    /// Suites, times and recordings, each in its own section, until the budget is used; what is whole stays as it is.
     pub fn run(self) -> Result<String, ProveError> {
-        let origin = Origin::of(self.binary.clone(), &self.docs)?;
-        let proofs = orders(self.seed).map(|order| Proof {
-            binary: origin.binary.clone(),
-            order,
-            work: self.work.clone(),
-            docs: Some(self.docs.clone()),
-            origin: Some(origin.clone()),
-            budget: self.budget,
-            doubt: None,
-        });
-        // All keys before the first ride is run.
-        let mut made = Vec::new();
-        for proof in &proofs {
-            made.push(proof.make()?);
-        }
         let mut text = String::new();
-        for (proof, made) in proofs.iter().zip(&made) {
-            let shown = proof.judge(made)?;
-            let is_whole = shown.is_whole();
-            text += &shown.said(proof.order.name());
-            if !is_whole {
+        for suite in Suite::ALL {
+            if !self.part(suite.name(), &mut text, || self.proof(suite).run())? {
                 return Ok(text);
             }
         }
         let times = Times {
-            origin: &origin,
-            seed: self.seed,
-            work: &self.work,
-            docs: &self.docs,
+            register: self.register,
             section: "timing",
             budget: self.budget,
         };
-        let shown = times.write()?;
-        let is_whole = shown.is_whole();
-        text += &shown.said(times.section);
-        if !is_whole {
-            return Ok(text);
+        if self.part("timing", &mut text, || times.write())? {
+            text += &recordings(self.register, &self.real)?;
         }
-        text += &recordings(&origin, &self.real, &self.work, &self.docs)?;
         Ok(text)
+    }
+
+    /// Adds what a section shows; whether it is whole.
+    fn part(
+        &self,
+        section: &str,
+        text: &mut String,
+        run: impl FnOnce() -> Result<Shown, ProveError>,
+    ) -> Result<bool, ProveError> {
+        if self.register.is_whole(section)? {
+            return Ok(true);
+        }
+        let shown = run()?;
+        let is_whole = shown.is_whole();
+        *text += &shown.said(section);
+        Ok(is_whole)
+    }
+
+    fn proof(&self, suite: Suite) -> Proof {
+        Proof {
+            binary: self.register.origin.binary.clone(),
+            order: Order {
+                seed: self.register.seal.seed,
+                one_in: 1,
+                count: usize::MAX,
+                suite,
+            },
+            work: self.register.work.clone(),
+            register: Some(self.register.clone()),
+            budget: self.budget,
+            doubt: None,
+        }
     }
 }
 
 /// Writes what is said of real recordings.
-pub fn recordings(
-    origin: &Origin,
-    real: &Path,
-    work: &Path,
-    docs: &Path,
-) -> Result<String, ProveError> {
-    let table = real::table(&origin.binary, real, &work.join("real"))?;
+pub fn recordings(register: &Register, real: &Path) -> Result<String, ProveError> {
+    let origin = &register.origin;
+    let count = real::RECORDINGS.len();
+    let listed = register.begin("real", count)?;
+    let table = real::table(&origin.binary, real, &register.work.join("real"))?;
     let text = format!("## Real recordings\n\n{}\n{table}", origin.line());
-    document::insert(docs, "real", &text)?;
+    listed.write(&text, count, count)?;
     Ok(text)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::begun;
     use super::*;
-
-    #[test]
-    fn a_seed_that_was_ever_used_is_not_sealed() {
-        let docs = std::env::temp_dir().join(format!("veloid-seal-{}.md", std::process::id()));
-        std::fs::write(&docs, "| 103, 20261121 |").expect("written");
-        let refused = seal(20261121, Path::new("nowhere"), &docs);
-        assert!(matches!(refused, Err(ProveError::Used(20261121))));
-        std::fs::remove_file(docs).expect("removed");
-        assert!(!mentions("| 20261121 | `a103b` |", 103));
-    }
 
     /// Whoever reads the document knows every seed on which anything was developed or tried.
     #[test]
@@ -131,17 +93,23 @@ mod tests {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
         let read = |name: &str| std::fs::read_to_string(root.join(name)).expect(name);
         let proof = read("docs/proof.md");
-        let from = proof.find("## Seeds").expect("a table of seeds");
+        let from = proof.find("## Seeds used").expect("a table of seeds");
         let listed = proof[from..].split("\n## ").next().unwrap_or_default();
         let mut texts = vec![proof.clone(), read(".ci/run")];
         let decisions = std::fs::read_dir(root.join("docs/decisions")).expect("decisions");
         let paths = decisions.map(|entry| entry.expect("an entry").path());
         texts.extend(paths.map(|path| std::fs::read_to_string(path).expect("a decision")));
-        let sealed = proof.split("<!-- end of sealed").next().unwrap_or_default();
+        let sealed = begun::seeds(&root.join("docs/proof.md")).expect("a document");
         for seed in texts.iter().flat_map(|text| seeds(text)) {
-            let known = mentions(listed, seed) || sealed.contains(&format!("`--seed {seed}`"));
+            let known = mentions(listed, seed) || sealed.contains(&seed);
             assert!(known, "seed {seed} is not in the table of seeds");
         }
+    }
+
+    /// Whether a text has the number, by itself.
+    fn mentions(text: &str, seed: u64) -> bool {
+        text.split(|c: char| !c.is_ascii_alphanumeric())
+            .any(|word| word == seed.to_string())
     }
 
     /// The numbers after "seed", "seeds" or "--seed", as far as they follow one another.

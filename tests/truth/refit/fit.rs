@@ -118,14 +118,24 @@ pub fn refit(
     })
 }
 
-/// The plain model at its best, each axle by itself, from the k and B of `start`.
+/// The plain model at its best, each axle that the log has by itself, from the k and B of `start`.
 pub fn plain(replay: &Replay, start: &Bike) -> Option<Fit> {
-    let mut both = refit(replay, start, &[], None, [true, false], Free::All)?;
-    let rear = refit(replay, start, &[], None, [false, true], Free::All)?;
+    let has = replay.log.has();
+    let alone = |axle: usize| {
+        let active = [axle == 0, axle == 1];
+        has[axle].then(|| refit(replay, start, &[], None, active, Free::All))
+    };
+    match (alone(0), alone(1)) {
+        (Some(front), Some(rear)) => Some(joined(front?, rear?)),
+        (front, rear) => front.or(rear)?,
+    }
+}
+
+fn joined(mut both: Fit, rear: Fit) -> Fit {
     both.vehicle.bike.stiffness_n_m[1] = rear.vehicle.bike.stiffness_n_m[1];
     both.vehicle.bike.damping_n_s_m[1] = rear.vehicle.bike.damping_n_s_m[1];
     both.held_out_m[1] = rear.held_out_m[1];
-    Some(both)
+    both
 }
 
 /// The axles that effects touch.

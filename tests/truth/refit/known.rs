@@ -55,11 +55,13 @@ pub struct Truth {
     pub outside: Option<Outside>,
     pub stiffness_n_m: [f64; 2],
     pub damping_n_s_m: [f64; 2],
+    /// Where the bike file has others, kg.
+    pub mass_kg: Option<[f64; 2]>,
 }
 
 impl Truth {
     pub fn read(entry: &Value) -> Option<Self> {
-        let pair = |name: &str| Some([entry[name][0].as_f64()?, entry[name][1].as_f64()?]);
+        let pair = |name| pair(entry, name);
         Some(Self {
             effects: entry["effects"]
                 .as_array()?
@@ -73,6 +75,7 @@ impl Truth {
             },
             stiffness_n_m: pair("stiffness_n_m")?,
             damping_n_s_m: pair("damping_n_s_m")?,
+            mass_kg: pair("mass_kg"),
         })
     }
 
@@ -80,6 +83,7 @@ impl Truth {
         Bike {
             stiffness_n_m: self.stiffness_n_m,
             damping_n_s_m: self.damping_n_s_m,
+            mass_kg: self.mass_kg.unwrap_or(file.mass_kg),
             ..file.clone()
         }
     }
@@ -106,6 +110,10 @@ impl Truth {
     }
 }
 
+fn pair(entry: &Value, name: &str) -> Option<[f64; 2]> {
+    Some([entry[name][0].as_f64()?, entry[name][1].as_f64()?])
+}
+
 /// Plain refit, floor and, if asked, oracle of one ride.
 pub fn assess(
     log: crate::simulate::sensors::Log,
@@ -127,7 +135,7 @@ pub fn assess(
             free,
         )
     };
-    let floor = run([true, true], Free::Nothing)?;
+    let floor = run(replay.log.has(), Free::Nothing)?;
     let touched = touched(&truth.effects, truth.outside.as_ref());
     let oracle = (with_oracle && truth.outside.is_none() && !truth.effects.is_empty())
         .then(|| run(touched, Free::All))
@@ -187,7 +195,8 @@ pub fn all(folder: &Path, key: &Value) -> Result<Vec<Option<Known>>, KnownError>
         .map(|entry| {
             let name = entry["ride"].as_str().unwrap_or_default();
             let truth = Truth::read(entry).ok_or_else(|| KnownError::Key(name.to_owned()))?;
-            let (log, bike) = open(folder, name)?;
+            let (mut log, bike) = open(folder, name)?;
+            log.limit_m = pair(entry, "limit_m");
             Ok(assess(log, &bike, &truth, true))
         })
         .collect()

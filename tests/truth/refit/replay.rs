@@ -109,9 +109,10 @@ impl Replay {
         range: &Range<usize>,
     ) -> Vec<f64> {
         let chain = Chain::new(axle, effects, self.log.t[0]);
+        let limit = self.log.limit_m.map_or(f64::INFINITY, |limit| limit[axle]);
         self.log.t[range.clone()]
             .iter()
-            .map(|&t| chain.reads(motion, t, t))
+            .map(|&t| chain.reads(motion, t, t).clamp(-limit, limit))
             .collect()
     }
 }
@@ -198,7 +199,7 @@ pub fn bike(file: &Value) -> Result<Bike, ReplayError> {
     })
 }
 
-/// Reads a ride that [`Log::to_csv`] wrote.
+/// Reads a ride that [`Log::to_csv`] wrote. An axle that it does not have rests on a flat road.
 pub fn log(csv: &str) -> Result<Log, ReplayError> {
     let mut lines = csv.lines();
     let names: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
@@ -229,19 +230,40 @@ pub fn log(csv: &str) -> Result<Log, ReplayError> {
             .position(|n| *n == name)
             .map_or(Vec::new(), |i| std::mem::take(&mut columns[i]))
     };
-    let log = Log {
+    let mut log = Log {
         t: take("t"),
         u: [take("u_f"), take("u_r")],
         z: [take("z_f"), take("z_r")],
         force: [take("force_f"), take("force_r")],
         v: take("v"),
         cadence: take("cadence"),
+        limit_m: None,
     };
-    if log.t.len() < 2 || log.z[0].len() != log.t.len() || log.z[1].len() != log.t.len() {
+    if log.t.len() < 2 || log.z.iter().all(Vec::is_empty) {
         return Err(ReplayError::Ride {
             line: 1,
-            problem: "needs t, z_f and z_r".to_owned(),
+            problem: "needs t and z_f or z_r".to_owned(),
         });
     }
+    for axle in 0..2 {
+        if log.z[axle].is_empty() {
+            log.z[axle] = vec![0.0; log.t.len()];
+            log.u[axle] = vec![0.0; log.u[1 - axle].len()];
+        }
+    }
     Ok(log)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_axle_that_a_log_lacks_rests() {
+        let read = |csv| log(csv).map(|log| (log.has(), log.u));
+        let (has, u) = read("t,u_r,z_r\n0.0,1.0,2.0\n0.1,1.0,2.0\n").expect("read");
+        assert_eq!(has, [false, true]);
+        assert_eq!(u, [vec![0.0; 2], vec![1.0; 2]]);
+        assert!(read("t,u_r\n0.0,1.0\n0.1,1.0\n").is_err());
+    }
 }

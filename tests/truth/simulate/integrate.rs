@@ -87,6 +87,13 @@ impl Motion {
         );
         a + s * (p + s * (3.0 * (b - a) - 2.0 * p - q + s * (2.0 * (a - b) + p + q)))
     }
+
+    /// z'' at any time, by the second difference over a step to both sides.
+    pub fn acceleration(&self, axle: usize, t: f64) -> f64 {
+        let h = self.step_s;
+        let [before, here, after] = [t - h, t, t + h].map(|t| self.position(axle, t));
+        (before - 2.0 * here + after) / (h * h)
+    }
 }
 
 #[cfg(test)]

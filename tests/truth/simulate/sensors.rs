@@ -31,6 +31,8 @@ pub struct Log {
     pub force: [Vec<f64>; 2],
     pub v: Vec<f64>,
     pub cadence: Vec<f64>,
+    /// Levels at which z saturates, m. No column of the file.
+    pub limit_m: Option<[f64; 2]>,
 }
 
 impl Sensors {
@@ -121,6 +123,31 @@ fn quantised(value: f64, quantum: f64) -> f64 {
 }
 
 impl Log {
+    /// Which axles moved: one that is not in a file rests.
+    pub fn has(&self) -> [bool; 2] {
+        self.z.each_ref().map(|z| z.iter().any(|z| *z != 0.0))
+    }
+
+    /// Takes an axle's channels away.
+    pub fn leave_out(&mut self, axle: usize) {
+        for channel in [&mut self.z, &mut self.u, &mut self.force] {
+            channel[axle].clear();
+        }
+    }
+
+    /// Saturates each displacement at the level that `share` of its samples pass.
+    pub fn clip(&mut self, share: f64) {
+        let levels = self.z.each_ref().map(|z| {
+            let mut sizes: Vec<f64> = z.iter().map(|z| z.abs()).collect();
+            sizes.sort_by(f64::total_cmp);
+            sizes[((1.0 - share) * (sizes.len() - 1) as f64) as usize]
+        });
+        for (z, level) in self.z.iter_mut().zip(levels) {
+            z.iter_mut().for_each(|z| *z = z.clamp(-level, level));
+        }
+        self.limit_m = Some(levels);
+    }
+
     /// The ride file of the contract.
     pub fn to_csv(&self) -> String {
         let mut columns: Vec<(&str, &Vec<f64>, usize)> = vec![("t", &self.t, 4)];
@@ -189,5 +216,20 @@ mod tests {
             log.to_csv(),
             "t,z_f,z_r,force_f\n0.0000,0.0010000,0.0000000,1.000\n0.0100,0.0020000,0.0000000,2.000\n"
         );
+    }
+
+    #[test]
+    fn a_clipped_log_stays_within_its_levels() {
+        let ramp = |slope: f64| (0..1000).map(|i| slope * (i as f64 - 500.0)).collect();
+        let mut log = Log {
+            z: [ramp(1e-5), ramp(2e-5)],
+            ..Log::default()
+        };
+        log.clip(0.03);
+        let limits = log.limit_m.unwrap_or_default();
+        for (z, limit) in log.z.iter().zip(limits) {
+            let at_limit = z.iter().filter(|z| z.abs() == limit).count();
+            assert!((29..=32).contains(&at_limit), "{at_limit}");
+        }
     }
 }

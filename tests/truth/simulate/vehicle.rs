@@ -43,10 +43,12 @@ pub struct Vehicle {
 }
 
 /// What a law sees of its axle at one moment.
+#[derive(Default)]
 pub struct Contact {
     pub t: f64,
     pub x: f64,
     pub speed: f64,
+    pub crank: f64,
     pub d: f64,
     pub w: f64,
     pub z: f64,
@@ -102,12 +104,8 @@ impl Vehicle {
             .filter(|e| e.axle.covers(axle))
             .map(|e| e.kind.states())
             .sum();
-        let strange = if self.outside.as_ref().is_some_and(|o| o.axle == axle) {
-            2
-        } else {
-            0
-        };
-        (2 + inside + strange).min(STATES)
+        let strange = self.outside.as_ref().filter(|o| o.axle == axle);
+        2 + inside + strange.map_or(0, |o| o.kind.states())
     }
 
     /// Time derivative of the state of the axles in `active`.
@@ -206,6 +204,7 @@ impl Vehicle {
                 t: m.t,
                 x: m.distance,
                 speed: m.speed,
+                crank: m.crank,
                 d,
                 w,
                 z: own[0],
@@ -214,11 +213,8 @@ impl Vehicle {
                 k,
                 b,
             };
-            tyre += outside.force(
-                &contact,
-                [own[slot], own[slot + 1]],
-                &mut rate[slot..slot + 2],
-            );
+            let inside = slot..slot + outside.kind.states();
+            tyre += outside.force(&contact, &own[inside.clone()], &mut rate[inside]);
         }
         if let Some(p) = self.find(Kind::WheelLift, axle) {
             tyre = tyre.max(-p[0]);

@@ -1,6 +1,7 @@
 //! Roads, speeds and shaker signals of one ride, and their size.
 
-use super::case::{Case, Circumstance, Setting};
+use super::case::{Case, Setting};
+use super::circumstance::Circumstance;
 use crate::chance::Chance;
 use crate::simulate::drive::{Drive, STEP_S, Travel, Wave};
 use crate::simulate::effect::{Effect, Kind};
@@ -59,6 +60,36 @@ impl Ridden {
             speed,
             cadence,
             start_s,
+            steps,
+            travel,
+        }
+    }
+
+    /// A ride at `speed` over a road without obstacles, of `density_m3` at 0.1 cycles/m (ISO 8608).
+    pub fn on_road(
+        case: &Case,
+        bike: &Bike,
+        speed: Profile,
+        density_m3: f64,
+        chance: &mut Chance,
+    ) -> Self {
+        let cadence = Profile::wobble(chance.uniform(62.0, 92.0), 4.0, chance);
+        let steps = ((case.duration_s + TAIL_S + LEAD_S) / STEP_S).ceil() as usize;
+        let travel = Travel::new(&speed, &cadence, -LEAD_S, STEP_S / 2.0, 2 * steps + 1);
+        let fastest = travel.speed.iter().fold(0.0_f64, |a, &b| a.max(b));
+        let spectrum = Spectrum {
+            density_m3,
+            lowest_per_m: 0.05,
+            highest_per_m: case.fastest_hz() / fastest,
+        };
+        let (from, to) = (travel.distance[0], travel.distance[2 * steps]);
+        let behind_m = bike.wheelbase_m();
+        let road = Road::new(from - behind_m - 2.0, to + 2.0, spectrum, &[], chance);
+        Self {
+            excitation: Excitation::Road { road, behind_m },
+            speed,
+            cadence,
+            start_s: -LEAD_S,
             steps,
             travel,
         }

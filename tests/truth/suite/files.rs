@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
-use super::case::{self, Case, Suite};
-use super::ride;
+use super::case::{Case, Suite};
+use super::{plan, ride};
 use crate::chance::Chance;
 
 #[derive(Debug, thiserror::Error)]
@@ -121,7 +121,7 @@ pub fn make_timing(
     seed: u64,
 ) -> Result<Vec<(String, &'static str, f64)>, FilesError> {
     create_folder(folder)?;
-    case::timing(&mut Chance::new(seed, 0))
+    plan::timing(&mut Chance::new(seed, 0))
         .par_iter()
         .enumerate()
         .map(|(i, case)| {

@@ -43,7 +43,8 @@ pub fn once(folder: &Path, order: &Order) -> Result<String, FilesError> {
     Ok(digest)
 }
 
-fn this_program() -> Option<String> {
+/// SHA-256 of the program that runs.
+pub fn this_program() -> Option<String> {
     let path = std::env::current_exe().ok()?;
     files::read_bytes(&path).ok().map(files::digest)
 }

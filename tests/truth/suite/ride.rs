@@ -2,16 +2,18 @@
 
 use serde_json::{Value, json};
 
-use super::case::{Case, Circumstance, Class, Noise, Setting};
+use super::case::{Case, Class, Noise, Setting};
+use super::circumstance::Circumstance;
+use super::disguise;
 use super::excitation::{Excitation, Ridden};
 use super::sizes::{self, Scale};
-use super::{disguise, strange};
+use super::strange::Around;
 use crate::chance::Chance;
 use crate::refit::known::{Known, Truth, assess};
 use crate::simulate::drive::Drive;
 use crate::simulate::effect::{Axle, Effect, Kind};
 use crate::simulate::integrate::{Motion, integrate};
-use crate::simulate::outside::Outside;
+use crate::simulate::outside::{Outside, Strange};
 use crate::simulate::sensors::{Log, Sensors};
 use crate::simulate::vehicle::{Bike, Vehicle};
 
@@ -30,6 +32,10 @@ const BOUNDED_M: f64 = 0.15;
 const PREDICTABLE_M: f64 = 5e-4;
 /// Share of the explainable held-out variance from which a library effect is as good as strange physics.
 const DISGUISED: f64 = 0.97;
+/// Share of the samples that a clipped displacement passes.
+const CLIPPED: f64 = 0.03;
+/// How far a wrong mass is off, either way.
+const MASS_ERROR: f64 = 0.1;
 
 /// Makes ride number `number` of the suite drawn from `seed`; the same arguments give the same bytes.
 pub fn make(case: &Case, name: &str, seed: u64, number: u64) -> Made {
@@ -38,23 +44,76 @@ pub fn make(case: &Case, name: &str, seed: u64, number: u64) -> Made {
         let chance = &mut Chance::new(seed, 1 + number + (attempt << 32));
         let scene = Dataset::draw(case, chance);
         let vehicle = scene.conceal(attempt, chance);
-        let log = scene.record(&vehicle, chance);
+        let mut log = scene.record(&vehicle, chance);
         attempt += 1;
         let bounded = log.z.iter().flatten().all(|z| z.abs() < BOUNDED_M);
         if attempt == ATTEMPTS || (bounded && scene.shows(&vehicle, &log, chance)) {
-            let bike_file = bike_file(
-                &scene.bike,
-                name,
-                total_noise(&scene.sensors),
-                scene.sensors.road_m,
-                chance,
-            );
+            let truth = scene.truth(name, &vehicle, &log);
+            if let Some(axle) = case.circumstance.and_then(Circumstance::alone) {
+                log.leave_out(1 - axle);
+            }
             return Made {
                 log,
-                bike_file,
-                truth: scene.truth(name, &vehicle),
+                bike_file: scene.bike_file(name, chance),
+                truth,
             };
         }
+    }
+}
+
+/// A clean ride with all that moved, for benches with other sensors.
+pub struct Plain {
+    pub bike: Bike,
+    pub motion: Motion,
+    pub log: Log,
+    pub bike_file: Value,
+    ridden: Ridden,
+}
+
+impl Plain {
+    /// Height of the road under a wheel at `t`, m.
+    pub fn road(&self, axle: usize, t: f64) -> f64 {
+        match &self.ridden.excitation {
+            Excitation::Road { road, behind_m } => {
+                let behind = if axle == 0 { 0.0 } else { *behind_m };
+                road.height(self.ridden.distance(t) - behind)
+            }
+            Excitation::Plate(waves) => waves[axle].at(t).0,
+            Excitation::Shaker(_) | Excitation::Decay(_) => 0.0,
+        }
+    }
+}
+
+/// A clean ride of the seed's stream `number`.
+pub fn plain(case: &Case, seed: u64, number: u64) -> Plain {
+    let chance = &mut Chance::new(seed, number);
+    let scene = Dataset::draw(case, chance);
+    let vehicle = scene.conceal(0, chance);
+    let drive = scene.ridden.drive(&vehicle.effects);
+    let motion = whole(&vehicle, &drive, &scene.ridden);
+    let log = write_log(
+        &vehicle,
+        &scene.ridden,
+        &motion,
+        &scene.sensors,
+        &scene.nominal,
+        chance,
+    );
+    let noise_m = total_noise(&scene.sensors);
+    let bike_file = bike_file(
+        &scene.bike,
+        "misread",
+        noise_m,
+        scene.sensors.road_m,
+        chance,
+    );
+    let Dataset { bike, ridden, .. } = scene;
+    Plain {
+        bike,
+        motion,
+        log,
+        bike_file,
+        ridden,
     }
 }
 
@@ -108,7 +167,7 @@ impl<'a> Dataset<'a> {
     /// The bicycle with its concealed physics; later attempts make pairs and strange physics stronger.
     fn conceal(&self, attempt: u64, chance: &mut Chance) -> Vehicle {
         let case = self.case;
-        let size = if case.class == Class::Two {
+        let size = if matches!(case.class, Class::Two | Class::Three) {
             (case.size + attempt as usize).min(2)
         } else {
             case.size
@@ -119,16 +178,9 @@ impl<'a> Dataset<'a> {
             .map(|&(kind, axle)| sizes::draw(kind, axle, size, &self.bike, &self.scale, chance))
             .collect();
         let boost = 1.4_f64.powi(attempt as i32);
-        let outside = case.strange.map(|(kind, axle)| {
-            strange::draw(
-                kind,
-                axle,
-                case.size,
-                boost,
-                &self.bike,
-                &self.scale,
-                chance,
-            )
+        let outside = case.strange.and_then(|(kind, axle)| {
+            let around = Around::new(axle, case.size, boost, &self.bike, &self.scale);
+            around.draw(kind, axle, chance)
         });
         Vehicle {
             effects,
@@ -140,18 +192,41 @@ impl<'a> Dataset<'a> {
 
     fn record(&self, vehicle: &Vehicle, chance: &mut Chance) -> Log {
         let motion = whole(vehicle, &self.ridden.drive(&vehicle.effects), &self.ridden);
-        write_log(
+        let mut log = write_log(
             vehicle,
             &self.ridden,
             &motion,
             &self.sensors,
             &self.nominal,
             chance,
-        )
+        );
+        if self.case.circumstance == Some(Circumstance::Clipped) {
+            log.clip(CLIPPED);
+        }
+        log
+    }
+
+    /// The bike file, with wrong masses (and no static loads, which would tell) where the case asks for them.
+    fn bike_file(&self, name: &str, chance: &mut Chance) -> Value {
+        let noise_m = total_noise(&self.sensors);
+        let mut file = bike_file(&self.bike, name, noise_m, self.sensors.road_m, chance);
+        let circumstance = self.case.circumstance;
+        if circumstance.is_some_and(Circumstance::has_wrong_mass) {
+            for (axle, side) in ["front", "rear"].into_iter().enumerate() {
+                let mass = self.bike.mass_kg[axle] * (1.0 + MASS_ERROR * chance.sign());
+                file[format!("mass_{side}_kg")] = json!((10.0 * mass).round() / 10.0);
+                file[format!("static_load_{side}_n")] = Value::Null;
+                if circumstance == Some(Circumstance::MassDeclared) {
+                    let std = (100.0 * MASS_ERROR * mass).round() / 100.0;
+                    file[format!("mass_{side}_std_kg")] = json!(std);
+                }
+            }
+        }
+        file
     }
 
     /// Strange physics must raise the plain model's held-out error to 1.3 x the floor and be no library effect in disguise; a medium or large effect, and each effect
-    /// of a pair alone, to 1.15 x. A ride that the truth itself cannot predict from its log (chaotic bouncing) shows nothing.
+    /// of several alone, to 1.15 x. A ride that the truth itself cannot predict from its log (chaotic bouncing) shows nothing.
     fn shows(&self, vehicle: &Vehicle, log: &Log, chance: &mut Chance) -> bool {
         match self.case.class {
             Class::Clean => true,
@@ -159,7 +234,7 @@ impl<'a> Dataset<'a> {
             Class::Single => self.visibility(vehicle, log.clone()) >= 1.15,
             Class::Outside => self.strange(vehicle, log),
             Class::Beside => self.both_show(vehicle, chance),
-            Class::Two => {
+            Class::Two | Class::Three => {
                 self.visibility(vehicle, log.clone()) > 0.0
                     && vehicle.effects.iter().all(|effect| {
                         let alone = Vehicle {
@@ -204,8 +279,13 @@ impl<'a> Dataset<'a> {
             return false;
         };
         known.visibility() >= 1.3
-            && disguise::share(log.clone(), &self.bike, outside.axle, &known, &self.scale)
-                < DISGUISED
+            && disguise::share(
+                log.clone(),
+                &self.bike,
+                (outside.kind, outside.axle),
+                &known,
+                &self.scale,
+            ) < DISGUISED
     }
 
     fn assess(&self, vehicle: &Vehicle, log: Log) -> Option<Known> {
@@ -214,12 +294,13 @@ impl<'a> Dataset<'a> {
             outside: vehicle.outside.clone(),
             stiffness_n_m: self.bike.stiffness_n_m,
             damping_n_s_m: self.bike.damping_n_s_m,
+            mass_kg: None,
         };
         assess(log, &self.bike, &truth, false)
             .filter(|known| known.floor_m.iter().all(|floor| *floor < PREDICTABLE_M))
     }
 
-    fn truth(&self, name: &str, vehicle: &Vehicle) -> Value {
+    fn truth(&self, name: &str, vehicle: &Vehicle, log: &Log) -> Value {
         let (case, sensors) = (self.case, &self.sensors);
         let mut truth = json!({
             "ride": name,
@@ -244,12 +325,19 @@ impl<'a> Dataset<'a> {
         // Keys of suites that know no circumstances keep their bytes.
         if let Some(circumstance) = case.circumstance {
             truth["circumstance"] = json!(circumstance.name());
+            if circumstance.has_wrong_mass() {
+                truth["mass_kg"] = json!(self.bike.mass_kg);
+            }
+        }
+        if let Some(limit_m) = log.limit_m {
+            truth["limit_m"] = json!(limit_m);
         }
         truth
     }
 }
 
-fn whole(vehicle: &Vehicle, drive: &Drive, ridden: &Ridden) -> Motion {
+/// The motion of the whole ride.
+pub fn whole(vehicle: &Vehicle, drive: &Drive, ridden: &Ridden) -> Motion {
     integrate(
         vehicle,
         drive,
@@ -283,7 +371,8 @@ fn draw_bike(case: &Case, chance: &mut Chance) -> Bike {
     }
 }
 
-fn draw_sensors(noise: Noise, chance: &mut Chance) -> Sensors {
+/// Sensors with noise of a kind, its size drawn.
+pub fn draw_sensors(noise: Noise, chance: &mut Chance) -> Sensors {
     let size = chance.log_uniform(2e-5, 2e-4);
     let white = Sensors {
         white_m: size,
@@ -315,12 +404,12 @@ fn draw_sensors(noise: Noise, chance: &mut Chance) -> Sensors {
 }
 
 /// Standard deviation of the displacement noise, m.
-fn total_noise(s: &Sensors) -> f64 {
+pub fn total_noise(s: &Sensors) -> f64 {
     (s.white_m.powi(2) + s.coloured_m.powi(2) + s.quantum_m.powi(2) / 12.0).sqrt()
 }
 
 /// Scales road or shakers so that deflections are a bicycle's, or so that the wheels lift as often as asked.
-fn resize(ridden: &mut Ridden, case: &Case, bike: &Bike, chance: &mut Chance) {
+pub fn resize(ridden: &mut Ridden, case: &Case, bike: &Bike, chance: &mut Chance) {
     let drive = ridden.drive(&[]);
     let motion = whole(&Vehicle::plain(bike.clone()), &drive, ridden);
     let scale = Scale::measure(&motion, &drive, case.duration_s, 0.0, 0.0);
@@ -363,7 +452,8 @@ fn lift_factor(motion: &Motion, drive: &Drive, bike: &Bike, axle: usize, size: u
     9.81 * bike.mass_kg[axle] / quantile
 }
 
-fn write_log(
+/// What the loggers make of a motion.
+pub fn write_log(
     vehicle: &Vehicle,
     ridden: &Ridden,
     motion: &Motion,
@@ -410,7 +500,8 @@ fn write_log(
         let pedals = vehicle
             .effects
             .iter()
-            .any(|e| e.kind == Kind::PedallingForce);
+            .any(|e| e.kind == Kind::PedallingForce)
+            || (vehicle.outside.as_ref()).is_some_and(|o| o.kind == Strange::CrankDamping);
         if pedals || chance.happens(0.9) {
             log.cadence = nominal
                 .iter()
@@ -422,7 +513,7 @@ fn write_log(
 }
 
 /// The bike file of the contract; noise is declared in a third of them.
-fn bike_file(bike: &Bike, name: &str, noise_m: f64, road_m: f64, chance: &mut Chance) -> Value {
+pub fn bike_file(bike: &Bike, name: &str, noise_m: f64, road_m: f64, chance: &mut Chance) -> Value {
     let declared = chance.happens(0.35);
     let loads = chance.happens(0.5);
     let round = |x: f64| (1e7 * x).round() / 1e7;
@@ -443,17 +534,47 @@ fn bike_file(bike: &Bike, name: &str, noise_m: f64, road_m: f64, chance: &mut Ch
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::suite::case::standard;
+    use crate::suite::plan::{conditions, standard, strange};
 
     #[test]
     fn the_same_seed_gives_the_same_bytes_and_another_seed_does_not() {
-        let mut case = standard(&mut Chance::new(5, 0))
-            .into_iter()
-            .find(|c| c.class == Class::Two);
-        let case = case.as_mut().expect("the suite has pairs");
-        case.duration_s = 5.0;
-        let csv = |seed| make(case, "a", seed, 3).log.to_csv();
-        assert_eq!(csv(1), csv(1));
-        assert_ne!(csv(1), csv(2));
+        let chance = &mut Chance::new(5, 0);
+        for plan in [standard(chance), strange(chance), conditions(chance)] {
+            let concealing = plan.iter().find(|c| c.class > Class::Single);
+            let case = Case {
+                duration_s: 5.0,
+                ..concealing.expect("the suite has them").clone()
+            };
+            let csv = |seed| make(&case, "a", seed, 3).log.to_csv();
+            assert_eq!(csv(1), csv(1));
+            assert_ne!(csv(1), csv(2));
+        }
+    }
+
+    fn short(circumstance: Circumstance) -> Case {
+        let chance = &mut Chance::new(5, 0);
+        let case = Case::new(Class::Clean, Setting::Road, Noise::White, chance).under(circumstance);
+        Case {
+            duration_s: 5.0,
+            ..case
+        }
+    }
+
+    #[test]
+    fn an_axle_alone_has_no_channels_of_the_other() {
+        let log = make(&short(Circumstance::RearAlone), "a", 1, 3).log;
+        assert!(log.to_csv().starts_with("t,u_r,z_r,v"));
+    }
+
+    #[test]
+    fn a_wrong_mass_is_ten_percent_off_and_the_key_has_the_true_one() {
+        for circumstance in [Circumstance::MassDeclared, Circumstance::MassWrong] {
+            let made = make(&short(circumstance), "a", 1, 3);
+            let truth = made.truth["mass_kg"][1].as_f64().expect("a mass");
+            let said = made.bike_file["mass_rear_kg"].as_f64().expect("a mass");
+            assert!(((said / truth - 1.0).abs() - MASS_ERROR).abs() < 2e-3);
+            let declares = made.bike_file["mass_rear_std_kg"].is_number();
+            assert_eq!(declares, circumstance == Circumstance::MassDeclared);
+        }
     }
 }

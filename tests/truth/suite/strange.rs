@@ -1,98 +1,184 @@
 //! Sizes of the physics outside the library: each made strong enough to be seen.
 
+mod known;
+mod memory;
+mod plain;
+
 use super::sizes::Scale;
 use crate::chance::Chance;
 use crate::simulate::outside::{Outside, Strange};
 use crate::simulate::vehicle::Bike;
 
-/// Draws one strange law; `size` 0..3 and `boost` (1 or more) enlarge it.
-pub fn draw(
-    kind: Strange,
-    axle: usize,
-    size: usize,
-    boost: f64,
-    bike: &Bike,
-    scale: &Scale,
-    chance: &mut Chance,
-) -> Outside {
-    let (m, k, b) = (
-        bike.mass_kg[axle],
-        bike.stiffness_n_m[axle],
-        bike.damping_n_s_m[axle],
-    );
-    let (d, w) = (scale.deflection_m[axle], scale.rate_m_s[axle]);
-    let strength = [0.7, 1.0, 1.5][size] * boost;
-    let load = k * d + b * w;
-    let mut events = Vec::new();
-    let values = match kind {
-        Strange::PowerDamping => {
-            let power = chance.uniform(0.3, 0.5);
-            vec![0.5 * strength * load / w.powf(power), power]
+/// The axle on which a law is to be seen.
+pub struct Around<'a> {
+    m: f64,
+    k: f64,
+    b: f64,
+    /// Deflection (m) and its rate (m/s) on the plain bicycle, root mean square.
+    d: f64,
+    w: f64,
+    /// Force of spring and damper at those, N.
+    load: f64,
+    radius: f64,
+    strength: f64,
+    scale: &'a Scale,
+}
+
+/// Values and stretches of one law.
+struct Law {
+    values: Vec<f64>,
+    events: Vec<[f64; 3]>,
+}
+
+impl Law {
+    fn of(values: Vec<f64>) -> Self {
+        Self::in_stretches(values, Vec::new())
+    }
+
+    fn in_stretches(values: Vec<f64>, events: Vec<[f64; 3]>) -> Self {
+        Self { values, events }
+    }
+}
+
+impl<'a> Around<'a> {
+    /// `size` 0..3 and `boost` (1 or more) enlarge what is drawn.
+    pub fn new(axle: usize, size: usize, boost: f64, bike: &Bike, scale: &'a Scale) -> Self {
+        let (k, b) = (bike.stiffness_n_m[axle], bike.damping_n_s_m[axle]);
+        let (d, w) = (scale.deflection_m[axle], scale.rate_m_s[axle]);
+        Self {
+            m: bike.mass_kg[axle],
+            k,
+            b,
+            d,
+            w,
+            load: k * d + b * w,
+            radius: bike.wheel_radius_m[axle],
+            strength: [0.7, 1.0, 1.5][size] * boost,
+            scale,
         }
-        Strange::CubicDamping => vec![2.0 * strength * b / (w * w)],
-        Strange::StribeckFriction => {
-            let kinetic = 0.12 * strength * load;
-            vec![kinetic, kinetic * chance.uniform(3.0, 4.0), 0.3 * w, 1e-4]
+    }
+
+    /// Draws one strange law; every kind has one.
+    pub fn draw(&self, kind: Strange, axle: usize, chance: &mut Chance) -> Option<Outside> {
+        let law = known::draw(kind, self, chance)
+            .or_else(|| plain::draw(kind, self, chance))
+            .or_else(|| memory::draw(kind, self, chance))?;
+        Some(Outside {
+            kind,
+            axle,
+            values: law.values,
+            events: law.events,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulate::vehicle::Contact;
+
+    const STEP_S: f64 = 1.0 / 8000.0;
+
+    fn bike() -> Bike {
+        Bike {
+            mass_kg: [30.0, 60.0],
+            arm_m: [0.7, 0.35],
+            wheel_radius_m: [0.34; 2],
+            stiffness_n_m: [1e5; 2],
+            damping_n_s_m: [500.0; 2],
         }
-        Strange::ParametricWheel => vec![
-            (0.3 * strength).min(0.6),
-            bike.wheel_radius_m[axle],
-            chance.phase(),
-        ],
-        Strange::HardeningFrameMode => {
-            let (extra, omega) = (
-                0.35 * strength * m,
-                std::f64::consts::TAU * chance.uniform(5.0, 9.0),
-            );
-            let spring = extra * omega * omega;
-            vec![
-                extra,
-                spring,
-                1.5 * spring / (d * d),
-                2.0 * 0.06 * extra * omega,
-            ]
+    }
+
+    /// What 20 s of two sines (3.1 and 8.3 Hz, 1.5 mm rms) are to the axle at `t`.
+    fn contact(t: f64) -> Contact {
+        let (slow, fast) = (std::f64::consts::TAU * 3.1, std::f64::consts::TAU * 8.3);
+        let d = 1.5e-3 * ((slow * t).sin() + (fast * t).sin());
+        let w = 1.5e-3 * (slow * (slow * t).cos() + fast * (fast * t).cos());
+        Contact {
+            t,
+            x: 5.0 * t,
+            speed: 5.0,
+            crank: 9.0 * t,
+            d,
+            w,
+            z: 2e-3 * (slow * t + 1.0).sin() - 1e-3 * (fast * t - 0.5).sin(),
+            z_rate: 2e-3 * slow * (slow * t + 1.0).cos() - 1e-3 * fast * (fast * t - 0.5).cos(),
+            other_d: 1.5e-3 * (33.0 * t).sin(),
+            k: 1e5,
+            b: 500.0,
         }
-        Strange::ImpactBacklash => {
-            vec![0.9 * d, strength * k, 0.7 / w, chance.uniform(0.002, 0.004)]
+    }
+
+    fn scale() -> Scale {
+        let moments = || (0..8000).map(|i| contact(2.5e-3 * i as f64));
+        let rms = |of: fn(&Contact) -> f64| {
+            let sum: f64 = moments().map(|c| of(&c).powi(2)).sum();
+            (sum / 8000.0).sqrt()
+        };
+        Scale {
+            deflection_m: [rms(|c| c.d); 2],
+            rate_m_s: [rms(|c| c.w); 2],
+            fastest_m_s: 5.0,
+            mean_speed_m_s: 5.0,
+            duration_s: 20.0,
+            noise_m: 1e-4,
         }
-        Strange::ThermalSoftening => vec![(0.3 * strength).min(0.5), w, chance.uniform(1.0, 3.0)],
-        Strange::PostureBursts => {
-            let mut at = chance.uniform(0.5, 3.0);
-            while at < scale.duration_s {
-                let lasts = chance.uniform(0.15, 0.6);
-                events.push([
-                    at,
-                    at + lasts,
-                    strength * 0.7 * load * chance.uniform(0.5, 1.2) * chance.sign(),
-                ]);
-                at += lasts + chance.uniform(0.6, 3.0);
+    }
+
+    /// The force of a law at every hundredth step, with deflection and rate.
+    fn forces(law: &Outside) -> Vec<[f64; 3]> {
+        let mut states = vec![0.0; law.kind.states()];
+        let mut rows = Vec::new();
+        for i in 0..160_000 {
+            let c = contact(STEP_S * i as f64);
+            let mut rate = vec![0.0; states.len()];
+            let force = law.force(&c, &states, &mut rate);
+            let step = states.iter_mut().zip(rate);
+            step.for_each(|(s, rate)| *s += STEP_S * rate);
+            if i % 100 == 0 {
+                rows.push([force, c.d, c.w]);
             }
-            Vec::new()
         }
-        Strange::LateralCoupling => vec![0.15 * strength * k / scale.mean_speed_m_s.max(1.0)],
-        Strange::DampingSteps => {
-            let mut at = 0.0;
-            while at < scale.duration_s {
-                let (lasts, more) = (
-                    chance.uniform(2.0, 5.0),
-                    2.5 * strength * chance.uniform(0.6, 1.2),
-                );
-                events.push([at, at + lasts, more]);
-                at += lasts + chance.uniform(2.0, 5.0);
+        rows
+    }
+
+    /// Root mean square of what no k and B explain, N.
+    fn unexplained(rows: &[[f64; 3]]) -> f64 {
+        let sum = |a: usize, b: usize| rows.iter().map(|r| r[a] * r[b]).sum::<f64>();
+        let det = sum(1, 1) * sum(2, 2) - sum(1, 2).powi(2);
+        let k = (sum(0, 1) * sum(2, 2) - sum(0, 2) * sum(1, 2)) / det;
+        let b = (sum(0, 2) * sum(1, 1) - sum(0, 1) * sum(1, 2)) / det;
+        let left = rows.iter().map(|r| (r[0] - k * r[1] - b * r[2]).powi(2));
+        (left.sum::<f64>() / rows.len() as f64).sqrt()
+    }
+
+    #[test]
+    fn every_law_is_bounded_and_seen_at_every_size() {
+        let (bike, scale) = (bike(), scale());
+        for kind in Strange::all() {
+            for size in 0..3 {
+                let around = Around::new(0, size, 1.0, &bike, &scale);
+                let law = around.draw(kind, 0, &mut Chance::new(3, 0));
+                let rows = forces(&law.expect("every kind has a law"));
+                let largest = rows.iter().map(|r| r[0].abs()).fold(0.0, f64::max);
+                let share = unexplained(&rows) / around.load;
+                let id = kind.id();
+                assert!(largest < 30.0 * around.load, "{id}: {largest} N");
+                assert!(share > 0.02, "{id}, size {size}: {share} of the load");
             }
-            Vec::new()
         }
-        Strange::MagneticRepulsion => {
-            let gap = 3.2 * d;
-            let at_two_sigma = (gap - 2.0 * d).powi(-2) - gap.powi(-2);
-            vec![strength * 2.0 * k * d / at_two_sigma, gap]
+    }
+
+    #[test]
+    fn larger_sizes_are_stronger() {
+        let (bike, scale) = (bike(), scale());
+        for kind in Strange::OPEN.into_iter().chain(Strange::KEPT_BACK) {
+            let [small, large] = [0, 2].map(|size| {
+                let around = Around::new(0, size, 1.0, &bike, &scale);
+                let law = around.draw(kind, 0, &mut Chance::new(3, 0));
+                unexplained(&forces(&law.expect("every kind has a law")))
+            });
+            assert!(large > 1.3 * small, "{}: {small} and {large} N", kind.id());
         }
-        Strange::PositionDamping => vec![0.7 * b * strength.min(1.3), 0.6 * d],
-    };
-    Outside {
-        kind,
-        axle,
-        values,
-        events,
     }
 }

@@ -10,13 +10,14 @@ mod sensed;
 mod tests;
 
 pub use axle::{AxleLanes, EffectLanes, Motions};
+pub use runner::rest;
 pub use sensed::sensed;
 
 use std::ops::Range;
 
 use axle::STATES;
 use laws::{Laws, Listed, Nothing, One};
-use runner::{Piece, Runner};
+use runner::{Drive, Piece, Runner};
 
 use crate::diagnosis::dataset::{Dataset, Track};
 use crate::diagnosis::effects::{ForEffect, Kind};
@@ -175,7 +176,6 @@ impl<'a> Job<'a> {
     #[inline(always)]
     fn integrate<const A: usize, const S: usize, L: Laws>(&mut self, laws: &[L; A]) {
         let dataset = self.dataset;
-        let h = dataset.step / self.substeps as f64;
         let mut x: [[Lanes; S]; A] = [[Lanes::ZERO; S]; A];
         for (x, r) in x.iter_mut().zip(self.runners) {
             r.start(x);
@@ -188,7 +188,11 @@ impl<'a> Job<'a> {
             } else {
                 i
             };
-            let pieces: [Piece; A] = std::array::from_fn(|a| self.runners[a].piece(dataset, from));
+            // Arrays that closures fill are compiled for less than the widest vectors.
+            let mut pieces = [Piece::NONE; A];
+            for (piece, runner) in pieces.iter_mut().zip(self.runners) {
+                *piece = runner.piece(dataset, from);
+            }
             for a in 0..A {
                 self.out[a].z.push(x[a][0]);
                 if self.full {
@@ -196,8 +200,8 @@ impl<'a> Job<'a> {
                 }
             }
             if self.full {
-                let s = if last { 1.0 } else { 0.0 };
-                let rates = self.rates(laws, &pieces, i, [s, h], &x);
+                let drives = self.drives(&pieces, i, if last { 1.0 } else { 0.0 });
+                let rates = self.rates(laws, &drives, &x);
                 for a in 0..A {
                     self.out[a].a.push(rates[a][1]);
                 }
@@ -205,33 +209,47 @@ impl<'a> Job<'a> {
             if last {
                 break;
             }
+            let mut first = self.drives(&pieces, i, 0.0);
             for sub in 0..self.substeps {
-                let s0 = sub as f64 / self.substeps as f64;
-                x = self.stepped(laws, &pieces, i, [s0, h], x);
+                let part = |s: f64| (sub as f64 + s) / self.substeps as f64;
+                let middle = self.drives(&pieces, i, part(0.5));
+                let end = self.drives(&pieces, i, part(1.0));
+                x = self.stepped(laws, [&first, &middle, &end], x);
+                first = end;
             }
         }
     }
 
-    /// The states a step `h` (s) later than at the part `s0` of an interval.
+    /// What drives the axles at the part `s` of the interval after sample `i`.
+    #[inline(always)]
+    fn drives<const A: usize>(&self, pieces: &[Piece; A], i: usize, s: f64) -> [Drive; A] {
+        let step = self.dataset.step;
+        let [t, h] = [(i as f64 + s) * step, step / self.substeps as f64];
+        let mut drives = [Drive::NONE; A];
+        for (drive, piece) in drives.iter_mut().zip(pieces) {
+            *drive = piece.at([t, s, h]);
+        }
+        drives
+    }
+
+    /// The states a step later, by what drives the axles at its beginning, in its middle and at its end.
     #[inline(always)]
     fn stepped<const A: usize, const S: usize, L: Laws>(
         &self,
         laws: &[L; A],
-        pieces: &[Piece; A],
-        i: usize,
-        [s0, h]: [f64; 2],
+        [first, middle, end]: [&[Drive; A]; 3],
         x: [[Lanes; S]; A],
     ) -> [[Lanes; S]; A] {
-        let ds = 1.0 / self.substeps as f64;
+        let h = self.dataset.step / self.substeps as f64;
         let (mut sum, mut at) = (x, x);
         for stage in 0..4 {
-            let (s, weight, next) = match stage {
-                0 => (s0, h / 6.0, 0.5 * h),
-                1 => (s0 + 0.5 * ds, h / 3.0, 0.5 * h),
-                2 => (s0 + 0.5 * ds, h / 3.0, h),
-                _ => (s0 + ds, h / 6.0, 0.0),
+            let (drives, weight, next) = match stage {
+                0 => (first, h / 6.0, 0.5 * h),
+                1 => (middle, h / 3.0, 0.5 * h),
+                2 => (middle, h / 3.0, h),
+                _ => (end, h / 6.0, 0.0),
             };
-            let mut rates = self.rates(laws, pieces, i, [s, h], &at);
+            let mut rates = self.rates(laws, drives, &at);
             for a in 0..A {
                 if self.runners[a].track.input.prescribed {
                     (rates[a][0], rates[a][1]) = (Lanes::ZERO, Lanes::ZERO);
@@ -249,15 +267,12 @@ impl<'a> Job<'a> {
     fn rates<const A: usize, const S: usize, L: Laws>(
         &self,
         laws: &[L; A],
-        pieces: &[Piece; A],
-        i: usize,
-        [s, h]: [f64; 2],
+        drives: &[Drive; A],
         x: &[[Lanes; S]; A],
     ) -> [[Lanes; S]; A] {
-        let t = (i as f64 + s) * self.dataset.step;
         let mut out = [[Lanes::ZERO; S]; A];
         for a in 0..A {
-            self.runners[a].rates(&laws[a], &pieces[a], [t, s, h], &x[a], &mut out[a]);
+            self.runners[a].rates(&laws[a], &drives[a], &x[a], &mut out[a]);
         }
         if A == 2
             && let (Some(q), Some([l_f, l_r, m_f, m_r])) = (self.coupling, self.dataset.geometry)

@@ -89,8 +89,8 @@ impl LaneRoad {
 
 /// The same of the road as it was recorded.
 #[inline(always)]
-pub(super) fn recorded(track: &Track, i: usize) -> [Lanes; 4] {
+pub(super) fn recorded(track: &Track, i: usize) -> [f64; 4] {
     let input = &track.input;
     let [value, slope] = [&input.road, &input.road_slope];
-    cubic(value[i], value[i + 1], slope[i], slope[i + 1], input.step).map(Lanes::all)
+    cubic(value[i], value[i + 1], slope[i], slope[i + 1], input.step)
 }

@@ -1,6 +1,6 @@
 //! One axle's equation of motion.
 
-use std::ops::Range;
+use std::ops::{Div, Mul, Range};
 
 use super::axle::{AxleLanes, MAX_EFFECTS};
 use super::laws::Laws;
@@ -18,13 +18,14 @@ pub(super) struct Runner<'a> {
     road: Option<LaneRoad>,
     /// Deflection (m) at which the plain axle rests under its constant force, with the sign turned.
     rest: Lanes,
+    /// The constant force over the mass, as it is counted from there (m/s^2).
+    constant: Lanes,
 }
 
 /// Inputs on the interval after one sample, as cubics and lines in s from 0 to 1.
+#[derive(Clone, Copy)]
 pub(super) struct Piece {
-    road: [Lanes; 4],
-    /// Of the road's rate (m/s).
-    slope: [Lanes; 3],
+    road: Road,
     force: [f64; 4],
     speed: [f64; 2],
     speed_rate: [f64; 2],
@@ -34,6 +35,100 @@ pub(super) struct Piece {
     double: [f64; 2],
 }
 
+/// The road's height (m) and rate (m/s), the same in all lanes or each lane's own.
+#[derive(Clone, Copy)]
+enum Road {
+    Alike([f64; 4], [f64; 3]),
+    Each([Lanes; 4], [Lanes; 3]),
+}
+
+/// Rate (1/s) of a cubic on an interval of `step` (s).
+#[inline(always)]
+fn rate<T: Copy + Mul<f64, Output = T> + Div<f64, Output = T>>(u: [T; 4], step: f64) -> [T; 3] {
+    [u[1] / step, u[2] * 2.0 / step, u[3] * 3.0 / step]
+}
+
+/// What drives an axle at one time.
+#[derive(Clone, Copy)]
+pub(super) struct Drive {
+    /// Time since the first sample, and step of the integrator (s).
+    t: f64,
+    h: f64,
+    /// Height of the road (m) and its rate (m/s).
+    road: Lanes,
+    slope: Lanes,
+    /// Force (N, up).
+    push: f64,
+    speed: f64,
+    speed_rate: f64,
+    crank: Crank,
+    distance: f64,
+}
+
+impl Piece {
+    /// Of no interval yet.
+    pub const NONE: Self = Self {
+        road: Road::Alike([0.0; 4], [0.0; 3]),
+        force: [0.0; 4],
+        speed: [0.0; 2],
+        speed_rate: [0.0; 2],
+        crank: [0.0; 2],
+        distance: [0.0; 2],
+        double: [0.0; 2],
+    };
+
+    /// At the time `t`, the part `s` of the interval, which is integrated in steps of `h` (s).
+    #[inline(always)]
+    pub fn at(&self, [t, s, h]: [f64; 3]) -> Drive {
+        let line = |x: [f64; 2]| x[0] + x[1] * s;
+        let f = &self.force;
+        let (road, slope) = match &self.road {
+            Road::Alike(u, v) => {
+                let road = u[0] + (u[1] + (u[2] + u[3] * s) * s) * s;
+                (Lanes::all(road), Lanes::all(v[0] + (v[1] + v[2] * s) * s))
+            }
+            Road::Each(u, v) => {
+                let road = u[0] + (u[1] + (u[2] + u[3] * s) * s) * s;
+                (road, v[0] + (v[1] + v[2] * s) * s)
+            }
+        };
+        Drive {
+            t,
+            h,
+            road,
+            slope,
+            push: f[0] + (f[1] + (f[2] + f[3] * s) * s) * s,
+            speed: line(self.speed),
+            speed_rate: line(self.speed_rate),
+            crank: Crank {
+                angle: line(self.crank),
+                before: self.double,
+                turned: 2.0 * self.crank[1] * s,
+            },
+            distance: line(self.distance),
+        }
+    }
+}
+
+impl Drive {
+    /// At no time yet.
+    pub const NONE: Self = Self {
+        t: 0.0,
+        h: 0.0,
+        road: Lanes::ZERO,
+        slope: Lanes::ZERO,
+        push: 0.0,
+        speed: 0.0,
+        speed_rate: 0.0,
+        crank: Crank {
+            angle: 0.0,
+            before: [0.0; 2],
+            turned: 0.0,
+        },
+        distance: 0.0,
+    };
+}
+
 impl<'a> Runner<'a> {
     pub fn new(
         dataset: &Dataset,
@@ -41,15 +136,13 @@ impl<'a> Runner<'a> {
         lanes: &'a AxleLanes,
         span: Range<usize>,
     ) -> Self {
-        let carries = lanes.effects.iter().any(|e| e.kind.spec().carries);
+        let rest = rest(track, lanes);
         Self {
             track,
             lanes,
             road: LaneRoad::of(dataset, track, lanes, span),
-            rest: match carries {
-                false => rest(track, lanes),
-                true => Lanes::ZERO,
-            },
+            rest,
+            constant: lanes.base.constant - lanes.base.kappa * rest,
         }
     }
 
@@ -82,12 +175,17 @@ impl<'a> Runner<'a> {
         let h = input.step;
         let line = |x: &[f64]| [x[i], x[i + 1] - x[i]];
         let road = match &self.road {
-            None => recorded(self.track, i),
-            Some(road) => road.piece(i, h),
+            None => {
+                let u = recorded(self.track, i);
+                Road::Alike(u, rate(u, h))
+            }
+            Some(road) => {
+                let u = road.piece(i, h);
+                Road::Each(u, rate(u, h))
+            }
         };
         Piece {
             road,
-            slope: [road[1] / h, road[2] * 2.0 / h, road[3] * 3.0 / h],
             force: match &input.force {
                 None => [0.0; 4],
                 Some((f, m)) => cubic(f[i], f[i + 1], m[i], m[i + 1], h),
@@ -100,13 +198,12 @@ impl<'a> Runner<'a> {
         }
     }
 
-    /// Rates of the states at the time `t` (s), the part `s` of the interval that `piece` describes.
+    /// Rates of the states under what drives the axle.
     #[inline(always)]
     pub fn rates<const S: usize, L: Laws>(
         &self,
         laws: &L,
-        piece: &Piece,
-        [t, s, h]: [f64; 3],
+        drive: &Drive,
         x: &[Lanes; S],
         out: &mut [Lanes; S],
     ) {
@@ -114,44 +211,32 @@ impl<'a> Runner<'a> {
             kappa,
             beta,
             per_mass,
-            constant,
             ..
         } = self.lanes.base;
-        let u = &piece.road;
-        let road = u[0] + (u[1] + (u[2] + u[3] * s) * s) * s;
-        let v = &piece.slope;
-        let slope = v[0] + (v[1] + v[2] * s) * s;
         let (low_z, low_v) = match laws.wheel() {
             None => (x[0], x[1]),
             Some(at) => (x[at], x[at + 1]),
         };
-        let line = |x: [f64; 2]| x[0] + x[1] * s;
         let m = Motion {
-            d: road - low_z + self.rest,
-            w: slope - low_v,
+            d: drive.road - low_z + self.rest,
+            w: drive.slope - low_v,
             z: x[0],
             v: x[1],
             kappa,
             beta,
             per_mass,
-            t,
-            speed: line(piece.speed),
-            speed_rate: line(piece.speed_rate),
-            crank: Crank {
-                angle: line(piece.crank),
-                before: piece.double,
-                turned: 2.0 * piece.crank[1] * s,
-            },
-            distance: line(piece.distance),
-            step: h,
-            felt_after: self.track.input.felt_after(h),
+            t: drive.t,
+            speed: drive.speed,
+            speed_rate: drive.speed_rate,
+            crank: drive.crank,
+            distance: drive.distance,
+            step: drive.h,
+            felt_after: self.track.input.felt_after(drive.h),
             scale: &self.track.scale,
         };
-        let f = &piece.force;
-        let push = f[0] + (f[1] + (f[2] + f[3] * s) * s) * s;
         let plain = [
             kappa * m.d + beta * m.w,
-            per_mass * push + constant - kappa * self.rest,
+            per_mass * drive.push + self.constant,
         ];
         let [tyre, body] = laws.forces(&m, x, plain);
         let force = match laws.wheel() {
@@ -166,8 +251,9 @@ impl<'a> Runner<'a> {
 /// How far (m) deflections lie from those that laws count from: laws are even or odd about where the axle rests, and on benches
 /// and free decays nobody knows what a sensor reads there. No further than the axle moves, so that an axle without a spring, which
 /// rests nowhere, or one that is as good as none, is left as it is.
-fn rest(track: &Track, lanes: &AxleLanes) -> Lanes {
-    if !track.rest_point || track.input.prescribed {
+pub fn rest(track: &Track, lanes: &AxleLanes) -> Lanes {
+    let carries = lanes.effects.iter().any(|e| e.kind.spec().carries);
+    if carries || !track.rest_point || track.input.prescribed {
         return Lanes::ZERO;
     }
     let Coefficients {

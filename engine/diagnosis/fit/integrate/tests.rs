@@ -31,6 +31,7 @@ fn dataset(road: impl Fn(f64) -> f64) -> Dataset {
         valid: vec![true; SAMPLES],
         prescribed: false,
         plant: PlantRef::default(),
+        band: None,
     };
     let plain = Coefficients {
         kappa: KAPPA,

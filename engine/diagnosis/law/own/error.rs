@@ -1,7 +1,7 @@
 /// Why a law cannot be used.
 #[derive(Debug, PartialEq, thiserror::Error)]
 pub enum LawError {
-    #[error("{bytes} bytes, at most {most} are read")]
+    #[error("{bytes} bytes, expected at most {most}")]
     Long { bytes: usize, most: usize },
     #[error("line {line}, column {column}: {problem}")]
     Toml {

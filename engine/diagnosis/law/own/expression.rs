@@ -107,6 +107,8 @@ pub struct Expression {
     tree: FlatEx<Value, Operators>,
     /// Where the values stand that it speaks of, in the order in which it wants them.
     places: Vec<usize>,
+    /// As it was written.
+    pub written: String,
     pub has_corners: bool,
     pub operations: usize,
 }
@@ -114,6 +116,7 @@ pub struct Expression {
 impl Expression {
     /// Reads the expression of the law's `field`, in which `known` names stand for the values in that order.
     pub fn parse(field: &str, text: &str, known: &[String]) -> Result<Self, LawError> {
+        let written = text.split_whitespace().collect::<Vec<_>>().join(" ");
         let Checked {
             text,
             has_corners,
@@ -128,8 +131,9 @@ impl Expression {
         let place = |name: &String| known.iter().position(|known| known == name);
         let places: Option<Vec<usize>> = tree.var_names().iter().map(place).collect();
         Ok(Self {
-            places: places.ok_or_else(|| refused("a name that no law knows".to_owned()))?,
+            places: places.ok_or_else(|| refused("unknown name".to_owned()))?,
             tree,
+            written,
             has_corners,
             operations,
         })
@@ -151,6 +155,20 @@ impl Expression {
             Err(_) => Lanes([f64::NAN; LANES]),
         }
     }
+}
+
+/// What an expression makes of values by name, of which it may know more than it speaks of.
+#[cfg(test)]
+pub fn evaluated(text: &str, values: &std::collections::BTreeMap<String, f64>) -> f64 {
+    let spoken = |name: &&String| crate::report::simulation::names(text).any(|n| n == *name);
+    let known: Vec<String> = values.keys().filter(spoken).cloned().collect();
+    let expression = Expression::parse("formula", text, &known);
+    let expression = expression.unwrap_or_else(|error| panic!("{text}: {error}"));
+    let mut places = [Lanes::ZERO; MOST_VALUES];
+    for (place, name) in places.iter_mut().zip(&known) {
+        *place = Lanes::all(values[name]);
+    }
+    expression.at(&places).0[0]
 }
 
 #[cfg(test)]

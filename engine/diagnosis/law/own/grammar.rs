@@ -54,7 +54,7 @@ pub fn check(field: &str, text: &str, known: &[String]) -> Result<Checked, LawEr
     };
     let length = text.chars().count();
     if length > MOST_CHARACTERS {
-        let problem = format!("{length} characters, at most {MOST_CHARACTERS} are read");
+        let problem = format!("{length} characters, expected at most {MOST_CHARACTERS}");
         return Err(wrong(MOST_CHARACTERS, problem));
     }
     let tokens = tokens(text).map_err(|(column, problem)| wrong(column, problem))?;
@@ -84,7 +84,7 @@ fn tokens(text: &str) -> Result<Vec<(usize, Token<'_>)>, (usize, String)> {
                 let number = &rest[..length];
                 let finite = fast_float2::parse::<f64, _>(number).is_ok_and(f64::is_finite);
                 if !finite {
-                    return Err((column, format!("'{number}' is no number")));
+                    return Err((column, format!("'{number}' is not a number")));
                 }
                 (Some(Token::Number(number)), length)
             }
@@ -94,7 +94,7 @@ fn tokens(text: &str) -> Result<Vec<(usize, Token<'_>)>, (usize, String)> {
                 (Some(Token::Name(&rest[..length])), length)
             }
             other => {
-                let problem = format!("'{}' has no meaning here", other.escape_default());
+                let problem = format!("unexpected '{}'", other.escape_default());
                 return Err((column, problem));
             }
         };
@@ -201,7 +201,7 @@ impl<'a> Reader<'a> {
             if !self.known.iter().any(|known| known == name) {
                 let functions: Vec<&str> = functions().collect();
                 return Err(format!(
-                    "'{name}' is not known; there are {}, pi, and the functions {}",
+                    "unknown name '{name}', expected one of {}, pi and the functions {}",
                     self.known.join(", "),
                     functions.join(", ")
                 ));
@@ -319,7 +319,7 @@ mod tests {
         for (text, at, why) in [
             ("c * * d", 5, "a value is missing before '*'"),
             ("c d", 3, "an operator is missing before 'd'"),
-            ("c * q", 5, "'q' is not known; there are d, w, c, pi"),
+            ("c * q", 5, "unknown name 'q', expected one of d, w, c, pi"),
             ("2 * (d + c", 5, "the parenthesis is not closed"),
             ("d)", 2, "no parenthesis is open"),
             ("d +", 4, "a value is missing at the end"),
@@ -330,10 +330,10 @@ mod tests {
             ("max(d, 1, 2)", 9, "only min, max and atan2 take two values"),
             ("d ^ w ^ c", 7, "a power of a power needs parentheses"),
             ("d / -c", 5, "a sign after an operator needs parentheses"),
-            ("d; c", 2, "';' has no meaning here"),
+            ("d; c", 2, "unexpected ';'"),
             ("d * 1..2", 7, "an operator is missing before '.2'"),
-            ("1e999", 1, "'1e999' is no number"),
-            ("\u{b5} * d", 1, "'\\u{b5}' has no meaning here"),
+            ("1e999", 1, "'1e999' is not a number"),
+            ("\u{b5} * d", 1, "unexpected '\\u{b5}'"),
             (
                 nested.as_str(),
                 21,

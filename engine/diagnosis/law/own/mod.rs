@@ -6,6 +6,8 @@ mod file;
 mod grammar;
 
 pub use self::error::LawError;
+#[cfg(test)]
+pub use self::expression::evaluated;
 use self::expression::{Expression, MOST_VALUES};
 use self::file::{File, Start, Written};
 use super::limits::{LaneValues, MAX_PARAMETERS, MAX_STATES, States, Values};
@@ -67,6 +69,7 @@ pub struct OwnLaw {
     pub is_on_body: bool,
     force: Expression,
     rates: Vec<Expression>,
+    names_of_states: Vec<String>,
 }
 
 impl OwnLaw {
@@ -87,8 +90,7 @@ impl OwnLaw {
             .map(|(name, written)| parameter(name, written))
             .collect::<Result<_, _>>()?;
         names(&id, &parameters, states.keys())?;
-        let words =
-            words.unwrap_or_else(|| format!("by a law of one's own, {}", id.replace('_', " ")));
+        let words = words.unwrap_or_else(|| format!("custom law {}", id.replace('_', " ")));
         short("words", &words, MOST_WORDS)?;
         let known: Vec<String> = (MOTION.iter().map(|name| (*name).to_owned()))
             .chain(states.keys().cloned())
@@ -98,6 +100,7 @@ impl OwnLaw {
             .map(|(name, text)| Expression::parse(&format!("states.{name}"), text, &known))
             .collect::<Result<_, _>>()?;
         let force = Expression::parse("force", &force, &known)?;
+        let names_of_states = states.into_keys().collect();
         let mut law = Self {
             words,
             acts: axle,
@@ -105,6 +108,7 @@ impl OwnLaw {
             is_on_body: false,
             force,
             rates,
+            names_of_states,
             parameters,
             id,
         };
@@ -129,7 +133,7 @@ impl OwnLaw {
             None => Ok(()),
             Some(place) => Err(wrong(
                 &format!("parameters.{}", known[place]),
-                "is in no expression, so that nothing tells its value",
+                "is used in no expression, so its value cannot be determined",
             )),
         }
     }
@@ -150,6 +154,13 @@ impl OwnLaw {
             .into_iter()
             .filter(|(place, _)| self.speaks_of(*place));
         asked.flat_map(|(_, needs)| needs.iter().copied()).collect()
+    }
+
+    /// The force as it was written, and each state with its rate.
+    pub fn written(&self) -> (&str, impl Iterator<Item = (&str, &str)>) {
+        let states = self.names_of_states.iter().zip(&self.rates);
+        let states = states.map(|(name, rate)| (name.as_str(), rate.written.as_str()));
+        (&self.force.written, states)
     }
 
     pub fn states(&self) -> usize {
@@ -250,7 +261,7 @@ fn wrong(field: &str, problem: impl Into<String>) -> LawError {
 fn short(field: &str, text: &str, most: usize) -> Result<(), LawError> {
     let length = text.chars().count();
     if length > most || text.chars().any(char::is_control) {
-        let problem = format!("{length} characters, at most {most} on one line are read");
+        let problem = format!("{length} characters, expected at most {most} on one line");
         return Err(wrong(field, problem));
     }
     Ok(())
@@ -264,7 +275,7 @@ fn parameter(name: String, written: Written) -> Result<OwnParameter, LawError> {
     if !(low.is_finite() && high.is_finite() && low < high) {
         return Err(wrong(
             &format!("{field}.range"),
-            format!("{low} to {high} is no range"),
+            format!("{low} to {high} is not a range"),
         ));
     }
     let starts: Vec<f64> = match start {
@@ -302,12 +313,12 @@ fn names<'a>(
     if states.len() > MAX_STATES {
         return Err(wrong(
             "states",
-            format!("{}, at most {MAX_STATES}", states.len()),
+            format!("{}, expected at most {MAX_STATES}", states.len()),
         ));
     }
     let starts: usize = parameters.iter().map(|p| p.starts.len()).product();
     if starts > MOST_STARTS {
-        let problem = format!("{starts} sets of starts, at most {MOST_STARTS}");
+        let problem = format!("{starts} combinations of starts, expected at most {MOST_STARTS}");
         return Err(wrong("parameters", problem));
     }
     let of_parameters = parameters.iter().map(|p| ("parameters", p.name.as_str()));
@@ -321,7 +332,7 @@ fn names<'a>(
         let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
         if !(name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.chars().all(is_word)) {
             let problem = format!(
-                "'{}' is no name: letters, digits and _",
+                "'{}' is not a name, expected letters, digits and _",
                 name.escape_default()
             );
             return Err(wrong(field, problem));
@@ -333,7 +344,7 @@ fn names<'a>(
         if taken.contains(&name) || grammar::is_function(name) {
             return Err(wrong(
                 field,
-                format!("'{name}' means something else already"),
+                format!("'{name}' already has another meaning"),
             ));
         }
         taken.push(name);

@@ -67,9 +67,9 @@ fn what_is_wrong_with_a_law_is_said() {
         (
             "exp(",
             "expo(",
-            "force, column 36: 'expo' is not known; there are d, w, z, z_dot",
+            "force, column 36: unknown name 'expo', expected one of d, w, z, z_dot",
         ),
-        ("tanh(w", "tanh(w * v", "force, column 71: 'v' is not known"),
+        ("tanh(w", "tanh(w * v", "force, column 71: unknown name 'v'"),
         ("\"rear\"", "\"left\"", "line 3, column 8: "),
         ("id =", "ident =", "line 2, column 1: unknown field `ident`"),
         (
@@ -90,30 +90,34 @@ fn what_is_wrong_with_a_law_is_said() {
         (
             "range = [0.0, 200.0]",
             "range = [5.0, 5.0]",
-            "parameters.coulomb.range: 5 to 5 is no",
+            "parameters.coulomb.range: 5 to 5 is not a range",
         ),
         (
             "range = [0.0, 200.0]",
             "range = [0.0, inf]",
-            "parameters.coulomb.range: 0 to inf is no",
+            "parameters.coulomb.range: 0 to inf is not a range",
         ),
         (
             "[parameters.stribeck]",
             "[parameters.d]",
-            "parameters: 'd' means something else already",
+            "parameters: 'd' already has another meaning",
         ),
         (
             "[parameters.stribeck]",
             "[parameters.tanh]",
-            "parameters: 'tanh' means something else",
+            "parameters: 'tanh' already has another meaning",
         ),
         (
             "[parameters.stribeck]",
             "[parameters.\"a b\"]",
-            "parameters: 'a b' is no name",
+            "parameters: 'a b' is not a name",
         ),
-        ("stribeck_friction", "2nd", "id: '2nd' is no name"),
-        ("/ stribeck", "", "parameters.stribeck: is in no expression"),
+        ("stribeck_friction", "2nd", "id: '2nd' is not a name"),
+        (
+            "/ stribeck",
+            "",
+            "parameters.stribeck: is used in no expression",
+        ),
         ("start = 0.02", "start = \"x\"", "line 19, column 9: "),
     ] {
         let found = with(from, to);

@@ -1,0 +1,61 @@
+//! The report's `result` section.
+
+use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
+
+use super::Method;
+use crate::document::format_number::Quantity;
+
+/// The one answer of an axle: what its base model names (`k`, `B`, `mass`), in that order.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+#[serde(transparent)]
+#[cfg_attr(feature = "openapi", schema(value_type = std::collections::BTreeMap<String, ResultQuantity>))]
+pub struct AxleResult(IndexMap<String, ResultQuantity>);
+
+/// A quantity of the base model, by the method that determines it best on this ride.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct ResultQuantity {
+    /// As estimated, or as the bike file gives it; null where it is withheld.
+    pub value: Option<f64>,
+    /// Standard error, in the same unit; null for the reason in `why`.
+    pub std_error: Option<f64>,
+    /// Lower and upper end of the 95 % interval; null with `std_error`.
+    pub interval: Option<[f64; 2]>,
+    /// SI unit, such as `N/m`.
+    pub unit: String,
+    /// The method that estimated it.
+    pub method: Method,
+    /// Why the value or its standard error is null.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub why: Option<String>,
+}
+
+impl ResultQuantity {
+    /// The value with its 95 % interval.
+    pub fn quantity(&self) -> Option<Quantity> {
+        let value = self.value?;
+        Some(Quantity::new(value, self.std_error, &self.unit))
+    }
+}
+
+impl AxleResult {
+    /// The quantity of this name.
+    pub fn get(&self, name: &str) -> Option<&ResultQuantity> {
+        self.0.get(name)
+    }
+
+    /// Every quantity with its name.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &ResultQuantity)> {
+        self.0
+            .iter()
+            .map(|(name, quantity)| (name.as_str(), quantity))
+    }
+}
+
+impl FromIterator<(String, ResultQuantity)> for AxleResult {
+    fn from_iter<I: IntoIterator<Item = (String, ResultQuantity)>>(quantities: I) -> Self {
+        Self(quantities.into_iter().collect())
+    }
+}

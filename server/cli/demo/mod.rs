@@ -1,0 +1,127 @@
+//! `serve --demo`: example rides and a season of one bicycle, sent through the server's own API.
+
+mod rides;
+
+use reqwest::header::AUTHORIZATION;
+use reqwest::multipart::{Form, Part};
+use reqwest::{Client, StatusCode};
+use serde_json::{Value, json};
+use veloid_engine::EngineError;
+
+use rides::Example;
+
+/// Why the demo ended early.
+#[derive(Debug, thiserror::Error)]
+enum DemoError {
+    #[error("{0}")]
+    Http(#[from] reqwest::Error),
+    #[error("the example rides: {0}")]
+    Simulation(#[from] EngineError),
+    #[error("the example rides: {0}")]
+    Thread(#[from] tokio::task::JoinError),
+    #[error("{status}: {detail}")]
+    Refused { status: StatusCode, detail: Value },
+}
+
+/// A client that shows the key in `VELOID_KEY`, if there is one.
+fn client() -> Result<Client, reqwest::Error> {
+    let key = std::env::var("VELOID_KEY").ok();
+    let bearer = key.and_then(|key| format!("Bearer {key}").parse().ok());
+    let headers = bearer.map(|value| (AUTHORIZATION, value));
+    let headers = headers.into_iter().collect();
+    Client::builder().default_headers(headers).build()
+}
+
+/// Uploads the examples and prints where their results are, and how they ended.
+pub async fn run(server: String) {
+    if let Err(error) = upload_and_follow(&server).await {
+        eprintln!("demo: {error}");
+    }
+}
+
+async fn upload_and_follow(server: &str) -> Result<(), DemoError> {
+    let client = client()?;
+    let mut jobs = Vec::new();
+    for example in tokio::task::spawn_blocking(rides::singles).await?? {
+        let about = example.about;
+        let job = upload(&client, server, example).await?;
+        println!("demo: {about}: {}", link(server, &job, "page"));
+        jobs.push(job);
+    }
+    let mut last = Value::Null;
+    for example in tokio::task::spawn_blocking(rides::season).await?? {
+        last = upload(&client, server, example).await?;
+    }
+    note_service(&client, server).await?;
+    println!(
+        "demo: a season with a service: {server}/bikes/{}",
+        rides::SEASON
+    );
+    for job in jobs {
+        report(&finished(&client, server, job).await?);
+    }
+    finished(&client, server, last).await?;
+    println!("demo: done, all bicycles are at {server}/bikes");
+    Ok(())
+}
+
+/// Sends a ride; its job.
+async fn upload(client: &Client, server: &str, example: Example) -> Result<Value, DemoError> {
+    let mut form = Form::new()
+        .part("file", Part::text(example.csv).file_name(example.file))
+        .text("bike", example.bike.to_string())
+        .text("options", example.options.to_string());
+    if let Some(day) = example.ridden_at {
+        form = form.text("facts", json!({"ridden_at": day}).to_string());
+    }
+    let request = client.post(format!("{server}/v1/rides")).multipart(form);
+    let response = request.send().await?;
+    let status = response.status();
+    let job: Value = response.json().await?;
+    if status != StatusCode::ACCEPTED {
+        let detail = job["detail"].clone();
+        return Err(DemoError::Refused { status, detail });
+    }
+    Ok(job)
+}
+
+/// Notes the service in the season bicycle's history.
+async fn note_service(client: &Client, server: &str) -> Result<(), DemoError> {
+    let url = format!("{server}/v1/bikes/{}/events", rides::SEASON);
+    let event = json!({"date": rides::SERVICE_DAY, "text": "fork service"});
+    let response = client.post(url).json(&event).send().await?;
+    let status = response.status();
+    if status.is_success() {
+        return Ok(());
+    }
+    let problem: Value = response.json().await?;
+    Err(DemoError::Refused {
+        status,
+        detail: problem["detail"].clone(),
+    })
+}
+
+fn link(server: &str, job: &Value, name: &str) -> String {
+    format!(
+        "{server}{}",
+        job["links"][name].as_str().unwrap_or_default()
+    )
+}
+
+/// The job at its end.
+async fn finished(client: &Client, server: &str, mut job: Value) -> Result<Value, DemoError> {
+    while job["finished_at"].is_null() {
+        let url = format!("{}?wait=30", link(server, &job, "job"));
+        job = client.get(url).send().await?.json().await?;
+    }
+    Ok(job)
+}
+
+fn report(job: &Value) {
+    let text = |value: &Value| value.as_str().unwrap_or("none").to_owned();
+    let (name, state) = (text(&job["ride"]["name"]), text(&job["state"]));
+    match job["failure"]["detail"].as_str() {
+        Some(detail) => println!("demo: {name}: {state}: {detail}"),
+        None => println!("demo: {name}: {state}, verdict {}", text(&job["verdict"])),
+    }
+}
