@@ -1,6 +1,6 @@
 //! One axle's equation of motion.
 
-use std::ops::{Div, Mul, Range};
+use std::ops::{Add, Div, Mul, Range};
 
 use super::axle::{AxleLanes, MAX_EFFECTS};
 use super::laws::Laws;
@@ -37,6 +37,10 @@ pub(super) struct Piece {
 
 /// The road's height (m) and rate (m/s), the same in all lanes or each lane's own.
 #[derive(Clone, Copy)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "on the stack, one an axle; a box would be allocated on every interval"
+)]
 enum Road {
     Alike([f64; 4], [f64; 3]),
     Each([Lanes; 4], [Lanes; 3]),
@@ -46,6 +50,15 @@ enum Road {
 #[inline(always)]
 fn rate<T: Copy + Mul<f64, Output = T> + Div<f64, Output = T>>(u: [T; 4], step: f64) -> [T; 3] {
     [u[1] / step, u[2] * 2.0 / step, u[3] * 3.0 / step]
+}
+
+/// Value of a polynomial.
+#[inline(always)]
+fn value<T: Copy + Add<Output = T> + Mul<f64, Output = T>, const N: usize>(
+    u: &[T; N],
+    s: f64,
+) -> T {
+    (u[..N - 1].iter().rev()).fold(u[N - 1], |sum, c| *c + sum * s)
 }
 
 /// What drives an axle at one time.
@@ -81,23 +94,16 @@ impl Piece {
     #[inline(always)]
     pub fn at(&self, [t, s, h]: [f64; 3]) -> Drive {
         let line = |x: [f64; 2]| x[0] + x[1] * s;
-        let f = &self.force;
         let (road, slope) = match &self.road {
-            Road::Alike(u, v) => {
-                let road = u[0] + (u[1] + (u[2] + u[3] * s) * s) * s;
-                (Lanes::all(road), Lanes::all(v[0] + (v[1] + v[2] * s) * s))
-            }
-            Road::Each(u, v) => {
-                let road = u[0] + (u[1] + (u[2] + u[3] * s) * s) * s;
-                (road, v[0] + (v[1] + v[2] * s) * s)
-            }
+            Road::Alike(u, v) => (Lanes::all(value(u, s)), Lanes::all(value(v, s))),
+            Road::Each(u, v) => (value(u, s), value(v, s)),
         };
         Drive {
             t,
             h,
             road,
             slope,
-            push: f[0] + (f[1] + (f[2] + f[3] * s) * s) * s,
+            push: value(&self.force, s),
             speed: line(self.speed),
             speed_rate: line(self.speed_rate),
             crank: Crank {
