@@ -57,9 +57,22 @@ fn nearly(search: &Search, found: &Model, rivals: &[Model]) -> Option<Model> {
 
 /// The first of the rivals that explain the ride as well as a model.
 fn tied(search: &Search, model: &Model, rivals: Vec<Model>) -> Vec<Model> {
-    let ties = |r: &Model| r.terms != model.terms && ties(search, model, r, policy::TIE);
+    let noisy = model.terms.iter().any(|t| search.has_noisy_road(*t));
+    let ties = |r: &Model| {
+        let within = within(noisy, search.held_score(r) - search.held_score(model));
+        r.terms != model.terms && ties(search, model, r, within)
+    };
     let tied = rivals.into_iter().filter(ties);
     tied.take(policy::MOST_TIES).collect()
+}
+
+/// Nats behind within which a rival ties that is ahead so much on the held-out part. Noise on the road leaves errors
+/// that a law of more numbers fits, and that are others on the held-out part.
+fn within(noisy: bool, ahead: f64) -> f64 {
+    match noisy && ahead >= 0.0 {
+        true => policy::NOISY_TIE,
+        false => policy::TIE,
+    }
 }
 
 /// Whether a rival explains the ride as well with no more effects, by fitted and held-out part together
@@ -104,6 +117,13 @@ mod tests {
         let terms = [cubic, progressive].map(|kind| (example::term(kind, Axle::Rear), 0.0));
         let larger = example::likely(example::model(&dataset, &terms), 1e3);
         assert_eq!(count(vec![larger]), 0);
+    }
+
+    #[test]
+    fn noise_on_the_road_is_no_lead_where_the_held_out_part_sees_none() {
+        assert_eq!(within(true, 0.0), policy::NOISY_TIE);
+        assert_eq!(within(true, -0.1), policy::TIE);
+        assert_eq!(within(false, 5.0), policy::TIE);
     }
 
     #[test]
