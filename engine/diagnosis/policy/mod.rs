@@ -9,7 +9,7 @@
 pub const SECOND_GAINS: f64 = 0.02;
 /// Share of the held-out squares that it must remove instead; where the road is noisy, in any case. Seeds 101 to 104.
 pub const SECOND_REMOVES: f64 = 0.08;
-/// Share of the held-out squares which other effects remove that one more must remove, unless it belongs to a moment: a law is right to
+/// Share of the squares which other effects remove that one more must remove, of the held-out or of the fitted part: a law is right to
 /// about half a percent of what it does.
 pub const TRIFLE: f64 = 2.5e-5;
 /// Nats behind the best within which a candidate is chosen by merit. Twice [`TIE`].

@@ -84,9 +84,14 @@ impl Search<'_> {
 
     /// Sum of squares of the held-out residual, by track.
     pub fn held_squares(&self, model: &Model) -> Vec<f64> {
+        self.squares(model, &self.held)
+    }
+
+    /// Sum of squares of the residual of a part, by track.
+    fn squares(&self, model: &Model, part: &Range<usize>) -> Vec<f64> {
         let mut squares = vec![0.0; self.fitter.dataset.tracks.len()];
         for (t, r, _) in self.residuals(model) {
-            squares[t] = r[self.held.clone()].iter().map(|x| x * x).sum();
+            squares[t] = r[part.clone()].iter().map(|x| x * x).sum();
         }
         squares
     }
@@ -107,15 +112,18 @@ impl Search<'_> {
         let gain = larger.likelihood - model.likelihood;
         let [before, after] = [model, larger].map(|m| self.held_squares(m));
         (gains_enough(gain, self.fitter.samples) || shows(&before, &after))
-            && !self.is_trifle(added(model, larger), &before, &after)
+            && !self.is_trifle(model, larger)
     }
 
-    /// Whether the held-out squares that one more effect, `term`, removes may be the error of the laws beside it.
-    fn is_trifle(&self, term: Term, before: &[f64], after: &[f64]) -> bool {
-        if term.kind.spec().local {
-            return false;
-        }
-        let plain = self.held_squares(&self.plain);
+    /// Whether the squares that one more effect removes may be the error of the laws beside it: held-out ones, or fitted ones where
+    /// it belongs to a moment of these.
+    fn is_trifle(&self, model: &Model, larger: &Model) -> bool {
+        let term = added(model, larger);
+        let part = match term.kind.spec().local {
+            true => 0..self.fitter.samples,
+            false => self.held.clone(),
+        };
+        let [plain, before, after] = [&self.plain, model, larger].map(|m| self.squares(m, &part));
         let trifle = |t: usize| removes_a_trifle([plain[t], before[t], after[t]]);
         let mut tracks = self.fitter.dataset.tracks.iter().enumerate();
         tracks.all(|(t, track)| !term.acts_on(track.axle) || trifle(t))

@@ -204,8 +204,8 @@ fn far_starts(
     ranked.into_iter().map(|(_, p)| p).collect()
 }
 
-/// Refits a model with free play in the place of its stops, starting from these as if no spring were
-/// between them.
+/// Refits a model with free play in the place of its stops on both sides, starting from the line that their force and the spring's
+/// follow beyond them; nothing where the spring between them is stiffer than they are.
 pub fn unstopped(fitter: &Fitter, model: &Model, play: Term, effort: Effort) -> Option<Model> {
     let stop = Term {
         kind: Kind::BumpStop,
@@ -215,17 +215,25 @@ pub fn unstopped(fitter: &Fitter, model: &Model, play: Term, effort: Effort) -> 
         .fits
         .iter()
         .find_map(|f| f.unit.terms.iter().position(|t| *t == stop).map(|i| (i, f)))?;
-    let [gap, stiffness, ..] = fit.point.values[i];
+    let [gap, stiffness, side, _] = fit.point.values[i];
     let track = fit
         .unit
         .tracks
         .iter()
         .position(|t| play.acts_on(fitter.dataset.tracks[*t].axle))?;
+    let mut point = fit.point.clone();
+    let (spring, stop) = (
+        point.base[track].kappa.max(0.0),
+        stiffness * point.base[track].per_mass,
+    );
+    if side != 0.0 || spring > stop {
+        return None;
+    }
     let mut unit = fit.unit.clone();
     unit.terms[i] = play;
-    let mut point = fit.point.clone();
-    point.values[i] = [2.0 * gap, 0.0, 0.0, 0.0];
-    point.base[track].kappa = stiffness * point.base[track].per_mass;
+    let beyond = spring + stop;
+    point.values[i] = [2.0 * gap * stop / beyond, 0.0, 0.0, 0.0];
+    point.base[track].kappa = beyond;
     let fitted = fitter.fit(&unit, point, &fit.noise_models, effort)?;
     Some(model.with(fitted))
 }

@@ -181,10 +181,8 @@ impl Search<'_> {
         })
     }
 
-    /// Stops on both sides with no spring between them are free play: fits that from there where its
-    /// own fit missed it.
+    /// Stops on both sides with hardly a spring between them are free play: fits that from there where its own fit missed it.
     fn unstop(&self, found: &mut [Model]) {
-        let dataset = self.fitter.dataset;
         let of = |found: &[Model], kind: Kind, place: Place| {
             let has = |m: &Model| m.terms.contains(&Term { kind, place });
             found.iter().position(has)
@@ -196,9 +194,6 @@ impl Search<'_> {
             ) else {
                 continue;
             };
-            if is_physical(dataset, &self.plain, &found[stop]) {
-                continue;
-            }
             let play_term = Term {
                 kind: Kind::FreePlay,
                 place,

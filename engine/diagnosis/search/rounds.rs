@@ -233,6 +233,16 @@ impl Search<'_> {
         (2.0 * Null::new(offers, self.seed, policy::MOST_TERMS + 1).bound(self.alpha)).sqrt()
     }
 
+    /// Whether an effect that took another one's place would have been accepted by itself beside the rest.
+    fn stands(&self, less: &Model, model: &Model, offers: &[Signatures]) -> bool {
+        let term = added(less, model);
+        let by_chance = || Null::new(offers, self.seed, policy::MOST_TERMS + 2).bound(self.alpha);
+        let gain = model.likelihood - less.likelihood - self.unresolved(term.place);
+        self.beats_road_noise(less, model)
+            && (!term.kind.spec().local
+                || outweighs(gain, by_chance(), self.unevenness(less, model)))
+    }
+
     /// Drops terms that the others have made superfluous.
     fn pruned(&self, mut model: Model) -> Model {
         while model.terms.len() > 1 {
@@ -249,9 +259,9 @@ impl Search<'_> {
     }
 
     /// Tries others in the place of each of the model's effects, those that predict something and those
-    /// that came `near` before; takes improvements, and gives the models that were tried.
+    /// that came `near` before; takes improvements that chance does not make, and gives the models that were tried.
     fn exchanged(&self, model: &mut Model, near: &[Term]) -> Result<Vec<Model>, EngineError> {
-        let mut tried = Vec::new();
+        let (mut tried, mut better) = (Vec::new(), Vec::new());
         if model.terms.len() < 2 {
             return Ok(tried);
         }
@@ -269,19 +279,24 @@ impl Search<'_> {
             taken.push(dropped);
             let offers = self.offers(&less, &taken);
             let loss = model.likelihood - less.likelihood;
-            let offers: Vec<Signatures> = offers
+            let (mut offers, rest): (Vec<Signatures>, Vec<Signatures>) = offers
                 .into_iter()
-                .filter(|o| near.contains(&o.term) || o.predicted_gain() > 0.2 * loss)
-                .collect();
-            tried.extend(self.refits(&less, &offers, Reach::Near, SOME));
+                .partition(|o| near.contains(&o.term) || o.predicted_gain() > 0.2 * loss);
+            let found = self.refits(&less, &offers, Reach::Near, SOME);
+            offers.extend(rest);
+            let gains = |m: &&Model| self.merit(m) > self.merit(model) + 1.0;
+            let best =
+                (found.iter().filter(gains)).max_by(|a, b| self.merit(a).total_cmp(&self.merit(b)));
+            if let Some(best) = best
+                && self.stands(&less, best, &offers)
+            {
+                better.push(best.clone());
+            }
+            tried.extend(found);
         }
-        if let Some(best) = tried
-            .iter()
-            .max_by(|a, b| self.merit(a).total_cmp(&self.merit(b)))
-            && self.merit(best) > self.merit(model) + 1.0
-        {
-            let better = best.clone();
-            tried.push(std::mem::replace(model, better));
+        let best = (better.into_iter()).max_by(|a, b| self.merit(a).total_cmp(&self.merit(b)));
+        if let Some(best) = best {
+            tried.push(std::mem::replace(model, best));
         }
         tried.retain(|m| m.terms != model.terms);
         Ok(tried)
