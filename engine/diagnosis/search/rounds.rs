@@ -233,8 +233,8 @@ impl Search<'_> {
         (2.0 * Null::new(offers, self.seed, policy::MOST_TERMS + 1).bound(self.alpha)).sqrt()
     }
 
-    /// Whether an effect that took another one's place would have been accepted by itself beside the rest.
-    fn stands(&self, less: &Model, model: &Model, offers: &[Signatures]) -> bool {
+    /// Whether an effect that took another one's place would have been accepted by itself beside the rest, among these `offers`.
+    pub fn stands(&self, less: &Model, model: &Model, offers: &[Signatures]) -> bool {
         let term = added(less, model);
         let by_chance = || Null::new(offers, self.seed, policy::MOST_TERMS + 2).bound(self.alpha);
         let gain = model.likelihood - less.likelihood - self.unresolved(term.place);
