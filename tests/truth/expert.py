@@ -53,8 +53,9 @@ def force(law, p, side, d, w, s):
         f = e * d * d * d
     elif law == 2:
         turn = -k / (2.0 * e)
-        past = np.where(e > 0.0, d < turn, d > turn)
-        f = np.where(past, e * turn * turn + k * (turn - d), e * d * d)
+        # Numba's `where` makes arrays of numbers.
+        past = 1.0 * ((d - turn) * e < 0.0)
+        f = past * (e * turn * turn + k * (turn - d)) + (1.0 - past) * e * d * d
     elif law == 3:
         f = e * w * np.abs(w)
     elif law == 4:
