@@ -110,20 +110,23 @@ impl Search<'_> {
     /// likelihood, or in the held-out error, where a slow effect shows that coloured noise would hide.
     pub fn counts(&self, model: &Model, larger: &Model) -> bool {
         let gain = larger.likelihood - model.likelihood;
-        let [before, after] = [model, larger].map(|m| self.held_squares(m));
-        (gains_enough(gain, self.fitter.samples) || shows(&before, &after))
-            && !self.is_trifle(model, larger)
+        let held = [model, larger].map(|m| self.held_squares(m));
+        (gains_enough(gain, self.fitter.samples) || shows(&held[0], &held[1]))
+            && !self.is_trifle([model, larger], held)
     }
 
-    /// Whether the squares that one more effect removes may be the error of the laws beside it: held-out ones, or fitted ones where
-    /// it belongs to a moment of these.
-    fn is_trifle(&self, model: &Model, larger: &Model) -> bool {
+    /// Whether the squares that one more effect removes may be the error of the laws beside it: those `held` out without and with it,
+    /// or fitted ones where it belongs to a moment of these.
+    fn is_trifle(&self, [model, larger]: [&Model; 2], held: [Vec<f64>; 2]) -> bool {
         let term = added(model, larger);
-        let part = match term.kind.spec().local {
-            true => 0..self.fitter.samples,
-            false => self.held.clone(),
+        let fitted = 0..self.fitter.samples;
+        let [plain, before, after] = match term.kind.spec().local {
+            true => [&self.plain, model, larger].map(|m| self.squares(m, &fitted)),
+            false => {
+                let [before, after] = held;
+                [self.held_squares(&self.plain), before, after]
+            }
         };
-        let [plain, before, after] = [&self.plain, model, larger].map(|m| self.squares(m, &part));
         let trifle = |t: usize| removes_a_trifle([plain[t], before[t], after[t]]);
         let mut tracks = self.fitter.dataset.tracks.iter().enumerate();
         tracks.all(|(t, track)| !term.acts_on(track.axle) || trifle(t))

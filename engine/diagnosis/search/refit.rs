@@ -181,7 +181,7 @@ impl Search<'_> {
         })
     }
 
-    /// Stops on both sides with hardly a spring between them are free play: fits that from there where its own fit missed it.
+    /// Free play is the limit of stops on both sides with a soft spring between them: fits it from there where its own fit missed it.
     fn unstop(&self, found: &mut [Model]) {
         let of = |found: &[Model], kind: Kind, place: Place| {
             let has = |m: &Model| m.terms.contains(&Term { kind, place });

@@ -206,7 +206,7 @@ impl Search<'_> {
             to_repeat(larger.likelihood - proven.likelihood, share)
         };
         let beyond_chance = null.p_value(gain - self.unresolved(term.place)) <= self.alpha
-            && (!local || outweighs(gain, null.bound(self.alpha), self.unevenness(model, larger)));
+            && self.outweighs_chance([model, larger], gain, || null.bound(self.alpha));
         let counts = model.terms.is_empty() && !slow || self.counts(model, larger);
         let repeats = self.held_score(larger) - self.held_score(proven) > wanted;
         beyond_chance && counts && (repeats || self.removes(proven, larger, instead(slow)))
@@ -238,9 +238,19 @@ impl Search<'_> {
         let term = added(less, model);
         let by_chance = || Null::new(offers, self.seed, policy::MOST_TERMS + 2).bound(self.alpha);
         let gain = model.likelihood - less.likelihood - self.unresolved(term.place);
-        self.beats_road_noise(less, model)
-            && (!term.kind.spec().local
-                || outweighs(gain, by_chance(), self.unevenness(less, model)))
+        self.beats_road_noise(less, model) && self.outweighs_chance([less, model], gain, by_chance)
+    }
+
+    /// Whether a gain is clearly more than what chance makes (nats), where the effect that `larger` has beyond `model` belongs to a moment,
+    /// which the held-out part cannot confirm.
+    fn outweighs_chance(
+        &self,
+        [model, larger]: [&Model; 2],
+        gain: f64,
+        by_chance: impl FnOnce() -> f64,
+    ) -> bool {
+        !added(model, larger).kind.spec().local
+            || outweighs(gain, by_chance(), self.unevenness(model, larger))
     }
 
     /// Drops terms that the others have made superfluous.
