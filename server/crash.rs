@@ -1,8 +1,8 @@
 //! Points at which tests make this process die, panic or hang, where the code is built with debug
 //! assertions; a release build has none of it. `VELOID_CRASH_AT=LABEL:N` ends the process, without
 //! unwinding or flushing anything, when the point of this label is passed for the Nth time (`:1` may
-//! be left out); `VELOID_PANIC_AT` panics there and `VELOID_HANG_AT` never returns. It happens once a
-//! process: no other passage counts. `tests/crashes.rs` says what state each point leaves behind.
+//! be left out); `VELOID_PANIC_AT` panics there, `VELOID_HANG_AT` never returns and `VELOID_STOP_AT` stands
+//! still until SIGCONT. It happens once a process: no other passage counts. `tests/crashes.rs` says what state each point leaves behind.
 //!
 //! `VELOID_POISON=KIND:STAGE:SEED,...` makes that stage of the jobs with that seed do harm wherever it is
 //! computed: `abort`, `loop` (deaf), `memory` (10 GB), `stack` (endless recursion) or `kill`.
@@ -10,6 +10,8 @@
 use std::sync::LazyLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
+
+use rustix::process::Signal;
 
 /// What an environment variable asks for, and at which passage of which point.
 struct Order {
@@ -31,7 +33,12 @@ impl Order {
 }
 
 static ORDERS: LazyLock<Vec<Order>> = LazyLock::new(|| {
-    let variables = ["VELOID_CRASH_AT", "VELOID_PANIC_AT", "VELOID_HANG_AT"];
+    let variables = [
+        "VELOID_CRASH_AT",
+        "VELOID_PANIC_AT",
+        "VELOID_HANG_AT",
+        "VELOID_STOP_AT",
+    ];
     variables.into_iter().filter_map(Order::read).collect()
 });
 
@@ -47,6 +54,7 @@ pub fn point(label: &str) {
         match order.variable {
             "VELOID_CRASH_AT" => std::process::abort(),
             "VELOID_PANIC_AT" => panic!("asked to panic at {label}"),
+            "VELOID_STOP_AT" => send(Signal::STOP),
             _ => loop {
                 std::thread::sleep(Duration::from_secs(3600));
             },
@@ -73,12 +81,14 @@ pub fn poison(stage: &str, seed: u64) {
         },
         Some("memory") => hoard(),
         Some("stack") => _ = sink(0),
-        Some("kill") => {
-            let id = rustix::process::getpid();
-            let _ = rustix::process::kill_process(id, rustix::process::Signal::KILL);
-        }
+        Some("kill") => send(Signal::KILL),
         _ => {}
     }
+}
+
+/// Sends this process a signal.
+fn send(signal: Signal) {
+    let _ = rustix::process::kill_process(rustix::process::getpid(), signal);
 }
 
 /// Takes 10 GB and uses them.

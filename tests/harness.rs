@@ -317,8 +317,14 @@ impl Server {
 
     /// `veloid worker` beside the server, with one thread and more arguments.
     pub fn worker(&self, args: &[&str]) -> Worker {
+        self.worker_with_env(args, &[])
+    }
+
+    /// As `worker`, with more environment variables.
+    pub fn worker_with_env(&self, args: &[&str], env: &[(&str, &str)]) -> Worker {
         let mut worker = self.beside(&["worker", "--workers", "1"]);
-        Worker(worker.args(args).stderr(Stdio::null()).spawn().unwrap())
+        let worker = worker.args(args).envs(env.iter().copied());
+        Worker(worker.stderr(Stdio::null()).spawn().unwrap())
     }
 
     /// `veloid worker` beside the server, with so many threads.

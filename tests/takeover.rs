@@ -10,8 +10,6 @@ use crate::skips::not_applicable;
 
 /// Swarms of some seconds each.
 const SECONDS: [(&str, &str); 3] = [("trials", "6"), ("iterations", "5000"), ("particles", "60")];
-/// Longer than the lease of 8 s.
-const STANDSTILL: Duration = Duration::from_secs(30);
 
 const WORKING: &str = "SELECT COUNT(DISTINCT attempted_by[array_upper(attempted_by, 1)]) \
                        FROM river_job WHERE kind = 'trial' AND state = 'running'";
@@ -40,13 +38,15 @@ async fn taken_over(server: &Server, hit: impl FnOnce()) -> f64 {
     begin.elapsed().as_secs_f64()
 }
 
-/// A worker, and where it answers.
-fn answering(server: &Server) -> (Worker, String) {
+/// A worker that stands still with the result of its second stage in hand, its first trials, and where
+/// it answers.
+fn stopping(server: &Server) -> (Worker, String) {
     let free = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = free.local_addr().unwrap().to_string();
     drop(free);
+    let stop = ("VELOID_STOP_AT", "before_result:2");
     (
-        server.worker(&["--listen", &address]),
+        server.worker_with_env(&["--listen", &address], &[stop]),
         format!("http://{address}/metrics"),
     )
 }
@@ -99,15 +99,12 @@ async fn a_worker_that_stands_still_or_dies_loses_its_work_to_another() {
     }
     let upload = Upload::new("still", &SECONDS);
     let expected = upload.undisturbed().await;
-    let (still, metrics) = answering(&server);
-    let _other = server.worker(&[]);
+    let (still, metrics) = stopping(&server);
     let job = upload.send(&server).await.unwrap();
-    becomes(&server, WORKING, 2).await;
-    let stopped = Instant::now();
-    let after = taken_over(&server, || still.send("-STOP")).await;
-    eprintln!("taken over {after:.1} s after SIGSTOP");
+    becomes(&server, WORKING, 1).await;
+    let _other = server.worker(&[]);
+    becomes(&server, TAKEOVERS, 1).await;
     upload.succeeded_once(&server, &job, &expected).await;
-    tokio::time::sleep(STANDSTILL.saturating_sub(stopped.elapsed())).await;
     still.send("-CONT");
     until("its late result is refused", async || {
         let response = server.client.get(&metrics).send().await.unwrap();

@@ -4,12 +4,13 @@ use crate::bicycle::{Axle, Bike, PerAxle};
 use crate::diagnosis::axle::{AxleReporter, OnAxle};
 use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::decide::Decision;
-use crate::diagnosis::explain::detectable::{Offered, detectable};
+use crate::diagnosis::explain::detectable::detectable;
 use crate::diagnosis::explain::{next_ride, show, simulation, windows, words};
 use crate::diagnosis::fit::{Fitted, Model, Term, motions};
 use crate::diagnosis::prepare::Prepared;
 use crate::diagnosis::search::Search;
 use crate::diagnosis::search::null::FINEST;
+use crate::diagnosis::search::offered::Offered;
 use crate::diagnosis::verdict::carries::why_not;
 use crate::diagnosis::verdict::effect_report;
 use crate::diagnosis::verdict::judge::held_rms;
@@ -33,7 +34,14 @@ pub fn assemble(
     bike: &Bike,
     settings: &Settings,
 ) -> Diagnosis {
-    let offered = Offered::of(search, &decision.model);
+    let own;
+    let offered = match &decision.offered {
+        Some(offered) if offered.is_beside(&decision.model) => offered,
+        _ => {
+            own = Offered::of(search, &decision.model);
+            &own
+        }
+    };
     let teller = AxleReporter {
         prepared,
         decision,
@@ -74,7 +82,7 @@ pub fn assemble(
         held_out: axles.map(|_, on| on.held_out.clone()),
         windows: in_windows(prepared.record(), decision),
         next_ride: next_ride::propose(search, &decision.model, tied),
-        detectable: detectable(search, &decision.model, &offered),
+        detectable: detectable(search, &decision.model, offered),
         switched_off,
         free_form: axles.filter_map(|_, on| on.free_form.clone()),
         consequences: axles.map(|_, on| on.consequences.clone()),

@@ -12,6 +12,7 @@ use crate::diagnosis::fit::sandwich;
 use crate::diagnosis::fit::{FINE, Fitted, Fitter, Model, Motion, Term, motions};
 use crate::diagnosis::policy;
 use crate::diagnosis::prepare::Prepared;
+use crate::diagnosis::search::offered::Offered;
 use crate::diagnosis::search::{Round, Search};
 use crate::diagnosis::verdict::affirm::Claim;
 use crate::diagnosis::verdict::by_windows;
@@ -44,6 +45,8 @@ pub struct Decision {
     pub rounds: Vec<Round>,
     /// Others that explain the ride as well, best first.
     pub tied: Vec<Model>,
+    /// What the search was offered at its end.
+    pub offered: Option<Offered>,
     /// What was examined without a likelihood, each with its jackknife errors, and these of k and B.
     pub claims: Vec<(Claim, Vec<f64>)>,
     /// What windows of each track's record say, where they were asked.
@@ -224,6 +227,7 @@ fn as_one(
         model: polished.unwrap_or_else(|| found.model.clone()),
         rounds: found.rounds.clone(),
         tied: Vec::new(),
+        offered: None,
         is_spent: found.cost.is_spent,
     };
     let whole = by_likelihood(prepared, search, chosen, every, settings)?;
@@ -316,6 +320,7 @@ fn by_likelihood(
         model,
         rounds,
         tied,
+        offered,
         is_spent,
     }: Chosen,
     asked: &[usize],
@@ -354,6 +359,7 @@ fn by_likelihood(
         shown,
         rounds,
         tied,
+        offered,
         claims: Vec::new(),
         sighted: Vec::new(),
         certain: Vec::new(),

@@ -2,14 +2,13 @@
 
 use rayon::prelude::*;
 
-use crate::diagnosis::dataset::Track;
 use crate::diagnosis::fit::tangent::Tangent;
 use crate::diagnosis::fit::{COARSE, Model};
 use crate::diagnosis::law::{Scale, Spec, Values};
 use crate::diagnosis::search::Search;
 use crate::diagnosis::search::criteria::to_repeat;
+use crate::diagnosis::search::offered::Offered;
 use crate::diagnosis::search::score_test::{Prediction, Signatures};
-use crate::diagnosis::search::sign_flips;
 use crate::numerics::lanes::LANES;
 use crate::numerics::statistics::normal_tail;
 use crate::report::diagnosis::{Detectable, Place, Stronger};
@@ -35,44 +34,16 @@ const LADDERS: usize = 5;
 /// Starts that are tried, clearest first: the clearest may be one that no integrator can follow.
 const STARTS: usize = 3;
 
-/// The effects that a model does not hold, along it.
-pub struct Offered {
-    tangents: Vec<(Place, Tangent)>,
-    offers: Vec<Signatures>,
-}
-
-impl Offered {
-    pub fn of(search: &Search, model: &Model) -> Self {
-        let tangents = search.tangents(model, &model.terms);
-        Self {
-            offers: search.offers_along(&tangents, model, &model.terms),
-            tangents,
-        }
-    }
-
-    fn tangent(&self, place: Place) -> Option<&Tangent> {
-        let mut tangents = self.tangents.iter();
-        tangents.find(|(p, _)| *p == place).map(|(_, t)| t)
-    }
-
-    /// p value (0 to 1) of the largest score of these effects on an axle.
-    pub fn chance(&self, track: &Track, seed: u64) -> Option<f64> {
-        let place = Place::from(track.axle);
-        let along = (place, self.tangent(place)?);
-        sign_flips::chance(&self.offers, along, track.unresolved, seed)
-    }
-}
-
 /// The weakest detectable size of every effect that the model does not hold.
 pub fn detectable(search: &Search, model: &Model, offered: &Offered) -> Vec<Detectable> {
-    let bound = search.score_bound(&offered.offers);
+    let bound = offered.score_bound();
     let share = search.held.len() as f64 / search.fitter.samples as f64;
     // What the samples hide is the axles' own. Gains of the log likelihood are half of squared scores.
-    let need = |(place, _): &(Place, Tangent)| {
-        let hidden = 2.0 * search.unresolved(*place);
-        (*place, needed((bound * bound + hidden).sqrt(), share))
+    let need = |place: Place| {
+        let hidden = 2.0 * search.unresolved(place);
+        (place, needed((bound * bound + hidden).sqrt(), share))
     };
-    let needs: Vec<(Place, f64)> = offered.tangents.iter().map(need).collect();
+    let needs: Vec<(Place, f64)> = offered.places().map(need).collect();
     let of_offer = |offer: &Signatures| {
         let tangent = offered.tangent(offer.term.place)?;
         let (_, need) = needs.iter().find(|(p, _)| *p == offer.term.place)?;

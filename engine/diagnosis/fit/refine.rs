@@ -1,6 +1,8 @@
 //! The chosen model once more, with steps so short that the integrator's error is far below what the
 //! ride can show.
 
+use rayon::prelude::*;
+
 use super::damped::Effort;
 use super::fitter::{Fitted, Fitter};
 use super::model::{FINE, Model};
@@ -17,7 +19,7 @@ pub fn refined(fitter: &Fitter, model: &Model) -> Model {
     let substeps = FINER * model.substeps(fitter.dataset, FINE);
     let fits = model
         .fits
-        .iter()
+        .par_iter()
         .map(|fit| {
             if fit.unit.terms.is_empty() {
                 return fit.clone();

@@ -61,7 +61,7 @@ impl Search<'_> {
                 .zip(&fit.noise_models)
                 .map(|((t, r), c)| (t, r, c))
         };
-        model.fits.iter().flat_map(of_fit).collect()
+        model.fits.par_iter().flat_map_iter(of_fit).collect()
     }
 
     /// Log score of the held-out part under the model's own noise.

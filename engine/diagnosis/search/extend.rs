@@ -1,12 +1,14 @@
 //! Sets of effects and their exact refits when one is added, dropped or replaced.
 
+use rayon::prelude::*;
+
 use super::score_test::{Prediction, Signatures};
 use super::weak_form;
 use crate::bicycle::Axle;
 use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::effects::{ALL, Kind, Shape};
 use crate::diagnosis::fit::Model;
-use crate::diagnosis::fit::{Effort, Fitter, Point, Term, Unit};
+use crate::diagnosis::fit::{Effort, Fitted, Fitter, Point, Term, Unit};
 use crate::diagnosis::law::{Acts, Values};
 use crate::numerics::autoregressive::NoiseModel;
 use crate::report::diagnosis::{Place, SwitchedOff};
@@ -130,9 +132,10 @@ pub fn extend(
             .collect(),
         Reach::Far => far_starts(fitter, &unit, at, &base, &white, effort),
     };
-    let fit = starts
-        .into_iter()
+    let fit = (starts.into_par_iter())
         .filter_map(|start| fitter.fit(&unit, start, &white, effort))
+        .collect::<Vec<Fitted>>()
+        .into_iter()
         .max_by(|a, b| a.likelihood.total_cmp(&b.likelihood))?;
     Some(model.with(fit))
 }
@@ -183,8 +186,7 @@ fn far_starts(
         let cost: f64 = fit.residuals.iter().flatten().map(|r| r * r).sum();
         Some((cost, fit.point))
     };
-    let regressed = weak_form::starts(fitter, unit, at, base);
-    let mut ranked: Vec<(f64, Point)> = regressed.into_iter().filter_map(fitted).collect();
+    let mut points = weak_form::starts(fitter, unit, at, base);
     for start in starts {
         for size in sizes {
             let mut values = start;
@@ -195,10 +197,11 @@ fn far_starts(
             for stiffer in stiffer {
                 let mut point = with_values(base, at, values);
                 point.base.iter_mut().for_each(|b| b.kappa *= stiffer);
-                ranked.extend(fitted(point));
+                points.push(point);
             }
         }
     }
+    let mut ranked: Vec<(f64, Point)> = points.into_par_iter().filter_map(fitted).collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     ranked.truncate(2);
     ranked.into_iter().map(|(_, p)| p).collect()

@@ -5,6 +5,7 @@ pub mod extend;
 mod flatness;
 pub mod in_windows;
 pub mod null;
+pub mod offered;
 pub mod refit;
 pub mod rounds;
 pub mod score_test;

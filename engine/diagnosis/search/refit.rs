@@ -131,10 +131,11 @@ impl Search<'_> {
         let leads = |m: &&Model| most <= 0.0 || gain(m) >= WORTH * most;
         let leaders = found.iter().take(LEADERS).take_while(leads).count();
         let rest = found.split_off(leaders);
-        let mut found: Vec<Model> = found
-            .into_par_iter()
-            .map(|m| self.settled(model, m, offers, reach))
-            .collect();
+        let near: Vec<Model> = found.into_par_iter().map(|m| self.polished(m)).collect();
+        let mut found = match reach {
+            Reach::Near => near,
+            Reach::Far => self.settled(model, near, offers),
+        };
         found.extend(rest);
         self.unstop(&mut found);
         found.sort_by(|a, b| b.likelihood.total_cmp(&a.likelihood));
@@ -173,12 +174,9 @@ impl Search<'_> {
     /// Whether nothing but noise is left, however large, of the axles on which `larger` has something that
     /// `model` has not.
     fn explains(&self, model: &Model, larger: &Model) -> bool {
-        let motions = motions(self.fitter.dataset, larger);
+        let left = self.structured(larger);
         let mut tracks = new_units(model, larger).flat_map(|u| &u.tracks);
-        tracks.all(|t| {
-            let left = remainder(&self.fitter, larger, &motions, *t, &self.held);
-            !left.is_structured(self.alpha)
-        })
+        tracks.all(|t| !left[*t])
     }
 
     /// Free play is the limit of stops on both sides with a soft spring between them: fits it from there where its own fit missed it.
@@ -213,24 +211,47 @@ impl Search<'_> {
         }
     }
 
-    /// A candidate fitted to the end; from afar too where no bicycle can be what was found, or where the
-    /// likelihood of a force with corners has many peaks.
-    fn settled(&self, model: &Model, found: Model, offers: &[Signatures], reach: Reach) -> Model {
-        let polished = |m: Model| polish(&self.fitter, &m, self.quick(&m)).unwrap_or(m);
-        let term = added(model, &found);
-        let near = polished(found);
-        if reach == Reach::Near
-            || !term.kind.spec().peaks && is_physical(self.fitter.dataset, &self.plain, &near)
-        {
+    fn polished(&self, found: Model) -> Model {
+        polish(&self.fitter, &found, self.quick(&found)).unwrap_or(found)
+    }
+
+    /// Candidates fitted from afar too where no bicycle can be what was found, or where the likelihood of a force with corners has many
+    /// peaks, as long as more than noise is left to be found.
+    fn settled(&self, model: &Model, near: Vec<Model>, offers: &[Signatures]) -> Vec<Model> {
+        let doubtful = |m: &Model| {
+            added(model, m).kind.spec().peaks || !is_physical(self.fitter.dataset, &self.plain, m)
+        };
+        let doubts: Vec<bool> = near.iter().map(doubtful).collect();
+        if !doubts.contains(&true) {
             return near;
         }
-        offers
-            .iter()
-            .find(|o| o.term == term)
-            .and_then(|o| extend(&self.fitter, model, o, self.quick(model), Reach::Far))
-            .map(polished)
-            .filter(|far| self.merit(far) > self.merit(&near))
-            .unwrap_or(near)
+        let left = self.structured(model);
+        let again = |(near, doubt): (Model, bool)| {
+            let term = added(model, &near);
+            let misses = |m: &Model| {
+                new_units(model, m)
+                    .flat_map(|u| &u.tracks)
+                    .any(|t| left[*t])
+            };
+            if !doubt || !misses(&near) {
+                return near;
+            }
+            (offers.iter().find(|o| o.term == term))
+                .and_then(|o| extend(&self.fitter, model, o, self.quick(model), Reach::Far))
+                .map(|far| self.polished(far))
+                .filter(|far| self.merit(far) > self.merit(&near))
+                .unwrap_or(near)
+        };
+        near.into_par_iter().zip(doubts).map(again).collect()
+    }
+
+    /// Whether a model leaves more than noise, by track.
+    fn structured(&self, model: &Model) -> Vec<bool> {
+        let motions = motions(self.fitter.dataset, model);
+        let of_track =
+            |t| remainder(&self.fitter, model, &motions, t, &self.held).is_structured(self.alpha);
+        let tracks = 0..self.fitter.dataset.tracks.len();
+        tracks.into_par_iter().map(of_track).collect()
     }
 }
 

@@ -1,9 +1,12 @@
 //! Naming what is left out: forward selection with an exact refit of every candidate, a backward
 //! pass, and an exchange pass that also gives the rivals.
 
+use rayon::prelude::*;
+
 use super::criteria::{Search, added, has_room, to_repeat};
 use super::extend::{Reach, is_far};
 use super::null::Null;
+use super::offered::Offered;
 use super::refit::{HOPE, LEADERS, SOME};
 use super::score_test::{Signatures, stands_out};
 use crate::EngineError;
@@ -28,6 +31,8 @@ pub struct Named {
     pub rounds: Vec<Round>,
     /// Other models of the same or smaller size, best first.
     pub rivals: Vec<Model>,
+    /// What the last round saw, and led nowhere.
+    pub offered: Option<Offered>,
 }
 
 /// Where the rounds have come to.
@@ -39,6 +44,8 @@ struct SearchState {
     rivals: Vec<Model>,
     /// Effects that came near to the best of some round.
     near: Vec<Term>,
+    /// What the last round saw that led nowhere.
+    offered: Option<Offered>,
 }
 
 impl Search<'_> {
@@ -50,6 +57,7 @@ impl Search<'_> {
             rounds: Vec::new(),
             rivals: Vec::new(),
             near: Vec::new(),
+            offered: None,
         };
         // The model with the noise under which effects are looked for, where that is not its own.
         let mut prewhitened: Option<Model> = None;
@@ -75,10 +83,24 @@ impl Search<'_> {
         state: &mut SearchState,
         prewhitened: Option<&Model>,
     ) -> Result<bool, EngineError> {
+        let along = prewhitened.unwrap_or(&state.model);
+        let (offered, null) = Offered::with_null(self, &state.model, along, state.rounds.len());
+        let goes_on = self.followed(state, &offered.offers, &null)?;
+        if !goes_on && prewhitened.is_none() {
+            state.offered = Some(offered.kept());
+        }
+        Ok(goes_on)
+    }
+
+    /// Follows what is offered; whether it led to another model.
+    fn followed(
+        &self,
+        state: &mut SearchState,
+        offers: &[Signatures],
+        null: &Null,
+    ) -> Result<bool, EngineError> {
         let model = &state.model;
-        let offers = self.offers(prewhitened.unwrap_or(model), &model.terms);
-        let null = Null::new(&offers, self.seed, state.rounds.len());
-        if !self.promising(model, &offers, &null) {
+        if !self.promising(model, offers, null) {
             return Ok(false);
         }
         // Far from the ride a linear prediction says little.
@@ -86,7 +108,7 @@ impl Search<'_> {
             true => SOME,
             false => SOME.max(HOPE * null.bound(self.alpha)),
         };
-        let found = self.refits(model, &offers, Reach::Far, least);
+        let found = self.refits(model, offers, Reach::Far, least);
         // What noise of the road channel brings leads to nothing.
         let real = |m: &&Model| self.beats_road_noise(model, m);
         let Some(best) = found.iter().take(LEADERS).find(real) else {
@@ -100,7 +122,7 @@ impl Search<'_> {
                 .p_value(m.likelihood - model.likelihood - self.unresolved(added(model, m).place)),
             accepted,
         };
-        if let Some(choice) = self.choice(state, leaders, best, &null) {
+        if let Some(choice) = self.choice(state, leaders, best, null) {
             state.rounds.push(seen(choice, true));
             let polished = polish(&self.fitter, choice, self.thorough(choice));
             let extended = self.pruned(polished.unwrap_or_else(|| choice.clone()));
@@ -173,7 +195,7 @@ impl Search<'_> {
     /// of the noise that has taken a mode for noise hides what would explain it.
     fn prewhitening(&self, model: &Model) -> Option<Model> {
         let dataset = self.fitter.dataset;
-        let driven: Vec<usize> = (self.residuals(model).into_iter())
+        let driven: Vec<usize> = (self.residuals(model).into_par_iter())
             .filter(|(t, residual, _)| {
                 coherence::of_track(&dataset.tracks[*t], residual).is_no_noise()
             })
@@ -226,11 +248,6 @@ impl Search<'_> {
         !self.has_noisy_road(term)
             || self.shows(model, larger)
                 && (term.kind.spec().slow || stands_out(&[(&self.fitter, model)], term, self.seed))
-    }
-
-    /// Standard deviations that a score must reach to be significant among all offers.
-    pub fn score_bound(&self, offers: &[Signatures]) -> f64 {
-        (2.0 * Null::new(offers, self.seed, policy::MOST_TERMS + 1).bound(self.alpha)).sqrt()
     }
 
     /// Whether an effect that took another one's place would have been accepted by itself beside the rest, among these `offers`.
@@ -357,6 +374,7 @@ impl SearchState {
             model,
             rounds,
             rivals,
+            offered: self.offered,
         }
     }
 }

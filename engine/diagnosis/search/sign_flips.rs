@@ -14,31 +14,30 @@ use crate::report::diagnosis::Place;
 /// Blocks of the fitted part, each longer than what whitening leaves of the noise's memory.
 const BLOCKS: usize = 40;
 
-/// p value (0 to 1) of the largest score on one axle among effects that act on it alone, less the gain (nats) that what lies between the
-/// samples may bring; nothing where none does.
-pub fn chance(
-    offers: &[Signatures],
-    (place, tangent): (Place, &Tangent),
-    unresolved: f64,
-    seed: u64,
-) -> Option<f64> {
+/// What each block of a residual adds to the score of an effect's start, by the columns that span the start.
+pub type Scores = Vec<[f64; BLOCKS]>;
+
+/// The scores of effects that act on one axle alone.
+pub fn scores(offers: &[Signatures], (place, tangent): (Place, &Tangent)) -> Vec<Scores> {
     let own = offers.iter().filter(|offer| offer.term.place == place);
     // Starts that were sought about the best of a residual would give that one alone a finer look.
-    let starts: Vec<Vec<[f64; BLOCKS]>> = own
-        .flat_map(|offer| &offer.starts[..offer.given])
-        .map(|start| {
-            (start.basis.iter())
-                .map(|q| by_block(q, &tangent.residual))
-                .collect()
-        })
-        .collect();
+    let starts = own.flat_map(|offer| &offer.starts[..offer.given]);
+    let by_column = starts.map(|start| {
+        let columns = start.basis.iter();
+        columns.map(|q| by_block(q, &tangent.residual)).collect()
+    });
+    by_column.collect()
+}
+
+/// p value (0 to 1) of the largest of these scores, less the gain (nats) that what lies between the samples may bring; nothing where
+/// there are none.
+pub fn chance(starts: &[Scores], unresolved: f64, seed: u64) -> Option<f64> {
     if starts.is_empty() {
         return None;
     }
     let largest = |signs: &[f64; BLOCKS]| {
-        let score = |columns: &Vec<[f64; BLOCKS]>| -> f64 {
-            columns.iter().map(|c| dot(c, signs).powi(2)).sum()
-        };
+        let score =
+            |columns: &Scores| -> f64 { columns.iter().map(|c| dot(c, signs).powi(2)).sum() };
         starts.iter().map(score).fold(0.0, f64::max)
     };
     let measured = largest(&[1.0; BLOCKS]) - 2.0 * unresolved;
@@ -90,7 +89,7 @@ mod tests {
         for ride in 0..rides {
             let loud = |i: usize| 1.0 + 9.0 * i as f64 / n as f64;
             tangent.residual = (0..n).map(|i| loud(i) * normal(&mut rng)).collect();
-            let p = chance(&offers, (Place::Front, &tangent), 0.0, ride);
+            let p = chance(&scores(&offers, (Place::Front, &tangent)), 0.0, ride);
             below += usize::from(p.unwrap_or(0.0) < 0.1);
         }
         assert!((8..35).contains(&below), "{below} of {rides} below 0.1");
@@ -102,7 +101,8 @@ mod tests {
             .iter_mut()
             .zip(along)
             .for_each(|(r, q)| *r += 200.0 * q);
-        let with = |unresolved| chance(&offers, (Place::Front, &tangent), unresolved, 1);
+        let scored = scores(&offers, (Place::Front, &tangent));
+        let with = |unresolved| chance(&scored, unresolved, 1);
         assert!(with(0.0).is_some_and(|p| p < 0.01));
         // What may come from between the samples is no evidence.
         assert!(with(1e6).is_some_and(|p| p == 1.0));

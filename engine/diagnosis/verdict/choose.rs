@@ -6,6 +6,7 @@ use crate::diagnosis::fit::polish::reduce;
 use crate::diagnosis::fit::refine::refined;
 use crate::diagnosis::fit::{Model, Term};
 use crate::diagnosis::policy;
+use crate::diagnosis::search::offered::Offered;
 use crate::diagnosis::search::{Named, Round, Search};
 
 /// The model that the search led to.
@@ -14,6 +15,8 @@ pub struct Chosen {
     pub rounds: Vec<Round>,
     /// Others that explain the ride as well, best first.
     pub tied: Vec<Model>,
+    /// What the search was offered at its end.
+    pub offered: Option<Offered>,
     /// Whether the search ended for want of budget.
     pub is_spent: bool,
 }
@@ -24,6 +27,7 @@ pub fn choose(search: &Search) -> Result<Chosen, EngineError> {
         model: found,
         rounds,
         mut rivals,
+        offered,
     } = search.run()?;
     let is_spent = search.is_spent();
     let possible = |model: &Model| is_physical(search.fitter.dataset, &search.plain, model);
@@ -45,6 +49,7 @@ pub fn choose(search: &Search) -> Result<Chosen, EngineError> {
         model: if holds_out { finest } else { model },
         rounds,
         tied,
+        offered,
         is_spent,
     })
 }

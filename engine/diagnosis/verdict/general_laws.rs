@@ -1,6 +1,8 @@
 //! Named laws held against general curves: where some other power of the rate or of the deflection explains the ride
 //! clearly better with no more terms, the names are only the nearest shapes.
 
+use rayon::prelude::*;
+
 use crate::bicycle::Axle;
 use crate::diagnosis::effects::Kind;
 use crate::diagnosis::fit::polish::{polish, reduce};
@@ -74,11 +76,10 @@ pub fn is_outgrown(search: &Search, model: &Model) -> bool {
         let mut named = model.terms.iter().filter(|t| t.kind == named);
         let noisy = named.any(|t| search.has_noisy_road(*t));
         let settled = |m: &Model| polish(fitter, m, effort);
-        settled(model)
-            .zip(settled(&wide))
-            .is_some_and(|(model, wide)| {
-                leads(search, &model, &wide) && (!noisy || search.shows(&model, &wide))
-            })
+        let (model, wide) = rayon::join(|| settled(model), || settled(&wide));
+        model.zip(wide).is_some_and(|(model, wide)| {
+            leads(search, &model, &wide) && (!noisy || search.shows(&model, &wide))
+        })
     })
 }
 
@@ -152,7 +153,8 @@ fn curves(search: &Search, model: &Model, named: &[Term], family: Family) -> Vec
         let found = extend(fitter, &less, &offer, effort, Reach::Near)?;
         polish(fitter, &found, effort)
     };
-    Kind::general(family).filter_map(in_place).collect()
+    let laws: Vec<Kind> = Kind::general(family).collect();
+    laws.into_par_iter().filter_map(in_place).collect()
 }
 
 /// The model with the general laws that hold one of its effects as a case of theirs in its place.
