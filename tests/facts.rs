@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::built::has;
 use crate::deletion::{Sent, sent};
-use crate::harness::{Server, nothing_is_kept};
+use crate::harness::{Server, nothing_is_kept, time};
 use crate::ride;
 
 async fn patch(server: &Server, sent: &Sent, patch: &Value) -> Response {
@@ -223,7 +223,7 @@ async fn a_bicycles_course_goes_by_the_date_ridden() {
         let points = course["courses"][0]["points"].as_array().unwrap().clone();
         let dated = points
             .windows(2)
-            .all(|pair| pair[0]["dated_at"].as_str() < pair[1]["dated_at"].as_str());
+            .all(|pair| time(&pair[0]["dated_at"]) < time(&pair[1]["dated_at"]));
         assert!(dated, "{points:#?}");
         let jobs = points
             .iter()
