@@ -35,8 +35,8 @@ def timed(command, **env):
 
 def row(what, times):
     walls, processor = zip(*times)
-    median, each = statistics.median, statistics.median(processor)
-    print(f"| {what} | {len(times)} | {median(walls):.2f} s | {max(walls):.2f} s | {each:.2f} s |", flush=True)
+    wall, each = statistics.median(walls), statistics.median(processor)
+    print(f"| {what} | {len(times)} | {wall:.2f} s | {max(walls):.2f} s | {each:.2f} s |", flush=True)
     return sum(walls), sum(processor)
 
 
