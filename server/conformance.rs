@@ -109,8 +109,8 @@ pub async fn queued_in(db: &Db, queue: &Queue, group: &str) -> (Uuid, i64) {
     };
     job::insert(&mut tx, &new).await.unwrap();
     let row = queue.observe(&mut tx, id).await.unwrap();
-    job::enter(&mut tx, id, Stage::Observe, row).await.unwrap();
     turn::take(&mut tx, id).await.unwrap();
+    job::enter(&mut tx, id, Stage::Observe, row).await.unwrap();
     tx.commit().await.unwrap();
     (id, row)
 }

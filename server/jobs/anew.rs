@@ -21,7 +21,7 @@ pub async fn begin_anew(
     result::clear(tx, id).await?;
     parameter::delete(tx, id).await?;
     let row = queue.observe(tx, id).await?;
-    job::enter(tx, id, Stage::Observe, row).await?;
     turn::take(tx, id).await?;
+    job::enter(tx, id, Stage::Observe, row).await?;
     Ok(true)
 }

@@ -1,11 +1,9 @@
-//! Computing, away from the async threads: a lane for the quick stages, one for the swarms and one for the
-//! diagnoses, so that no swarm can come to wait for a diagnosis (and one for the readers of files: readers.rs). Each has as many permits as threads or, where
-//! work is isolated, as children.
+//! Computing, away from the async threads: a lane for the quick stages, one for swarms and diagnoses (and one for the readers
+//! of files: readers.rs). Each has as many permits as threads or, where work is isolated, as children, and grants them by turn.
 
 use std::sync::Arc;
 
 use rayon::ThreadPoolBuildError;
-use tokio::sync::Semaphore;
 use veloid_engine::Progress;
 use veloid_engine::swarm::Swarm;
 
@@ -13,6 +11,7 @@ use super::control::Control;
 use super::drawing::Drawn;
 use super::fault::Fault;
 use super::isolate::{Child, Children};
+use super::permits::Permits;
 use super::task::{Order, Outcome, Subject, Task};
 use super::threads::Threads;
 use crate::lru::Lru;
@@ -20,10 +19,9 @@ use crate::lru::Lru;
 /// Threads for the quick stages; they take turns with the others by the system's scheduler.
 pub const QUICK_THREADS: usize = 4;
 
-/// What the threads of swarms and of diagnoses concede (`nice`), so that answers and quick stages need not
+/// What the threads of swarms and diagnoses concede (`nice`), so that answers and quick stages need not
 /// wait for them however many cores compute.
-const SWARM_NICE: i32 = 5;
-const DIAGNOSIS_NICE: i32 = 10;
+const LONG_NICE: i32 = 5;
 
 /// Most threads of one child. A lane of n children has n times as many, of which n have a core.
 const CHILD_THREADS: usize = 8;
@@ -34,19 +32,18 @@ const SWARMS: usize = 4;
 /// The lanes of one process.
 pub struct Compute {
     pub quick: Lane,
-    pub swarm: Lane,
-    pub diagnosis: Lane,
+    /// Swarms and diagnoses.
+    pub long: Lane,
 }
 
 impl Compute {
-    /// `threads` each for swarms and diagnoses; in child processes that have so much memory (bytes) for a
+    /// `threads` for swarms and diagnoses together; in child processes that have so much memory (bytes) for a
     /// job, if any is said.
     pub fn new(threads: usize, isolated: Option<u64>) -> Result<Self, ThreadPoolBuildError> {
         let lane = |name, threads, nice| Lane::new(name, threads, nice, isolated);
         Ok(Self {
             quick: lane("quick", QUICK_THREADS, 0)?,
-            swarm: lane("swarm", threads, SWARM_NICE)?,
-            diagnosis: lane("diagnosis", threads, DIAGNOSIS_NICE)?,
+            long: lane("long", threads, LONG_NICE)?,
         })
     }
 }
@@ -60,7 +57,7 @@ pub struct Lane {
 enum Place {
     /// With what the trials of the last few jobs share, and the curves that were drawn last.
     Here(Threads, Lru<Swarm>, Arc<Drawn>),
-    Children(Children, Arc<Semaphore>),
+    Children(Children, Permits),
 }
 
 impl Lane {
@@ -77,7 +74,7 @@ impl Lane {
             memory,
         };
         let place = match isolated.map(child) {
-            Some(child) => Place::Children(Children::new(child), Arc::new(Semaphore::new(threads))),
+            Some(child) => Place::Children(Children::new(child), Permits::new(threads)),
             None => {
                 let threads = Threads::new(name, threads, nice)?;
                 Place::Here(threads, Lru::new(SWARMS), Arc::default())

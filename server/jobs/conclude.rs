@@ -6,7 +6,7 @@ use uuid::Uuid;
 
 use super::fault::Fault;
 use super::finish::finish;
-use super::queue::{Conclude, DIAGNOSIS};
+use super::queue::{Conclude, LONG};
 use super::stage::{backoff, complete, queue};
 use super::task::{Order, Outcome, Task};
 use super::work::Stages;
@@ -56,7 +56,10 @@ impl Stages {
             trials,
         };
         let performed = (work.compute.quick)
-            .perform(work.control(context, id), Order::Stage(Some(subject), task))
+            .perform(
+                work.control(context, &job),
+                Order::Stage(Some(subject), task),
+            )
             .await?;
         let Outcome::Concluded(conclusion, report) = performed else {
             return Err(Fault::Mismatch);
@@ -82,7 +85,7 @@ impl Stages {
         if report.is_some() {
             work.hub.close(id);
         } else {
-            queue.wake(DIAGNOSIS);
+            queue.wake(LONG);
             work.hub.changed(id);
         }
         Ok(())

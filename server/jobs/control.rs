@@ -1,15 +1,14 @@
 //! What a computation hears of those who wait for it, and they of it.
 
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio_util::sync::CancellationToken;
 use uuid::Uuid;
 use veloid_engine::Progress;
 
 use super::fault::Fault;
 use super::hub::{Heard, Hub, Iteration, Searched};
+use super::permits::{Permit, Permits};
 use crate::crash;
 
 /// A computation that goes on for so long after it was to end is deaf, and is given up.
@@ -20,6 +19,8 @@ const DEAF: Duration = Duration::from_secs(1);
 pub struct Control {
     /// The job that it is of, and who hears of it.
     pub job: Option<(Uuid, Hub)>,
+    /// The turn of the job (`store/turn.rs`).
+    pub turn: i64,
     pub token: CancellationToken,
     /// Time that the stage may take.
     pub limit: Duration,
@@ -28,14 +29,9 @@ pub struct Control {
 
 impl Control {
     /// Waits for one of the permits; from then on the time counts.
-    pub async fn permit(
-        mut self,
-        permits: &Arc<Semaphore>,
-    ) -> Result<(Self, OwnedSemaphorePermit), Fault> {
-        let permit = Arc::clone(permits).acquire_owned();
-        let permit = (self.token.run_until_cancelled(permit).await)
-            .and_then(Result::ok)
-            .ok_or(Fault::Stopped)?;
+    pub async fn permit(mut self, permits: &Permits) -> Result<(Self, Permit), Fault> {
+        let permit = self.token.run_until_cancelled(permits.acquire(self.turn));
+        let permit = permit.await.ok_or(Fault::Stopped)?;
         self.deadline = Some(Instant::now() + self.limit);
         Ok((self, permit))
     }

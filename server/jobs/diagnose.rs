@@ -51,8 +51,11 @@ impl Stages {
             observed: Arc::new(observed),
             conclusion: Box::new(conclusion),
         };
-        let performed = (work.compute.diagnosis)
-            .perform(work.control(context, id), Order::Stage(Some(subject), task))
+        let performed = (work.compute.long)
+            .perform(
+                work.control(context, &job),
+                Order::Stage(Some(subject), task),
+            )
             .await?;
         let Outcome::Diagnosed(report) = performed else {
             return Err(Fault::Mismatch);

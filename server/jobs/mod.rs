@@ -20,6 +20,7 @@ mod hub;
 mod isolate;
 mod observe;
 mod panics;
+mod permits;
 mod queue;
 mod readers;
 mod repair;

@@ -5,12 +5,12 @@ use veloid_engine::Settings;
 use veloid_engine::ride::Ride;
 
 use super::fault::Fault;
-use super::queue::{Observe, SWARM};
+use super::queue::{LONG, Observe};
 use super::stage::{backoff, complete, queue};
 use super::task::{Order, Outcome, Task};
 use super::work::Stages;
 use crate::crash;
-use crate::store::{job, result, river, trial};
+use crate::store::{job, result, trial};
 
 /// Particles times samples that one row of River is worth at least: about 0.1 s of a core where each is
 /// simulated, so that the queue's part (a few milliseconds) is small beside it.
@@ -60,7 +60,7 @@ impl Stages {
         let share = share(&subject.ride, &settings);
         let performed = (work.compute.quick)
             .perform(
-                work.control(context, id),
+                work.control(context, &job),
                 Order::Stage(Some(subject), Task::Observe),
             )
             .await?;
@@ -76,12 +76,11 @@ impl Stages {
                 result::put(&mut tx, id, result::OBSERVED, &observed).await?;
                 let rows = queue.trials(&mut tx, id, settings.trials, share).await?;
                 trial::insert(&mut tx, id, settings.seed, &rows).await?;
-                river::line_up(&mut tx, id).await?;
             }
             Ok(tx.commit().await?)
         })
         .await?;
-        queue.wake(SWARM);
+        queue.wake(LONG);
         work.hub.changed(id);
         Ok(())
     }

@@ -12,13 +12,8 @@ use crate::store::{Tx, on};
 
 /// Stages that take a moment: least squares must not wait behind other rides' swarms.
 pub const QUICK: &str = "quick";
-/// Swarms, which keep all cores busy for a moment.
-pub const SWARM: &str = "swarm";
-/// Swarms that a version queued which knew rows of one trial alone. It leaves those of `SWARM` be, and
-/// what it leaves behind here is done as well.
-pub const SINGLE: &str = "heavy";
-/// Diagnoses, which keep one busy for seconds: apart, since none is begun before its time.
-pub const DIAGNOSIS: &str = "diagnosis";
+/// Swarms and diagnoses, which keep cores busy: one queue, so that they take turns.
+pub const LONG: &str = "long";
 
 /// What others are notified of: jobs that ended, and the deliveries of it.
 pub const NEWS: &str = "news";
@@ -113,7 +108,7 @@ impl Queue {
     ) -> Result<Vec<i64>, riverqueue::Error> {
         let rows = (0..total).step_by(share).map(|index| {
             let count = share.min(total - index);
-            (Trial { job, index, count }, opts(SWARM, NORMAL))
+            (Trial { job, index, count }, opts(LONG, NORMAL))
         });
         let inserted = on!(tx, t => self.0.insert_many(rows.collect::<Vec<_>>()).tx(t).await)?;
         let rows = inserted
@@ -124,7 +119,7 @@ impl Queue {
 
     /// Trials whose worker is gone go first.
     pub async fn trials_again(&self, tx: &mut Tx, trials: Trial) -> Result<i64, riverqueue::Error> {
-        self.insert(tx, trials, opts(SWARM, FIRST)).await
+        self.insert(tx, trials, opts(LONG, FIRST)).await
     }
 
     pub async fn conclude(&self, tx: &mut Tx, job: Uuid) -> Result<i64, riverqueue::Error> {
@@ -132,8 +127,7 @@ impl Queue {
     }
 
     pub async fn diagnose(&self, tx: &mut Tx, job: Uuid) -> Result<i64, riverqueue::Error> {
-        self.insert(tx, Diagnose { job }, opts(DIAGNOSIS, NORMAL))
-            .await
+        self.insert(tx, Diagnose { job }, opts(LONG, NORMAL)).await
     }
 
     pub async fn announce(&self, tx: &mut Tx, job: Uuid) -> Result<i64, riverqueue::Error> {

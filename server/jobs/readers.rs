@@ -112,6 +112,7 @@ impl Readers {
     async fn once(&self, errand: &Arc<Errand>) -> Result<Outcome, Fault> {
         let control = Control {
             job: None,
+            turn: 0,
             token: CancellationToken::new(),
             limit: self.limit,
             deadline: None,

@@ -12,8 +12,7 @@ use super::compute::QUICK_THREADS;
 use super::fault::Fault;
 use super::hub::Hub;
 use super::queue::{
-    Announce, Conclude, DIAGNOSIS, Deliver, Diagnose, NEWS, Observe, POLL, QUICK, Queue, SINGLE,
-    SWARM, Trial,
+    Announce, Conclude, Deliver, Diagnose, LONG, NEWS, Observe, POLL, QUICK, Queue, Trial,
 };
 use super::repair::repair;
 use super::takeover::sweep;
@@ -31,13 +30,14 @@ const SOFT_STOP: Duration = Duration::from_secs(8);
 /// River steps in so much later than our own deadline, which ends the loop from inside.
 const GRACE: Duration = Duration::from_secs(60);
 
-/// Swarms that the only process claims before it has a thread for them, several at once, because SQLite
-/// has one writer and claiming one takes it as long as a short swarm. Where others work too, they may
-/// have a thread now.
+/// Swarms and diagnoses that the only process claims before it has a thread for them, several at once, because
+/// SQLite has one writer and claiming one takes it as long as a short swarm. Where others work too, they may
+/// have a thread now. A newcomer needs one of these slots and then goes first (permits.rs): it waits for two
+/// stages to end.
 const AHEAD: usize = 8;
 /// Deliveries at a time; they wait for others to answer.
 const DELIVERIES: usize = 8;
-/// Wait between two claims of swarms, so that what has ended meanwhile is replaced at once.
+/// Wait between two claims, so that what has ended meanwhile is replaced at once.
 const GATHER: Duration = Duration::from_millis(10);
 
 /// A process at work.
@@ -54,7 +54,7 @@ pub struct Running {
 pub async fn start(work: Arc<Work>) -> Result<Running, Fault> {
     let db = work.db.clone();
     let hub = work.hub.clone();
-    let threads = work.compute.diagnosis.threads;
+    let threads = work.compute.long.threads;
     let id = format!("veloid-{}", Uuid::now_v7().simple());
     let queue = Queue(client(&id, work)?);
 
@@ -67,6 +67,7 @@ pub async fn start(work: Arc<Work>) -> Result<Running, Fault> {
     let slots = (threads + QUICK_THREADS) as i64;
     worker::beat(&mut tx, &id, slots).await?;
     turn::count_from_0(&mut tx).await?;
+    river::join_queues(&mut tx).await?;
     river::hasten(&mut tx).await?;
     tx.commit().await?;
     sweep(&db, &queue, &hub).await?;
@@ -101,7 +102,7 @@ impl Running {
 fn client(id: &str, work: Arc<Work>) -> Result<riverqueue::Client, Fault> {
     // Others may have to end before an attempt begins.
     let timeout = work.limit * 2 + GRACE;
-    let threads = work.compute.diagnosis.threads;
+    let threads = work.compute.long.threads;
     let (builder, only_process) = (work.db.river(), work.db.is_sqlite());
     let stages = Stages(work);
     let mut workers = Workers::new();
@@ -112,7 +113,7 @@ fn client(id: &str, work: Arc<Work>) -> Result<riverqueue::Client, Fault> {
     workers.add::<Announce, _>(stages.clone())?;
     workers.add::<Deliver, _>(stages)?;
     let slots = |count| QueueConfig::new(count).with_fetch_poll_interval(POLL);
-    let swarms = match only_process {
+    let long = match only_process {
         true => slots(threads + AHEAD).with_fetch_cooldown(GATHER),
         false => slots(threads),
     };
@@ -125,9 +126,7 @@ fn client(id: &str, work: Arc<Work>) -> Result<riverqueue::Client, Fault> {
         .id(id)
         .workers(workers)
         .queue(QUICK, slots(QUICK_THREADS))
-        .queue(SWARM, swarms)
-        .queue(SINGLE, slots(threads))
-        .queue(DIAGNOSIS, slots(threads))
+        .queue(LONG, long)
         .queue(NEWS, slots(DELIVERIES))
         .fetch_cooldown(Duration::from_millis(1))
         .job_timeout(timeout)
@@ -206,6 +205,7 @@ async fn beat(db: &Db, id: &str, slots: i64, judges: bool) -> Result<i64, Fault>
     let mut tx = db.begin_lax().await?;
     let now_ms = worker::beat(&mut tx, id, slots).await?;
     river::begun_first(&mut tx).await?;
+    river::join_queues(&mut tx).await?;
     if judges {
         worker::expire(&mut tx, LEASE.as_millis() as i64).await?;
     }

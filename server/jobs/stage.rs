@@ -42,9 +42,10 @@ impl Work {
         }))
     }
 
-    pub(super) fn control(&self, context: &WorkContext, job: Uuid) -> Control {
+    pub(super) fn control(&self, context: &WorkContext, job: &JobRow) -> Control {
         Control {
-            job: Some((job, self.hub.clone())),
+            job: Some((job.id, self.hub.clone())),
+            turn: job.turn,
             token: context.cancellation_token().clone(),
             limit: self.limit,
             deadline: None,

@@ -9,7 +9,7 @@ use uuid::Uuid;
 
 use super::fault::Fault;
 use super::hub::Hub;
-use super::queue::{DIAGNOSIS, QUICK, Queue, SWARM, Trial};
+use super::queue::{LONG, QUICK, Queue, Trial};
 use super::stage::give_up;
 use crate::crash;
 use crate::metrics::METRICS;
@@ -40,7 +40,7 @@ pub async fn sweep(db: &Db, queue: &Queue, hub: &Hub) -> Result<(), Fault> {
         if taken > 0 {
             tracing::warn!(job = %id, rows = taken, "took over the work of a dead process");
             METRICS.rescues.add(taken as u64, []);
-            for name in [QUICK, SWARM, DIAGNOSIS] {
+            for name in [QUICK, LONG] {
                 queue.wake(name);
             }
             hub.changed(id);

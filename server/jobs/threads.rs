@@ -4,17 +4,18 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
-use tokio::sync::{Semaphore, oneshot};
+use tokio::sync::oneshot;
 use veloid_engine::{EngineError, Progress};
 
 use super::control::Control;
 use super::fault::Fault;
 use super::panics::panic_text;
+use super::permits::Permits;
 
 pub struct Threads {
     name: &'static str,
     pool: Mutex<ThreadPool>,
-    permits: Arc<Semaphore>,
+    permits: Permits,
     count: usize,
     nice: i32,
 }
@@ -24,7 +25,7 @@ impl Threads {
         Ok(Self {
             name,
             pool: Mutex::new(pool(name, count, nice)?),
-            permits: Arc::new(Semaphore::new(count)),
+            permits: Permits::new(count),
             count,
             nice,
         })
@@ -106,6 +107,7 @@ mod tests {
     fn control(limit: Duration) -> Control {
         Control {
             job: Some((Uuid::now_v7(), Hub::new())),
+            turn: 0,
             token: CancellationToken::new(),
             limit,
             deadline: None,
@@ -121,7 +123,7 @@ mod tests {
 
     #[tokio::test]
     async fn a_panic_is_a_fault_and_the_pool_lives_on() {
-        let threads = Threads::new("diagnosis", 1, 0).unwrap();
+        let threads = Threads::new("long", 1, 0).unwrap();
         let minute = Duration::from_secs(60);
         for _ in 0..3 {
             let fault = threads
@@ -136,7 +138,7 @@ mod tests {
 
     #[tokio::test]
     async fn deaf_work_is_given_up_and_its_permit_comes_back_once() {
-        let threads = Threads::new("diagnosis", 1, 0).unwrap();
+        let threads = Threads::new("long", 1, 0).unwrap();
         let (end, ended) = std::sync::mpsc::channel::<()>();
         let deaf = move |_: &dyn Progress| {
             let _ = ended.recv();
@@ -148,12 +150,12 @@ mod tests {
         threads.run(control(minute), |_| Ok(())).await.unwrap();
         drop(end);
         threads.run(control(minute), |_| Ok(())).await.unwrap();
-        assert_eq!(threads.permits.available_permits(), 1);
+        assert_eq!(threads.permits.free(), 1);
     }
 
     #[tokio::test]
     async fn the_deadline_and_the_token_end_a_loop_that_asks() {
-        let threads = Threads::new("diagnosis", 1, 0).unwrap();
+        let threads = Threads::new("long", 1, 0).unwrap();
         let late = threads.run(control(Duration::ZERO), until_cancelled).await;
         assert!(matches!(late, Err(Fault::Deadline(_))));
         let stopped = control(Duration::from_secs(60));

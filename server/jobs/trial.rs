@@ -53,8 +53,11 @@ impl Stages {
             observed: Arc::new(observed),
             indices,
         };
-        let performed = (work.compute.swarm)
-            .perform(work.control(context, id), Order::Stage(Some(subject), task))
+        let performed = (work.compute.long)
+            .perform(
+                work.control(context, &job),
+                Order::Stage(Some(subject), task),
+            )
             .await?;
         let Outcome::Trials(found) = performed else {
             return Err(Fault::Mismatch);

@@ -11,7 +11,7 @@ use veloid_engine::report::Estimate;
 use veloid_engine::ride::RideSummary;
 
 use super::search::{Search, search};
-use super::{Db, Tx, now_ms};
+use super::{Db, Tx, now_ms, river};
 use crate::facts::Facts;
 use crate::options::Options;
 
@@ -131,6 +131,8 @@ pub struct JobRow {
     pub observed_at: Option<i64>,
     pub finished_at: Option<i64>,
     pub deleted_at: Option<i64>,
+    /// Its place in the queue (`store/turn.rs`).
+    pub turn: i64,
     /// When it was ridden or, where that is not known, uploaded.
     pub dated_at: i64,
     pub facts: Option<Json<Facts>>,
@@ -180,7 +182,7 @@ macro_rules! select {
         concat!(
             "SELECT job.id, job.group_name, ride_id, ride.name AS ride_name, ride.sha256, bike, request, summary, ",
             "state, stage, revision, trials_total, trials_done, least_squares, verdict, ",
-            "failure, created_at, started_at, observed_at, finished_at, deleted_at, dated_at, facts ",
+            "failure, created_at, started_at, observed_at, finished_at, deleted_at, turn, dated_at, facts ",
             "FROM job JOIN ride ON ride.id = job.ride_id ",
             $rest
         )
@@ -357,7 +359,7 @@ pub async fn count_trials(tx: &mut Tx, id: Uuid, more: i64) -> sqlx::Result<bool
     Ok(counts.is_some_and(|(done, total)| done == total))
 }
 
-/// Turns a job that is not at its end to a stage that the River row `river_id` works on.
+/// Turns a job that is not at its end to a stage that the River row `river_id` works on, when its turn comes.
 pub async fn enter(tx: &mut Tx, id: Uuid, stage: Stage, river_id: i64) -> sqlx::Result<()> {
     const SQL: &str = "\
         UPDATE job SET stage = $2, river_id = $3, lost = 0, revision = revision + 1 \
@@ -367,8 +369,8 @@ pub async fn enter(tx: &mut Tx, id: Uuid, stage: Stage, river_id: i64) -> sqlx::
         .bind(stage.name())
         .bind(river_id)
         .execute(&mut **t)
-        .await
-        .map(drop))
+        .await)?;
+    river::line_up(tx, id).await
 }
 
 /// Gives the stage of a job that is not at its end to another River row.

@@ -134,6 +134,14 @@ pub async fn begun_first(tx: &mut Tx) -> sqlx::Result<()> {
     on!(tx, t => sqlx::query(SQL).execute(&mut **t).await.map(drop))
 }
 
+/// Moves rows of the separate queues that earlier versions had for swarms and diagnoses.
+pub async fn join_queues(tx: &mut Tx) -> sqlx::Result<()> {
+    const SQL: &str = "\
+        UPDATE river_job SET queue = 'long' \
+        WHERE queue IN ('swarm', 'heavy', 'diagnosis') AND state IN ('available', 'retryable', 'scheduled')";
+    on!(tx, t => sqlx::query(SQL).execute(&mut **t).await.map(drop))
+}
+
 macro_rules! stray {
     () => {
         "state IN ('queued', 'running') \

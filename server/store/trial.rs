@@ -3,7 +3,7 @@ use sqlx::{FromRow, QueryBuilder};
 use uuid::Uuid;
 use veloid_engine::report::Trial;
 
-use super::{Db, Tx, now_ms};
+use super::{Db, Tx, now_ms, river};
 
 #[derive(FromRow)]
 pub struct TrialRow {
@@ -25,8 +25,8 @@ pub async fn insert(tx: &mut Tx, job: Uuid, seed: u64, river: &[i64]) -> sqlx::R
         })
         .build()
         .execute(&mut **t)
-        .await
-        .map(drop))
+        .await)?;
+    river::line_up(tx, job).await
 }
 
 /// Stores the results of the trials from `first` on that have none yet; says how many those were.

@@ -13,7 +13,7 @@ use super::{Tx, river};
 /// one uploader would have to have as many jobs that are not at their end.
 const FROM_CLOCK: i64 = 100_000_000_000;
 
-/// Gives a job that is queued a turn, and its waiting rows their places.
+/// Gives a job a turn, by which the rows of its stages line up.
 pub async fn take(tx: &mut Tx, job: Uuid) -> sqlx::Result<()> {
     const OTHERS: &str = "\
         SELECT (SELECT turn FROM job WHERE finished_at IS NULL AND id <> $1 ORDER BY turn LIMIT 1), \
@@ -25,8 +25,7 @@ pub async fn take(tx: &mut Tx, job: Uuid) -> sqlx::Result<()> {
     let (least, own): (Option<i64>, Option<i64>) =
         on!(tx, t => sqlx::query_as(OTHERS).bind(job).fetch_one(&mut **t).await)?;
     let turn = least.unwrap_or(0).max(own.map_or(i64::MIN, |own| own + 1));
-    on!(tx, t => sqlx::query(TURN).bind(job).bind(turn).execute(&mut **t).await.map(drop))?;
-    river::line_up(tx, job).await
+    on!(tx, t => sqlx::query(TURN).bind(job).bind(turn).execute(&mut **t).await.map(drop))
 }
 
 /// Counts turns that earlier versions took from the clock from 0, in their order.
@@ -50,13 +49,64 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::conformance::{begun_by, on_each, queue, queued_in};
-    use crate::store::Db;
+    use crate::jobs::Queue;
+    use crate::store::job::{self, Stage};
+    use crate::store::{Db, trial};
 
     /// Rows that wait, in the order in which River takes them.
     async fn waiting(db: &Db) -> Vec<i64> {
         const SQL: &str = "\
             SELECT id FROM river_job WHERE state = 'available' ORDER BY priority, scheduled_at, id";
         on!(read db, p => sqlx::query_scalar(SQL).fetch_all(p).await).unwrap()
+    }
+
+    /// Moves a job to a stage as the stage before it does; the new row.
+    async fn enter(db: &Db, queue: &Queue, job: Uuid, stage: Stage, done: i64) -> i64 {
+        let mut tx = db.begin().await.unwrap();
+        queue.cancel(&mut tx, &[done]).await.unwrap();
+        let row = match stage {
+            Stage::Observe => queue.observe(&mut tx, job).await.unwrap(),
+            Stage::Trial => {
+                job::start(&mut tx, job).await.unwrap();
+                job::observed(&mut tx, job, &Default::default())
+                    .await
+                    .unwrap();
+                let rows = queue.trials(&mut tx, job, 1, 1).await.unwrap();
+                trial::insert(&mut tx, job, 1, &rows).await.unwrap();
+                rows[0]
+            }
+            Stage::Conclude => queue.conclude(&mut tx, job).await.unwrap(),
+            Stage::Diagnose => queue.diagnose(&mut tx, job).await.unwrap(),
+        };
+        if !matches!(stage, Stage::Trial) {
+            job::enter(&mut tx, job, stage, row).await.unwrap();
+        }
+        tx.commit().await.unwrap();
+        row
+    }
+
+    #[tokio::test]
+    async fn every_stage_takes_turns() {
+        on_each(async |db| {
+            let queue = queue(&db);
+            let mut jobs = Vec::new();
+            for group in ["many", "many", "many", "few"] {
+                jobs.push(queued_in(&db, &queue, group).await);
+            }
+            for stage in [
+                Stage::Observe,
+                Stage::Trial,
+                Stage::Conclude,
+                Stage::Diagnose,
+            ] {
+                for (job, row) in &mut jobs {
+                    *row = enter(&db, &queue, *job, stage, *row).await;
+                }
+                let [a, b, c, d] = [0, 1, 2, 3].map(|index: usize| jobs[index].1);
+                assert_eq!(waiting(&db).await, [a, d, b, c], "{stage:?}");
+            }
+        })
+        .await;
     }
 
     #[tokio::test]

@@ -213,8 +213,8 @@ impl<'a> Upload<'a> {
         job::insert(tx, &new).await?;
         store::facts::put(tx, ride, &known).await?;
         let row = server.queue.observe(tx, new.id).await?;
-        job::enter(tx, new.id, job::Stage::Observe, row).await?;
         turn::take(tx, new.id).await?;
+        job::enter(tx, new.id, job::Stage::Observe, row).await?;
         Ok(Submitted {
             id: new.id,
             known: false,
