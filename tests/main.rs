@@ -16,6 +16,7 @@ mod dashboard;
 mod deletion;
 mod dependence;
 mod doors;
+mod ended_keys;
 mod events;
 mod facts;
 mod features;
