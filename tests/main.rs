@@ -49,6 +49,7 @@ mod ride;
 mod scale;
 mod season;
 mod several;
+mod silent_hosts;
 mod simulate;
 mod skips;
 mod slow_readers;
