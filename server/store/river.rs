@@ -134,7 +134,7 @@ pub async fn line_up_delivery(tx: &mut Tx, row: i64, group: &str) -> sqlx::Resul
                 MAX(COALESCE(MIN(turn), 0), COALESCE(MAX(CASE WHEN whose = $2 THEN turn END) + 1, 0)) / 1000.0, 'unixepoch') \
             FROM (SELECT CAST(ROUND(unixepoch(scheduled_at, 'subsec') * 1000) AS INTEGER) AS turn, \
                          json_extract(args, '$.group') AS whose \
-                  FROM river_job WHERE state = 'available' AND queue = 'deliveries' AND scheduled_at < '1971')) \
+                  FROM river_job WHERE state = 'available' AND queue = 'deliveries' AND scheduled_at < '1971-01-01')) \
         WHERE id = $1";
     const POSTGRES: &str = "\
         UPDATE river_job SET scheduled_at = ( \
