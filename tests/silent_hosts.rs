@@ -244,3 +244,28 @@ async fn a_host_that_closes_its_connections_is_sent_to_less_and_less() {
     })
     .await;
 }
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_message_is_given_up_after_days_however_few_attempts_were_made() {
+    let addresses = ["127.0.0.2".to_owned()];
+    let (mut server, [a, _]) = shared(&addresses);
+    server.as_seen_by(&a);
+    let host = Host::new(&addresses[0], Manner::Closing).await;
+    created(&server, &json!({"url": host.url, "events": ENDS})).await;
+    end_jobs(&server, 1).await;
+    until("an attempt", async || {
+        server.json("/v1/webhooks").await[0]["outcome"].is_string()
+    })
+    .await;
+    server
+        .execute(
+            "UPDATE river_job SET created_at = '2020-01-01 00:00:00.000' WHERE kind = 'deliver'",
+        )
+        .await;
+    until("it is given up", async || {
+        let outcome = &server.json("/v1/webhooks").await[0]["outcome"];
+        outcome == "a message was given up after 4 days"
+    })
+    .await;
+    assert!(host.taken() < 10, "not after all attempts");
+}

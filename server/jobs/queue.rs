@@ -145,8 +145,8 @@ impl Queue {
         self.insert(tx, Announce { job }, opts(NEWS, NORMAL)).await
     }
 
-    /// Tried as often as there are waits between, and once more. Those that were put off come after
-    /// new ones, so all have the priority of work that was begun.
+    /// Tried as often as there are waits between, and once more. All have the priority of work that
+    /// was begun, so that those that were put off come after new ones.
     pub async fn deliver(&self, tx: &mut Tx, delivery: Deliver) -> Result<i64, riverqueue::Error> {
         let opts = opts(DELIVERIES, FIRST).with_max_attempts(WAITS.len() as i32 + 1);
         self.insert(tx, delivery, opts).await
