@@ -2,6 +2,7 @@ pub mod connection;
 pub mod door;
 pub mod headers;
 pub mod security;
+pub mod stay;
 pub mod telemetry;
 use std::any::Any;
 use std::sync::Arc;

@@ -1,7 +1,6 @@
 //! Who may enter: keys, groups that see nothing of each other, limits, and what browsers are told.
 
 use std::process::Command;
-use std::time::Duration;
 
 use reqwest::{Method, StatusCode, redirect};
 use serde_json::Value;
@@ -286,33 +285,6 @@ async fn keys_are_listed_end_and_are_never_kept() {
     assert!(list().contains("  revoked"));
     server.as_seen_by(&expired);
     assert_eq!(server.get("/v1/jobs").await.status(), 401);
-}
-
-#[tokio::test]
-async fn a_stream_of_events_ends_with_its_key() {
-    let (mut server, [listener, owner]) =
-        Server::with_keys([&["--name", "listener"], &[]], &["--workers", "1"]);
-    server.as_seen_by(&owner);
-    let job = server.submit(&LONG).await;
-    server.as_seen_by(&listener);
-    let mut stream = server.get(&format!("{job}/events")).await;
-    assert!(stream.chunk().await.unwrap().is_some(), "a snapshot");
-    let list = server.beside(&["key", "list"]).output().unwrap();
-    let list = String::from_utf8(list.stdout).unwrap();
-    let line = list.lines().find(|line| line.contains("listener")).unwrap();
-    let id = line.split(' ').next().unwrap();
-    let revoked = server.beside(&["key", "revoke", id]).status().unwrap();
-    assert!(revoked.success());
-    let end = async { while stream.chunk().await.unwrap().is_some() {} };
-    let ended = tokio::time::timeout(Duration::from_secs(60), end).await;
-    assert!(ended.is_ok(), "the stream goes on without its key");
-
-    server.as_seen_by(&owner);
-    let state = &server.json(&job).await["state"];
-    assert!(
-        state == "queued" || state == "running",
-        "it was not the job's end"
-    );
 }
 
 #[tokio::test]

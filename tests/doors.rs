@@ -15,7 +15,7 @@ fn own(server: &Server) -> String {
     server.url.clone()
 }
 
-async fn sign_in(server: &Server, key: &str, headers: &[(&str, &str)]) -> Response {
+pub async fn sign_in(server: &Server, key: &str, headers: &[(&str, &str)]) -> Response {
     let request = browser().post(server.address("/sign-in"));
     let request = request.header("Content-Type", "application/x-www-form-urlencoded");
     let request = headers
@@ -24,7 +24,7 @@ async fn sign_in(server: &Server, key: &str, headers: &[(&str, &str)]) -> Respon
     request.body(format!("key={key}")).send().await.unwrap()
 }
 
-fn cookie(response: &Response) -> String {
+pub fn cookie(response: &Response) -> String {
     let cookie = response.headers()["set-cookie"].to_str().unwrap();
     cookie.split(';').next().unwrap().to_owned()
 }

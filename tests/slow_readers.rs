@@ -17,14 +17,14 @@ const LIST: &str = "/v1/parameters?limit=100000&format=csv";
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// An answer of which only the head was read.
-struct Begun {
-    status: u16,
+pub struct Begun {
+    pub status: u16,
     head: String,
-    rest: BufReader<TcpStream>,
+    pub rest: BufReader<TcpStream>,
 }
 
 impl Begun {
-    fn new(server: &Server, path: &str, key: &str) -> Self {
+    pub fn new(server: &Server, path: &str, key: &str) -> Self {
         let mut stream = TcpStream::connect(server.url.trim_start_matches("http://")).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
         write!(

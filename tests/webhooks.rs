@@ -20,7 +20,7 @@ use crate::season;
 
 /// Headers of interest and body.
 #[derive(Clone)]
-struct Heard {
+pub struct Heard {
     id: String,
     timestamp: String,
     signature: String,
@@ -29,7 +29,7 @@ struct Heard {
 
 /// A receiver on this machine that answers with the statuses that it is given, then with 204.
 #[derive(Clone)]
-struct Receiver {
+pub struct Receiver {
     heard: Arc<Mutex<Vec<Heard>>>,
     answers: Arc<Mutex<Vec<StatusCode>>>,
     /// Requests to where a redirect leads.
@@ -38,7 +38,7 @@ struct Receiver {
 }
 
 impl Receiver {
-    async fn answering(answers: &[StatusCode]) -> Self {
+    pub async fn answering(answers: &[StatusCode]) -> Self {
         let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
         let receiver = Self {
             heard: Arc::default(),
@@ -54,7 +54,7 @@ impl Receiver {
         receiver
     }
 
-    fn url(&self) -> String {
+    pub fn url(&self) -> String {
         format!("http://127.0.0.1:{}/hook", self.port)
     }
 
@@ -82,7 +82,7 @@ impl Receiver {
     }
 
     /// Waits until so many messages were heard.
-    async fn heard(&self, count: usize) -> Vec<Heard> {
+    pub async fn heard(&self, count: usize) -> Vec<Heard> {
         for _ in 0..600 {
             let heard = self.heard.lock().unwrap().clone();
             if heard.len() >= count {
@@ -140,7 +140,7 @@ async fn create(server: &Server, body: &Value) -> Response {
     request.json(body).send().await.unwrap()
 }
 
-async fn created(server: &Server, body: &Value) -> Value {
+pub async fn created(server: &Server, body: &Value) -> Value {
     let response = create(server, body).await;
     assert_eq!(response.status(), 201);
     response.json().await.unwrap()

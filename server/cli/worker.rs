@@ -22,7 +22,7 @@ use crate::jobs::{self, Budget, Compute, Gate, Hub, Readers, RideCache, Work};
 use crate::metrics::METRICS;
 use crate::router::connection;
 use crate::store::Db;
-use crate::webhooks::Targets;
+use crate::webhooks::{Targets, Turns};
 
 /// Works on queued jobs, without HTTP: for additional machines on one PostgreSQL database.
 #[derive(Args)]
@@ -102,6 +102,7 @@ impl WorkLimits {
             gate: Gate::default(),
             hub: hub.clone(),
             targets,
+            turns: Turns::default(),
             limit: self.limit(),
         }))
     }

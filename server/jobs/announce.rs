@@ -6,14 +6,14 @@ use serde_json::{Value, json};
 use uuid::Uuid;
 
 use super::fault::Fault;
-use super::queue::{Announce, Deliver};
+use super::queue::{Announce, Deliver, Queue};
 use super::stage::{backoff, complete, queue};
 use super::work::Stages;
 use crate::fleet;
 use crate::store::job::{self, JobRow, State};
 use crate::store::parameter::{self, JobResult};
 use crate::store::webhook::{self, WebhookRow};
-use crate::store::{Tx, now_ms};
+use crate::store::{Tx, now_ms, river};
 use crate::webhooks::{Event, Notification, changes};
 
 /// Rides that are looked through for a drift or a step, and the last of them, which are pooled.
@@ -89,7 +89,7 @@ impl Stages {
             news.extend(change.event.map(|event| (event, change.data)));
         }
         for (event, data) in news {
-            self.queue_deliveries(context, &mut tx, &to, event, data)
+            self.queue_deliveries(context, &mut tx, (group, &to), event, data)
                 .await?;
         }
         Ok(tx.commit().await?)
@@ -99,7 +99,7 @@ impl Stages {
         &self,
         context: &WorkContext,
         tx: &mut Tx,
-        to: &[WebhookRow],
+        (group, to): (&str, &[WebhookRow]),
         event: Event,
         data: Value,
     ) -> Result<(), Fault> {
@@ -108,14 +108,23 @@ impl Stages {
         let message = format!("msg_{}", Uuid::now_v7().simple());
         for webhook in to.iter().filter(|webhook| webhook.wants(event.name())) {
             let delivery = Deliver {
+                group: group.to_owned(),
                 webhook: webhook.id,
                 message: message.clone(),
                 body: body.clone(),
             };
-            queue.deliver(tx, delivery).await?;
+            deliver(&queue, tx, delivery).await?;
         }
         Ok(())
     }
+}
+
+/// Queues a message in its group's turn; its row.
+async fn deliver(queue: &Queue, tx: &mut Tx, delivery: Deliver) -> Result<i64, Fault> {
+    let group = delivery.group.clone();
+    let row = queue.deliver(tx, delivery).await?;
+    river::line_up_delivery(tx, row, &group).await?;
+    Ok(row)
 }
 
 fn ended(state: State) -> Event {
@@ -151,4 +160,45 @@ fn of_effects(job: &JobRow, parameters: &[(String, String)]) -> Value {
         .map(|(effect, axle)| json!({"effect": effect, "axle": axle}))
         .collect();
     json!({"bike": job.bike, "job": job.id, "effects": effects})
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::conformance::{on_each, queue};
+    use crate::store::on;
+
+    #[tokio::test]
+    async fn messages_of_a_group_wait_for_nobody_elses_many() {
+        const WAITING: &str = "SELECT id FROM river_job WHERE state = 'available' ORDER BY priority, scheduled_at, id";
+        // As those stand that were put off for less than River's round.
+        const PUT_OFF: &str = "UPDATE river_job SET scheduled_at = created_at WHERE id = $1";
+        on_each(async |db| {
+            let queue = queue(&db);
+            let mut tx = db.begin().await.unwrap();
+            let mut rows = Vec::new();
+            for group in ["many", "many", "many", "many", "few", "few"] {
+                let delivery = Deliver {
+                    group: group.to_owned(),
+                    webhook: Uuid::nil(),
+                    message: String::new(),
+                    body: String::new(),
+                };
+                let row = deliver(&queue, &mut tx, delivery).await.unwrap();
+                if rows.is_empty() {
+                    on!(&mut tx, t => sqlx::query(PUT_OFF).bind(row).execute(&mut **t).await.map(drop)).unwrap();
+                }
+                rows.push(row);
+            }
+            tx.commit().await.unwrap();
+            let waiting: Vec<i64> =
+                on!(read &db, p => sqlx::query_scalar(WAITING).fetch_all(p).await).unwrap();
+            let [put_off, a, b, c, d, e] = rows[..] else {
+                unreachable!()
+            };
+            assert_eq!(waiting, [a, d, b, e, c, put_off]);
+        })
+        .await;
+    }
 }

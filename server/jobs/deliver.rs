@@ -7,7 +7,11 @@ use uuid::Uuid;
 use super::queue::{Deliver, WAITS};
 use super::work::Stages;
 use crate::store::{now_ms, webhook};
-use crate::webhooks::{Message, Secret, send};
+use crate::webhooks::{Message, Receiver, Secret, SendError, send};
+
+/// A message is given up after so many days: while its host is busy or silent it is put off without an attempt.
+const LONGEST_DAYS: i64 = 4;
+const DAY_MS: i64 = 86_400_000;
 
 /// One attempt at a delivery.
 impl Worker<Deliver> for Stages {
@@ -25,6 +29,16 @@ impl Worker<Deliver> for Stages {
         let Some(row) = webhook::load(&work.db, job.args.webhook).await? else {
             return Ok(WorkOutcome::Complete);
         };
+        if now_ms() - job.row.created_at.as_millisecond() > LONGEST_DAYS * DAY_MS {
+            let outcome = format!("a message was given up after {LONGEST_DAYS} days");
+            self.note(row.id, &outcome).await;
+            return Ok(WorkOutcome::Discard);
+        }
+        let receiver = Receiver::new(&job.args.group, &row.url);
+        let turn = match work.turns.take(receiver).await {
+            Ok(turn) => turn,
+            Err(wait) => return Ok(WorkOutcome::Snooze(wait)),
+        };
         let message = Message {
             id: &job.args.message,
             body: &job.args.body,
@@ -37,6 +51,7 @@ impl Worker<Deliver> for Stages {
             &message,
         )
         .await;
+        turn.end(sent.as_ref().is_err_and(SendError::is_silence));
         let outcome = match &sent {
             Ok(status) => status.to_string(),
             Err(error) => format!("attempt {}: {error}", job.row.attempt),

@@ -15,8 +15,10 @@ pub const QUICK: &str = "quick";
 /// Swarms and diagnoses, which keep cores busy: one queue, so that they take turns.
 pub const LONG: &str = "long";
 
-/// What others are notified of: jobs that ended, and the deliveries of it.
+/// What others are notified of: jobs that ended. Earlier versions queued the deliveries of it here too.
 pub const NEWS: &str = "news";
+/// Messages that are to be delivered, apart, since their receivers may not answer.
+pub const DELIVERIES: &str = "deliveries";
 
 /// River polls this often when nobody wakes it.
 pub const POLL: Duration = Duration::from_millis(250);
@@ -76,6 +78,9 @@ pub struct Announce {
 #[derive(Clone, Debug, Serialize, Deserialize, JobArgs)]
 #[river(kind = "deliver")]
 pub struct Deliver {
+    /// Empty in rows of earlier versions.
+    #[serde(default)]
+    pub group: String,
     pub webhook: Uuid,
     pub message: String,
     pub body: String,
@@ -134,9 +139,10 @@ impl Queue {
         self.insert(tx, Announce { job }, opts(NEWS, NORMAL)).await
     }
 
-    /// Tried as often as there are waits between, and once more.
+    /// Tried as often as there are waits between, and once more. All have the priority of work that
+    /// was begun, so that those that were put off come after new ones.
     pub async fn deliver(&self, tx: &mut Tx, delivery: Deliver) -> Result<i64, riverqueue::Error> {
-        let opts = opts(NEWS, NORMAL).with_max_attempts(WAITS.len() as i32 + 1);
+        let opts = opts(DELIVERIES, FIRST).with_max_attempts(WAITS.len() as i32 + 1);
         self.insert(tx, delivery, opts).await
     }
 

@@ -12,13 +12,15 @@ use super::compute::QUICK_THREADS;
 use super::fault::Fault;
 use super::hub::Hub;
 use super::queue::{
-    Announce, Conclude, Deliver, Diagnose, LONG, NEWS, Observe, POLL, QUICK, Queue, Trial,
+    Announce, Conclude, DELIVERIES, Deliver, Diagnose, LONG, NEWS, Observe, POLL, QUICK, Queue,
+    Trial,
 };
 use super::repair::repair;
 use super::takeover::sweep;
 use super::work::{Stages, Work};
 use crate::crash;
 use crate::store::{Db, river, turn, worker};
+use crate::webhooks::CONNECTIONS;
 
 const BEAT: Duration = Duration::from_secs(2);
 /// A worker that has not beaten for so long is gone; four beats.
@@ -35,8 +37,10 @@ const GRACE: Duration = Duration::from_secs(60);
 /// have a thread now. A newcomer needs one of these slots and then goes first (permits.rs): it waits for two
 /// stages to end.
 const AHEAD: usize = 8;
-/// Deliveries at a time; they wait for others to answer.
-const DELIVERIES: usize = 8;
+/// Ends of jobs that are announced at a time.
+const ANNOUNCED: usize = 4;
+/// Messages at a time that wait for a moment for their turn, or are put off.
+const WAITING: usize = 8;
 /// Wait between two claims, so that what has ended meanwhile is replaced at once.
 const GATHER: Duration = Duration::from_millis(10);
 
@@ -127,7 +131,8 @@ fn client(id: &str, work: Arc<Work>) -> Result<riverqueue::Client, Fault> {
         .workers(workers)
         .queue(QUICK, slots(QUICK_THREADS))
         .queue(LONG, long)
-        .queue(NEWS, slots(DELIVERIES))
+        .queue(NEWS, slots(ANNOUNCED))
+        .queue(DELIVERIES, slots(CONNECTIONS + WAITING))
         .fetch_cooldown(Duration::from_millis(1))
         .job_timeout(timeout)
         .soft_stop_timeout(SOFT_STOP)

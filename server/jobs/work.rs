@@ -9,7 +9,7 @@ use super::compute::Compute;
 use super::gate::Gate;
 use super::hub::Hub;
 use crate::store::Db;
-use crate::webhooks::Targets;
+use crate::webhooks::{Targets, Turns};
 
 /// What the stages work with.
 pub struct Work {
@@ -22,6 +22,8 @@ pub struct Work {
     pub hub: Hub,
     /// Where others may be reported of what ends.
     pub targets: Targets,
+    /// Whose messages may be sent now.
+    pub turns: Turns,
     /// Time that one stage may take.
     pub limit: Duration,
 }

@@ -3,10 +3,11 @@
 use std::net::IpAddr;
 
 use axum::extract::{Request, State};
-use axum::http::{HeaderMap, HeaderValue, Method, header};
+use axum::http::{HeaderMap, HeaderValue, Method, Uri, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Redirect, Response};
 
+use super::stay::while_admitted;
 use crate::api::access::credentials::cookie;
 use crate::api::access::{Caller, Mode};
 use crate::api::problem::{Kind, Problem};
@@ -17,24 +18,23 @@ use crate::store::key::Scope;
 
 /// Lets a request in, with its [`Caller`] where the address is not open to all.
 pub async fn enter(State(server): App, mut request: Request, next: Next) -> Response {
-    let admitted = match scope(&server, &request) {
-        Ok(Some(scope)) => admit(&server, request.headers(), scope).await.map(Some),
-        Ok(None) => Ok(None),
+    let asked = Asked::of(&request);
+    let answer = match scope(&server, &request) {
+        Ok(None) => return next.run(request).await,
+        Ok(Some(scope)) => match admit(&server, request.headers(), scope).await {
+            Ok(caller) => {
+                request.extensions_mut().insert(caller.clone());
+                while_admitted(&server, caller, next.run(request)).await
+            }
+            Err(problem) => Err(problem),
+        },
         Err(problem) => Err(problem),
     };
-    match admitted {
-        Ok(caller) => {
-            if let Some(caller) = caller {
-                request.extensions_mut().insert(caller);
-            }
-            next.run(request).await
-        }
-        Err(problem) => {
-            let status = problem.status.to_string();
-            METRICS.refused.add(1, [("status", &status)]);
-            refuse(&request, problem)
-        }
-    }
+    answer.unwrap_or_else(|problem| {
+        let status = problem.status.to_string();
+        METRICS.refused.add(1, [("status", &status)]);
+        asked.refuse(problem)
+    })
 }
 
 /// The scope that a request needs, if any, unless it must not come in at all.
@@ -126,20 +126,38 @@ fn is_own(host: &str) -> bool {
     !name.contains('.') || address.parse::<IpAddr>().is_ok()
 }
 
-/// A browser is led to where it signs in, or shown a page; others get the problem.
-fn refuse(request: &Request, problem: Problem) -> Response {
-    let accept = request.headers().get(header::ACCEPT);
-    let html = accept.is_some_and(|value| value.to_str().is_ok_and(|t| t.contains("text/html")));
-    let path = request.uri().path();
-    if !html || path.starts_with("/v1/") {
-        return problem.into_response();
+/// What decides how a refusal looks.
+struct Asked {
+    method: Method,
+    uri: Uri,
+    /// Whether a page is wanted.
+    html: bool,
+}
+
+impl Asked {
+    fn of(request: &Request) -> Self {
+        let accept = request.headers().get(header::ACCEPT);
+        let html = |value: &HeaderValue| value.to_str().is_ok_and(|t| t.contains("text/html"));
+        Self {
+            method: request.method().clone(),
+            uri: request.uri().clone(),
+            html: accept.is_some_and(html),
+        }
     }
-    if problem.kind == Kind::Unauthorized && request.method() == Method::GET {
-        let here = request.uri().path_and_query().map_or(path, |p| p.as_str());
-        let next: String = form_urlencoded::byte_serialize(here.as_bytes()).collect();
-        return Redirect::to(&format!("/sign-in?next={next}")).into_response();
+
+    /// A browser is led to where it signs in, or shown a page; others get the problem.
+    fn refuse(&self, problem: Problem) -> Response {
+        let path = self.uri.path();
+        if !self.html || path.starts_with("/v1/") {
+            return problem.into_response();
+        }
+        if problem.kind == Kind::Unauthorized && self.method == Method::GET {
+            let here = self.uri.path_and_query().map_or(path, |p| p.as_str());
+            let next: String = form_urlencoded::byte_serialize(here.as_bytes()).collect();
+            return Redirect::to(&format!("/sign-in?next={next}")).into_response();
+        }
+        Fault(problem).into_response()
     }
-    Fault(problem).into_response()
 }
 
 #[cfg(test)]

@@ -125,6 +125,29 @@ pub async fn line_up(tx: &mut Tx, job: Uuid) -> sqlx::Result<()> {
     on!(tx, t => sqlx::query(sql).bind(job).execute(&mut **t).await.map(drop))
 }
 
+/// Gives a message the place that its group's turn gives it (`store/turn.rs`), among those that were not tried.
+pub async fn line_up_delivery(tx: &mut Tx, row: i64, group: &str) -> sqlx::Result<()> {
+    // Times of a turn are in 1970, those of messages that were put off are not.
+    const SQLITE: &str = "\
+        UPDATE river_job SET scheduled_at = ( \
+            SELECT strftime('%Y-%m-%d %H:%M:%f', \
+                MAX(COALESCE(MIN(turn), 0), COALESCE(MAX(CASE WHEN whose = $2 THEN turn END) + 1, 0)) / 1000.0, 'unixepoch') \
+            FROM (SELECT CAST(ROUND(unixepoch(scheduled_at, 'subsec') * 1000) AS INTEGER) AS turn, \
+                         json_extract(args, '$.group') AS whose \
+                  FROM river_job WHERE state = 'available' AND queue = 'deliveries' AND scheduled_at < '1971-01-01')) \
+        WHERE id = $1";
+    const POSTGRES: &str = "\
+        UPDATE river_job SET scheduled_at = ( \
+            SELECT to_timestamp( \
+                GREATEST(COALESCE(MIN(turn), 0), COALESCE(MAX(CASE WHEN whose = $2 THEN turn END) + 1, 0)) / 1000.0) \
+            FROM (SELECT CAST(ROUND(EXTRACT(EPOCH FROM scheduled_at) * 1000) AS BIGINT) AS turn, args ->> 'group' AS whose \
+                  FROM river_job WHERE state = 'available' AND queue = 'deliveries' AND scheduled_at < '1971-01-01 UTC') \
+            AS waiting) \
+        WHERE id = $1";
+    let sql = tx.spelt(SQLITE, POSTGRES);
+    on!(tx, t => sqlx::query(sql).bind(row).bind(group).execute(&mut **t).await.map(drop))
+}
+
 /// Puts rows that were begun before and wait again, with the time of their return for a turn, before
 /// those that were not begun.
 pub async fn begun_first(tx: &mut Tx) -> sqlx::Result<()> {

@@ -6,8 +6,10 @@ mod event;
 mod send;
 mod sign;
 mod target;
+mod turns;
 
 pub use event::{Event, Notification};
-pub use send::{Message, send};
+pub use send::{Message, SendError, send};
 pub use sign::Secret;
 pub use target::Targets;
+pub use turns::{CONNECTIONS, Receiver, Turns};

@@ -31,6 +31,17 @@ pub enum SendError {
     Refused(StatusCode),
 }
 
+impl SendError {
+    /// Whether the host could not be reached or did not answer.
+    pub fn is_silence(&self) -> bool {
+        match self {
+            Self::Request(_) => true,
+            Self::Target(error) => error.is_unknown(),
+            Self::Secret | Self::Refused(_) => false,
+        }
+    }
+}
+
 impl From<reqwest::Error> for SendError {
     /// Without the address, which may hold what is not for logs.
     fn from(error: reqwest::Error) -> Self {

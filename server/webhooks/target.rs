@@ -47,6 +47,11 @@ impl TargetError {
     pub fn is_forbidden(&self) -> bool {
         matches!(self, Self::Scheme(_) | Self::Host(_) | Self::Private(..))
     }
+
+    /// Whether the name leads nowhere.
+    pub fn is_unknown(&self) -> bool {
+        matches!(self, Self::Unknown(..) | Self::NoAddress(_))
+    }
 }
 
 impl Targets {

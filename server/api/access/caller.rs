@@ -77,15 +77,15 @@ impl Caller {
     }
 
     /// Whether the caller may still be here: a key or a session may end while an answer is being sent.
-    pub async fn is_admitted(&self, db: &Db) -> bool {
+    pub async fn is_admitted(&self, db: &Db) -> sqlx::Result<bool> {
         if let Some(session) = self.session
-            && !session::goes_on(db, session).await.unwrap_or(false)
+            && !session::goes_on(db, session).await?
         {
-            return false;
+            return Ok(false);
         }
-        let Some(key) = self.key else { return true };
-        let row = key::by_id(db, key).await;
-        row.is_ok_and(|row| row.is_some_and(|row| row.is_valid()))
+        let Some(key) = self.key else { return Ok(true) };
+        let row = key::by_id(db, key).await?;
+        Ok(row.is_some_and(|row| row.is_valid()))
     }
 
     /// Largest upload (bytes), at most the server's own.

@@ -142,7 +142,8 @@ pub async fn admin(db: &Db, headers: &HeaderMap) -> Result<(), Problem> {
     }
 }
 
-fn unknown() -> Problem {
+/// The answer to a key that is none, or no more.
+pub fn unknown() -> Problem {
     Problem::new(Kind::Unauthorized, "the key is unknown, expired or revoked")
 }
 

@@ -20,7 +20,7 @@ use crate::jobs::{HubEvent, Searched};
 use crate::metrics::METRICS;
 use crate::store::{job, trial};
 
-/// How often the database is asked for what other processes did, and whether the key has ended.
+/// How often the database is asked for what other processes did.
 const LOOK: Duration = Duration::from_secs(1);
 /// Wait that clients are asked to keep before they come back (ms).
 const RETRY: Duration = Duration::from_secs(2);
@@ -97,12 +97,7 @@ fn stream(
         while !view.state.is_final() {
             let heard = tokio::select! {
                 heard = receiver.recv() => heard,
-                _ = look.tick() => {
-                    if !caller.is_admitted(&server.db).await {
-                        return;
-                    }
-                    Ok(HubEvent::Changed)
-                }
+                _ = look.tick() => Ok(HubEvent::Changed),
                 () = server.stop.cancelled() => return,
             };
             match heard {
