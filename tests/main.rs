@@ -17,6 +17,7 @@ mod deletion;
 mod dependence;
 mod doors;
 mod events;
+mod exchanged;
 mod facts;
 mod features;
 mod fleet;

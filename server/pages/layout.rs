@@ -1,6 +1,7 @@
 //! What every page shares: the frame, and problems as a page.
 
 use askama::Template;
+use axum::Extension;
 use axum::extract::{FromRequestParts, Request};
 use axum::http::StatusCode;
 use axum::http::request::Parts;
@@ -92,9 +93,10 @@ impl ProblemPage {
 impl IntoResponse for Fault {
     fn into_response(self) -> Response {
         let status = StatusCode::from_u16(self.0.status).unwrap_or_default();
+        let suspicion = self.0.suspicion.clone().map(Extension);
         let page = ProblemPage { problem: self.0 };
         match page.render() {
-            Ok(text) => (status, Html(text)).into_response(),
+            Ok(text) => (status, suspicion, Html(text)).into_response(),
             Err(_) => page.problem.into_response(),
         }
     }

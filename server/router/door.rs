@@ -9,7 +9,7 @@ use axum::response::{IntoResponse, Redirect, Response};
 
 use crate::api::access::credentials::cookie;
 use crate::api::access::{Caller, Mode};
-use crate::api::problem::{Kind, Problem};
+use crate::api::problem::{Kind, Problem, Suspicion};
 use crate::api::{App, Server};
 use crate::metrics::METRICS;
 use crate::pages::layout::Fault;
@@ -22,7 +22,7 @@ pub async fn enter(State(server): App, mut request: Request, next: Next) -> Resp
         Ok(None) => Ok(None),
         Err(problem) => Err(problem),
     };
-    match admitted {
+    let response = match admitted {
         Ok(caller) => {
             if let Some(caller) = caller {
                 request.extensions_mut().insert(caller);
@@ -34,7 +34,11 @@ pub async fn enter(State(server): App, mut request: Request, next: Next) -> Resp
             METRICS.refused.add(1, [("status", &status)]);
             refuse(&request, problem)
         }
+    };
+    if let Some(Suspicion(why)) = response.extensions().get() {
+        server.db.condition().suspect(why);
     }
+    response
 }
 
 /// The scope that a request needs, if any, unless it must not come in at all.
