@@ -95,7 +95,8 @@ impl Watch {
         };
         let text = match &copy {
             Ok(copy) => format!(
-                "{fault}: put it back, or restart to work with another; all that was acknowledged is also in {}",
+                "{fault}: put it back, or before another takes its place stop this process and remove its -wal and -shm; all that \
+                 was acknowledged is also in {}",
                 copy.display()
             ),
             Err(error) => {

@@ -52,10 +52,10 @@ impl Files {
             Ok(Some(found)) if found == owner => return Ok(()),
             Ok(Some(found)) => format!("it belongs to installation {found}"),
             Ok(None) => "it is empty or missing".to_owned(),
-            Err(error) => error.to_string(),
+            Err(error) => format!("its id cannot be read: {error}"),
         };
         Err(Exchanged::Store(format!(
-            "the store of raw files is not that of installation {owner}: {why}; mount it or put it back"
+            "{why}; mount or put back that of installation {owner}"
         )))
     }
 
