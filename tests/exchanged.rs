@@ -6,7 +6,9 @@ use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use futures_util::StreamExt;
 use futures_util::future::join_all;
+use futures_util::stream::iter;
 use reqwest::Response;
 use serde_json::Value;
 use sqlx::{Connection, SqliteConnection};
@@ -173,42 +175,45 @@ fn move_all(from: &Path, to: &Path) {
     }
 }
 
-#[tokio::test]
+#[tokio::test(flavor = "multi_thread")]
 async fn what_is_exchanged_is_noticed_before_the_next_answer_and_loses_nothing() {
+    let all = iter(EXCHANGES).map(is_noticed).buffer_unordered(3);
+    all.collect::<()>().await;
+}
+
+async fn is_noticed(Exchange { name, away, back }: Exchange) {
     let mut server = Server::on_sqlite(&IDLE);
     let data = server.folder.0.clone();
     let mut sent = Sent::default();
-    assert_eq!(sent.send(&server).await.status(), 202);
-    let older = data.join("older");
+    assert_eq!(sent.send(&server).await.status(), 202, "{name}");
     let backup = Folder::new();
     let to = backup.0.join("backup");
     let made = server.beside(&["backup", to.to_str().unwrap()]).output();
-    assert!(made.unwrap().status.success());
-    fs::copy(to.join("veloid.db"), older).unwrap();
-    for Exchange { name, away, back } in EXCHANGES {
-        assert_eq!(sent.send(&server).await.status(), 202, "{name}");
-        let logged = times_logged(&server);
-        away(&data);
-        for _ in 0..3 {
-            is_storage_fault(sent.send(&server).await, name).await;
-        }
-        let said = ready(&server, 503, name).await;
-        assert!(said.contains("exchanged"), "{name}: {said}");
-        tokio::time::sleep(BEATS).await;
-        assert_eq!(times_logged(&server), logged + 1, "{name}");
-        // What only reads goes on.
-        assert_eq!(server.get("/v1/jobs").await.status(), 200, "{name}");
-        back(&data);
-        ready(&server, 200, name).await;
-        let copies = fs::read_dir(&data).unwrap().filter(|entry| {
-            let name = entry.as_ref().unwrap().file_name();
-            name.to_str().unwrap().contains("rescued")
-        });
-        assert_eq!(copies.count(), 0, "{name}");
-        assert_eq!(sent.send(&server).await.status(), 202, "{name}");
-        server.crash_and_restart();
-        sent.exist(&server, name).await;
+    assert!(made.unwrap().status.success(), "{name}");
+    fs::copy(to.join("veloid.db"), data.join("older")).unwrap();
+    assert_eq!(sent.send(&server).await.status(), 202, "{name}");
+
+    away(&data);
+    for _ in 0..3 {
+        is_storage_fault(sent.send(&server).await, name).await;
     }
+    let said = ready(&server, 503, name).await;
+    assert!(said.contains("exchanged"), "{name}: {said}");
+    tokio::time::sleep(BEATS).await;
+    assert_eq!(times_logged(&server), 1, "{name}");
+    // What only reads goes on.
+    assert_eq!(server.get("/v1/jobs").await.status(), 200, "{name}");
+
+    back(&data);
+    ready(&server, 200, name).await;
+    let copies = fs::read_dir(&data).unwrap().filter(|entry| {
+        let name = entry.as_ref().unwrap().file_name();
+        name.to_str().unwrap().contains("rescued")
+    });
+    assert_eq!(copies.count(), 0, "{name}");
+    assert_eq!(sent.send(&server).await.status(), 202, "{name}");
+    server.crash_and_restart();
+    sent.exist(&server, name).await;
 }
 
 /// It cannot be put back: what it had is moved into the database.
