@@ -11,6 +11,7 @@ mod tests;
 
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use axum::body::Bytes;
@@ -48,6 +49,8 @@ pub enum FileError {
 pub struct Files {
     incoming: PathBuf,
     kept: Store,
+    /// The id of the installation that they belong to, once that is known.
+    owner: Arc<OnceLock<Uuid>>,
 }
 
 /// Where files are kept.
@@ -78,6 +81,7 @@ impl Files {
         Ok(Self {
             kept: Store::Folder(Folder::open(root.join("rides")).await?),
             incoming: incoming(root).await?,
+            owner: Arc::default(),
         })
     }
 
@@ -90,6 +94,7 @@ impl Files {
         Ok(Self {
             kept: objects(url)?,
             incoming: incoming(root).await?,
+            owner: Arc::default(),
         })
     }
 
@@ -181,12 +186,14 @@ impl Files {
     }
 
     async fn open(&self, sha256: &str) -> Result<Chunks, FileError> {
-        self.stream(sha256)
-            .await
-            .map_err(|error| match error.kind() {
-                io::ErrorKind::NotFound => FileError::Missing(sha256.to_owned()),
-                _ => FileError::Store(error),
-            })
+        match self.stream(sha256).await {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                // Where the store is another one, the file may still be in the right one.
+                self.check().await.map_err(io::Error::from)?;
+                Err(FileError::Missing(sha256.to_owned()))
+            }
+            opened => Ok(opened?),
+        }
     }
 
     /// Whether there is room for an upload.

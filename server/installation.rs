@@ -72,9 +72,9 @@ impl Census {
     }
 }
 
-/// Holds the ids of database and store against each other. Both get one where neither is in use, or where the files that
+/// Holds the ids of database and store against each other, and gives it. Both get one where neither is in use, or where the files that
 /// an earlier version kept are those of its rides.
-pub async fn pair(db: &Db, files: &Files) -> Result<(), InstallationError> {
+pub async fn pair(db: &Db, files: &Files) -> Result<Uuid, InstallationError> {
     let (database, store) = (installation::find(db).await?, files.installation().await?);
     let id = match (database, store) {
         (Some(database), Some(store)) => return same(database, store),
@@ -96,9 +96,9 @@ pub async fn pair(db: &Db, files: &Files) -> Result<(), InstallationError> {
     join(db, files, store, id).await
 }
 
-fn same(database: Uuid, store: Uuid) -> Result<(), InstallationError> {
+fn same(database: Uuid, store: Uuid) -> Result<Uuid, InstallationError> {
     match database == store {
-        true => Ok(()),
+        true => Ok(database),
         false => Err(InstallationError::Differ { database, store }),
     }
 }
@@ -130,7 +130,7 @@ async fn join(
     files: &Files,
     seen: Option<Uuid>,
     id: Uuid,
-) -> Result<(), InstallationError> {
+) -> Result<Uuid, InstallationError> {
     let mut tx = db.begin().await?;
     let database = installation::lock(&mut tx).await?.unwrap_or(id);
     // Where another process has joined them meanwhile, the store has that id by now.
@@ -143,7 +143,8 @@ async fn join(
     };
     same(database, store)?;
     installation::put(&mut tx, database).await?;
-    Ok(tx.commit().await?)
+    tx.commit().await?;
+    Ok(database)
 }
 
 /// Makes database and store one installation as they are, without looking at rides and files: under the id that one of

@@ -13,6 +13,7 @@ mod crash;
 mod decimal;
 mod effects;
 mod erasure;
+mod exchanged;
 mod export;
 mod facts;
 mod files;
@@ -32,6 +33,7 @@ mod skips;
 mod store;
 mod time;
 mod unique;
+mod watch;
 mod webhooks;
 
 use std::process::ExitCode;

@@ -18,6 +18,7 @@ mod dependence;
 mod doors;
 mod ended_keys;
 mod events;
+mod exchanged;
 mod facts;
 mod features;
 mod fleet;

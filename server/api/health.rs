@@ -17,9 +17,8 @@ const PATIENCE: Duration = Duration::from_secs(3);
 
 /// Whether uploads could be kept and computed.
 async fn look(server: &Server) -> Result<(), NotReady> {
-    if let Some(fault) = server.signs.corrupt() {
-        return Err(NotReady::new("the database is damaged", fault));
-    }
+    let checked = server.db.condition().check();
+    checked.map_err(|fault| NotReady::known(fault.what(), fault))?;
     let answered = server.db.ping().await;
     answered.map_err(|error| NotReady::new("the database cannot be read", error))?;
     let kept = tokio::time::timeout(PATIENCE, server.files.has_room()).await;
@@ -34,8 +33,8 @@ pub async fn healthz() -> &'static str {
     "ok\n"
 }
 
-/// The server accepts uploads: the database answers and is intact, there is space for files, and the server is not shutting
-/// down.
+/// The server accepts uploads: the database answers and is intact, it and the store of raw files are this server's, there is
+/// space for files, and the server is not shutting down.
 #[utoipa::path(get, path = "/readyz", tag = "operations",
     responses(
         (status = 200, description = "Ready", body = String, content_type = "text/plain"),

@@ -10,12 +10,18 @@ use utoipa::ToSchema;
 use veloid_engine::EngineError;
 
 use crate::built::NotBuilt;
+use crate::exchanged::Exchanged;
 use crate::facts::FactsError;
 use crate::files::FileError;
 use crate::jobs::{Fault, OverBudget, Unreadable};
 use crate::options::OptionsError;
 use crate::store;
 use crate::time::TimeError;
+use crate::watch::BEAT;
+
+/// What a response carries for the server itself: an error that makes the database suspect.
+#[derive(Clone, Debug)]
+pub struct Suspicion(pub String);
 
 /// An error in the form of RFC 9457.
 #[derive(Clone, Debug, Serialize, ToSchema)]
@@ -34,6 +40,8 @@ pub struct Problem {
     /// Wait before another try is worth it: the header `Retry-After`.
     #[serde(skip)]
     retry_after: Option<Duration>,
+    #[serde(skip)]
+    pub suspicion: Option<Suspicion>,
 }
 
 /// The kinds of problem: the `type` on which clients may rely.
@@ -76,6 +84,8 @@ pub enum Kind {
     TooMany,
     #[serde(rename = "urn:veloid:problem:unavailable")]
     Unavailable,
+    #[serde(rename = "urn:veloid:problem:storage")]
+    Storage,
     #[serde(rename = "urn:veloid:problem:not-built")]
     NotBuilt,
     #[serde(rename = "urn:veloid:problem:internal")]
@@ -121,6 +131,10 @@ impl Kind {
             Kind::Forbidden => (StatusCode::FORBIDDEN, "The key does not allow this"),
             Kind::TooMany => (StatusCode::TOO_MANY_REQUESTS, "The key's limit is reached"),
             Kind::Unavailable => (StatusCode::SERVICE_UNAVAILABLE, "Not ready"),
+            Kind::Storage => (
+                StatusCode::SERVICE_UNAVAILABLE,
+                "The database or the raw files are damaged or not this server's",
+            ),
             Kind::NotBuilt => (
                 StatusCode::NOT_IMPLEMENTED,
                 "This server is built without the required feature",
@@ -156,7 +170,12 @@ impl Problem {
             status: status.as_u16(),
             detail: detail.into(),
             place: None,
-            retry_after: (kind == Kind::Unavailable).then_some(Duration::from_secs(1)),
+            retry_after: match kind {
+                Kind::Unavailable => Some(Duration::from_secs(1)),
+                Kind::Storage => Some(BEAT),
+                _ => None,
+            },
+            suspicion: None,
         }
     }
 
@@ -182,6 +201,9 @@ impl IntoResponse for Problem {
         let body = serde_json::to_vec(&self).unwrap_or_default();
         let json = HeaderValue::from_static("application/problem+json");
         let mut response = (status, [(header::CONTENT_TYPE, json)], body).into_response();
+        if let Some(suspicion) = self.suspicion {
+            response.extensions_mut().insert(suspicion);
+        }
         let headers = response.headers_mut();
         if let Some(wait) = self.retry_after {
             let seconds = wait.as_secs_f64().ceil().max(1.0) as u64;
@@ -195,9 +217,25 @@ impl IntoResponse for Problem {
     }
 }
 
+impl From<&Exchanged> for Problem {
+    fn from(exchanged: &Exchanged) -> Self {
+        Self::new(Kind::Storage, format!("{}; try again", exchanged.what()))
+    }
+}
+
 impl From<sqlx::Error> for Problem {
     fn from(error: sqlx::Error) -> Self {
         match error {
+            sqlx::Error::Io(error) if Exchanged::behind(&error).is_some() => error.into(),
+            error if store::is_damage(&error) => {
+                tracing::error!(%error, "the database cannot be read or written");
+                let detail = "the database cannot be read or written; try again";
+                let suspicion = Some(Suspicion(error.to_string()));
+                Self {
+                    suspicion,
+                    ..Self::new(Kind::Storage, detail)
+                }
+            }
             error if store::is_outage(&error) => {
                 tracing::error!(%error, "database cannot be reached");
                 Self::new(
@@ -218,15 +256,19 @@ impl From<sqlx::Error> for Problem {
 impl From<std::io::Error> for Problem {
     fn from(error: std::io::Error) -> Self {
         use std::io::ErrorKind::{
-            NotADirectory, PermissionDenied, QuotaExceeded, ReadOnlyFilesystem,
+            NotADirectory, NotFound, PermissionDenied, QuotaExceeded, ReadOnlyFilesystem,
             StaleNetworkFileHandle, StorageFull,
         };
+        if let Some(exchanged) = Exchanged::behind(&error) {
+            return exchanged.into();
+        }
         match error.kind() {
             // What an operator mends while the client waits.
             StorageFull
             | QuotaExceeded
             | ReadOnlyFilesystem
             | PermissionDenied
+            | NotFound
             | NotADirectory
             | StaleNetworkFileHandle => {
                 tracing::error!(%error, "uploads cannot be stored");
@@ -392,6 +434,7 @@ mod tests {
             Errno::ROFS,
             Errno::NOSPC,
             Errno::DQUOT,
+            Errno::NOENT,
             Errno::NOTDIR,
             Errno::STALE,
         ] {

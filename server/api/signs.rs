@@ -1,6 +1,5 @@
 //! What is known of the server's state.
 
-use std::sync::PoisonError;
 use std::time::{Duration, Instant};
 
 use tokio::sync::Mutex;
@@ -23,6 +22,12 @@ impl NotReady {
         Self { what, detail }
     }
 
+    /// What the log has already.
+    pub fn known(what: &'static str, detail: impl ToString) -> Self {
+        let detail = detail.to_string();
+        Self { what, detail }
+    }
+
     pub fn to_strangers(&self) -> Problem {
         Problem::new(Kind::Unavailable, self.what)
     }
@@ -38,16 +43,9 @@ const HOLDS: Duration = Duration::from_secs(1);
 #[derive(Default)]
 pub struct Signs {
     last: Mutex<Option<(Instant, Result<(), NotReady>)>>,
-    /// What is wrong with the database's file.
-    corrupt: std::sync::Mutex<Option<String>>,
 }
 
 impl Signs {
-    /// Notes what is wrong with the database's file, or that nothing is.
-    pub fn note(&self, fault: Option<String>) {
-        *self.corrupt.lock().unwrap_or_else(PoisonError::into_inner) = fault;
-    }
-
     /// What is known of late, or what `look` finds.
     pub async fn fresh(
         &self,
@@ -62,12 +60,5 @@ impl Signs {
                 outcome
             }
         }
-    }
-
-    pub fn corrupt(&self) -> Option<String> {
-        self.corrupt
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .clone()
     }
 }

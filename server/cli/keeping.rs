@@ -68,12 +68,8 @@ pub async fn keep_tidy(server: Arc<Server>, storage: Storage, stop: Cancellation
             Err(error) => tracing::error!(%error, "partial uploads were not checked"),
         }
         match scrub::first_fault(&server.db).await {
-            Ok(fault) => {
-                if let Some(fault) = &fault {
-                    tracing::error!(fault, "the database is damaged");
-                }
-                server.signs.note(fault);
-            }
+            Ok(Some(fault)) => server.db.condition().suspect(fault),
+            Ok(None) => {}
             Err(error) => tracing::error!(%error, "the database was not checked"),
         }
         let pruned = stop.run_until_cancelled(prune(&server, &storage)).await;

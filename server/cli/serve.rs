@@ -20,6 +20,7 @@ use crate::http::{self, HttpLimits};
 use crate::jobs::{self, Hub, Queue, RideCache};
 use crate::store::Db;
 use crate::store::key::{self, KeyRow};
+use crate::watch::watch;
 
 /// Time that answers in progress get, from the moment on in which the server is asked to stop.
 const DRAIN: Duration = Duration::from_secs(5);
@@ -99,6 +100,7 @@ impl Entry {
 impl Serve {
     pub async fn run(self) -> Result<(), CliError> {
         let (db, files) = self.storage.begin().await?;
+        db.settle().await?;
         let access = self.entry.access(&db, self.listen).await?;
         let (readers, hub) = (self.limits.readers()?, Hub::new());
         let rides = RideCache::new(db.clone(), files.clone(), Arc::clone(&readers));
@@ -126,6 +128,7 @@ impl Serve {
         };
 
         let stop = CancellationToken::new();
+        tokio::spawn(watch(db.clone(), files.clone(), stop.clone()));
         let server = Arc::new(Server {
             db,
             files,

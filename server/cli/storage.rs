@@ -40,7 +40,12 @@ impl Storage {
         if !exists && files.has_any().await? {
             return Err(InstallationError::NoRides.into());
         }
-        let db = self.connect(async |db| pair(db, &files).await).await?;
+        let paired = async |db: &Db| {
+            let id = pair(db, &files).await?;
+            files.belong_to(id);
+            Ok(())
+        };
+        let db = self.connect(paired).await?;
         Ok((db, files))
     }
 

@@ -22,6 +22,7 @@ use crate::jobs::{self, Budget, Compute, Gate, Hub, Readers, RideCache, Work};
 use crate::metrics::METRICS;
 use crate::router::connection;
 use crate::store::Db;
+use crate::watch::watch;
 use crate::webhooks::{Targets, Turns};
 
 /// Works on queued jobs, without HTTP: for additional machines on one PostgreSQL database.
@@ -111,6 +112,9 @@ impl WorkLimits {
 impl Worker {
     pub async fn run(self) -> Result<(), CliError> {
         let (db, files): (Db, Files) = self.storage.begin().await?;
+        db.settle().await?;
+        let stop = CancellationToken::new();
+        tokio::spawn(watch(db.clone(), files.clone(), stop.clone()));
         let _lock = self.storage.lock_for_work(&db)?;
         let threads = self.workers.unwrap_or_else(cores).max(1);
         let work = self.limits.work(
@@ -130,6 +134,7 @@ impl Worker {
         }
         eprintln!("veloid works with {threads} threads");
         asked_to_stop().await?;
+        stop.cancel();
         Ok(running.stop().await?)
     }
 }
@@ -143,12 +148,20 @@ fn signs(db: Db, asks: bool) -> Router {
         }
         Ok::<_, Problem>(METRICS.render())
     };
-    let ready = async move || match db.ping().await {
-        Ok(()) => (StatusCode::OK, "ready\n"),
-        Err(_) => (
-            StatusCode::SERVICE_UNAVAILABLE,
-            "the database is unavailable\n",
-        ),
+    let ready = async move || {
+        if let Err(fault) = db.condition().check() {
+            return (
+                StatusCode::SERVICE_UNAVAILABLE,
+                format!("{}\n", fault.what()),
+            );
+        }
+        match db.ping().await {
+            Ok(()) => (StatusCode::OK, "ready\n".to_owned()),
+            Err(_) => (
+                StatusCode::SERVICE_UNAVAILABLE,
+                "the database is unavailable\n".to_owned(),
+            ),
+        }
     };
     Router::new()
         .route("/healthz", get(|| async { "ok\n" }))

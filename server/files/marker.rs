@@ -7,6 +7,7 @@ use futures_util::TryStreamExt;
 use uuid::Uuid;
 
 use super::{Files, in_store};
+use crate::exchanged::Exchanged;
 
 const MARKER: &str = "installation";
 
@@ -30,6 +31,32 @@ impl Files {
             io::Error::new(io::ErrorKind::InvalidData, text)
         };
         id.map(Some).map_err(bad)
+    }
+
+    /// From now on the store must have this id.
+    pub fn belong_to(&self, id: Uuid) {
+        let _ = self.owner.set(id);
+    }
+
+    /// The id that the store must have.
+    pub fn owner(&self) -> Option<Uuid> {
+        self.owner.get().copied()
+    }
+
+    /// Whether the store has the id that it must have.
+    pub async fn check(&self) -> Result<(), Exchanged> {
+        let Some(owner) = self.owner() else {
+            return Ok(());
+        };
+        let why = match self.installation().await {
+            Ok(Some(found)) if found == owner => return Ok(()),
+            Ok(Some(found)) => format!("it belongs to installation {found}"),
+            Ok(None) => "it is empty or missing".to_owned(),
+            Err(error) => format!("its id cannot be read: {error}"),
+        };
+        Err(Exchanged::Store(format!(
+            "{why}; mount or put back that of installation {owner}"
+        )))
     }
 
     /// Gives the store an id unless it has one; the id that it then has.
@@ -77,6 +104,14 @@ mod tests {
         }
         let entries = std::fs::read_dir(root.join("rides")).unwrap().count();
         assert_eq!(entries, 1);
+        assert_eq!(folder.check().await, Ok(()), "none is expected");
+        folder.belong_to(Uuid::from_u128(2));
+        assert_eq!(folder.check().await, Ok(()));
+        folder
+            .replace_installation(Uuid::from_u128(3))
+            .await
+            .unwrap();
+        assert!(folder.check().await.is_err(), "another installation's");
         std::fs::write(root.join("rides").join(MARKER), "?").unwrap();
         let error = folder.installation().await.unwrap_err();
         assert!(error.to_string().contains("1 bytes"), "{error}");

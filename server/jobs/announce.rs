@@ -7,7 +7,7 @@ use uuid::Uuid;
 
 use super::fault::Fault;
 use super::queue::{Announce, Deliver, Queue};
-use super::stage::{backoff, complete, queue};
+use super::stage::{PAUSE, backoff, complete, queue};
 use super::work::Stages;
 use crate::fleet;
 use crate::store::job::{self, JobRow, State};
@@ -38,8 +38,10 @@ impl Worker<Announce> for Stages {
         context: WorkContext,
         job: Job<Announce>,
     ) -> Result<WorkOutcome, BoxError> {
-        self.announce(&context, job.args.job).await?;
-        Ok(WorkOutcome::Complete)
+        match self.announce(&context, job.args.job).await {
+            Err(fault) if fault.is_outage() => Ok(WorkOutcome::Snooze(PAUSE)),
+            announced => Ok(announced.map(|()| WorkOutcome::Complete)?),
+        }
     }
 }
 

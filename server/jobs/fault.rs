@@ -8,6 +8,7 @@ use veloid_engine::EngineError;
 use super::budget::{Budget, OverBudget};
 use super::isolate::Ended;
 use super::unread::{Unread, Unreadable};
+use crate::exchanged::Exchanged;
 use crate::files::FileError;
 use crate::store;
 use crate::store::job::Failure;
@@ -95,7 +96,18 @@ impl Fault {
             Fault::Database(error) | Fault::Queue(riverqueue::Error::Database(error)) => {
                 store::is_outage(error)
             }
+            Fault::File(FileError::Store(error)) => Exchanged::behind(error).is_some(),
             _ => false,
+        }
+    }
+
+    /// What makes the database suspect.
+    pub(super) fn damage(&self) -> Option<&sqlx::Error> {
+        match self {
+            Fault::Database(error) | Fault::Queue(riverqueue::Error::Database(error)) => {
+                store::is_damage(error).then_some(error)
+            }
+            _ => None,
         }
     }
 }

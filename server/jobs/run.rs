@@ -20,9 +20,9 @@ use super::takeover::sweep;
 use super::work::{Stages, Work};
 use crate::crash;
 use crate::store::{Db, river, turn, worker};
+use crate::watch::BEAT;
 use crate::webhooks::CONNECTIONS;
 
-const BEAT: Duration = Duration::from_secs(2);
 /// A worker that has not beaten for so long is gone; four beats.
 const LEASE: Duration = Duration::from_secs(8);
 /// A database that does not answer a heartbeat for so long is not there.
@@ -96,6 +96,9 @@ impl Running {
         crash::point("in_stop");
         self.stop.cancel();
         self.heart.await?;
+        if self.db.condition().check_database().is_err() {
+            return Ok(stopped?);
+        }
         let mut tx = self.db.begin().await?;
         worker::leave(&mut tx, self.queue.0.id()).await?;
         tx.commit().await?;
@@ -148,6 +151,11 @@ async fn live(db: Db, queue: Queue, hub: Hub, slots: i64, stop: CancellationToke
     let mut steady: Option<Instant> = None;
     let mut clock = Clock::default();
     while stop.run_until_cancelled(ticks.tick()).await.is_some() {
+        // The watch has said why.
+        if db.condition().check_database().is_err() {
+            steady = None;
+            continue;
+        }
         // Who could not reach the database does not know whether others could.
         let judges = !db.is_sqlite() && steady.is_some_and(|since| since.elapsed() >= LEASE);
         match in_time(beat(&db, queue.0.id(), slots, judges)).await {

@@ -20,7 +20,7 @@ use crate::store::{Tx, loss, on, trial, webhook};
 /// A transaction that is not heard of for so long is started again.
 const UNHEARD: Duration = Duration::from_secs(10);
 /// Wait before the database is tried again.
-const PAUSE: Duration = Duration::from_secs(1);
+pub(super) const PAUSE: Duration = Duration::from_secs(1);
 
 impl Work {
     /// The job, when there is still something to do for it.
@@ -74,6 +74,9 @@ impl Work {
                 }
                 Err(_) => Fault::Database(sqlx::Error::PoolTimedOut),
             };
+            if let Some(damage) = fault.damage() {
+                self.db.condition().suspect(damage);
+            }
             tracing::warn!(%fault, "keeping the result until the database is available again");
             let stopped = context.cancellation_token().cancelled();
             if tokio::time::timeout(PAUSE, stopped).await.is_ok() {
@@ -95,7 +98,15 @@ impl Work {
             Err(Fault::Stopped) => return Err(WorkCancelled.into()),
             Err(Fault::GivesWay | Fault::Interrupted) => return Ok(WorkOutcome::Snooze(PAUSE)),
             // The attempt is not to blame.
-            Err(fault) if fault.is_outage() => return Ok(WorkOutcome::Snooze(PAUSE)),
+            Err(fault) if fault.is_outage() => {
+                if let Some(damage) = fault.damage() {
+                    self.db.condition().suspect(damage);
+                }
+                // Or all that is queued would be tried at once.
+                let stopped = context.cancellation_token().cancelled();
+                let _ = tokio::time::timeout(PAUSE, stopped).await;
+                return Ok(WorkOutcome::Snooze(PAUSE));
+            }
             Err(Fault::Queue(riverqueue::Error::JobNotRunning { state })) => {
                 tracing::warn!(%job, kind = row.kind, %state, "late result rejected");
                 METRICS.stale_completions.add(1, []);
@@ -130,7 +141,13 @@ impl Work {
         job: Uuid,
         stage: impl Future<Output = Result<(), Fault>>,
     ) -> Result<WorkOutcome, BoxError> {
-        let entered = self.gate.enter(&self.db, job, row.id);
+        let entered = async {
+            self.db
+                .condition()
+                .check_database()
+                .map_err(sqlx::Error::from)?;
+            self.gate.enter(&self.db, job, row.id).await
+        };
         let entered = context
             .cancellation_token()
             .run_until_cancelled(entered)

@@ -2,8 +2,8 @@
 
 use askama::Template;
 use axum::extract::{FromRequestParts, Request};
-use axum::http::StatusCode;
 use axum::http::request::Parts;
+use axum::http::{HeaderValue, header};
 use axum::middleware::Next;
 use axum::response::{Html, IntoResponse, Response};
 use serde::de::DeserializeOwned;
@@ -91,11 +91,13 @@ impl ProblemPage {
 
 impl IntoResponse for Fault {
     fn into_response(self) -> Response {
-        let status = StatusCode::from_u16(self.0.status).unwrap_or_default();
         let page = ProblemPage { problem: self.0 };
-        match page.render() {
-            Ok(text) => (status, Html(text)).into_response(),
-            Err(_) => page.problem.into_response(),
-        }
+        let text = page.render();
+        let response = page.problem.into_response();
+        let Ok(text) = text else { return response };
+        let (mut head, _) = response.into_parts();
+        let html = HeaderValue::from_static("text/html; charset=utf-8");
+        head.headers.insert(header::CONTENT_TYPE, html);
+        Response::from_parts(head, text.into())
     }
 }

@@ -10,7 +10,7 @@ use axum::response::{IntoResponse, Redirect, Response};
 use super::stay::while_admitted;
 use crate::api::access::credentials::cookie;
 use crate::api::access::{Caller, Mode};
-use crate::api::problem::{Kind, Problem};
+use crate::api::problem::{Kind, Problem, Suspicion};
 use crate::api::{App, Server};
 use crate::metrics::METRICS;
 use crate::pages::layout::Fault;
@@ -20,7 +20,7 @@ use crate::store::key::Scope;
 pub async fn enter(State(server): App, mut request: Request, next: Next) -> Response {
     let asked = Asked::of(&request);
     let answer = match scope(&server, &request) {
-        Ok(None) => return next.run(request).await,
+        Ok(None) => Ok(next.run(request).await),
         Ok(Some(scope)) => match admit(&server, request.headers(), scope).await {
             Ok(caller) => {
                 request.extensions_mut().insert(caller.clone());
@@ -30,11 +30,15 @@ pub async fn enter(State(server): App, mut request: Request, next: Next) -> Resp
         },
         Err(problem) => Err(problem),
     };
-    answer.unwrap_or_else(|problem| {
+    let response = answer.unwrap_or_else(|problem| {
         let status = problem.status.to_string();
         METRICS.refused.add(1, [("status", &status)]);
         asked.refuse(problem)
-    })
+    });
+    if let Some(Suspicion(why)) = response.extensions().get() {
+        server.db.condition().suspect(why);
+    }
+    response
 }
 
 /// The scope that a request needs, if any, unless it must not come in at all.

@@ -4,10 +4,10 @@ use std::time::Duration;
 use sqlx::Connection;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
 
-use super::Db;
 use super::pool::{ACQUIRE_TIMEOUT, unmaintained};
 #[cfg(feature = "postgres")]
 use super::postgres;
+use super::{Condition, Db};
 
 const BUSY_TIMEOUT: Duration = Duration::from_secs(10);
 
@@ -31,11 +31,17 @@ impl Db {
             .foreign_keys(true);
         // A file need not be asked whether it is still there: each time would be a way to SQLite's thread
         // and back.
+        let condition = Condition::default();
         let pool = |most| {
+            let condition = condition.clone();
             unmaintained(SqlitePoolOptions::new())
                 .max_connections(most)
                 .acquire_timeout(ACQUIRE_TIMEOUT)
                 .test_before_acquire(false)
+                .after_connect(move |_, _| {
+                    let place = condition.check_place();
+                    Box::pin(async { Ok(place?) })
+                })
         };
         // On a full disk SQLite ends a transaction by itself. sqlx, whose rollback then fails, holds the
         // connection to be in it for ever: such a one is closed, and the pool opens another.
@@ -56,6 +62,7 @@ impl Db {
             write,
             read: pool(8).connect_with(reading.clone()).await?,
             signs: pool(1).connect_lazy_with(reading),
+            condition,
         })
     }
 }
@@ -85,13 +92,17 @@ mod tests {
     #[tokio::test]
     async fn no_task_looks_after_a_pool() {
         on_each_empty(async |db| match &db {
-            Db::Sqlite { write, read, signs } => {
+            Db::Sqlite {
+                write, read, signs, ..
+            } => {
                 for pool in [write, read, signs] {
                     is_unmaintained(pool.options());
                 }
             }
             #[cfg(feature = "postgres")]
-            Db::Postgres { write, read, signs } => {
+            Db::Postgres {
+                write, read, signs, ..
+            } => {
                 for pool in [write, read, signs] {
                     is_unmaintained(pool.options());
                 }
@@ -110,12 +121,12 @@ mod tests {
                         false => db.begin().await,
                     };
                     match tx.unwrap() {
-                        Tx::Sqlite(mut tx) => {
+                        Tx::Sqlite(mut tx, _) => {
                             assert_eq!(synchronous(&mut tx).await, meant);
                             tx.commit().await.unwrap();
                         }
                         #[cfg(feature = "postgres")]
-                        Tx::Postgres(_) => {}
+                        Tx::Postgres(..) => {}
                     }
                 }
             }

@@ -2,11 +2,17 @@
 
 use uuid::Uuid;
 
-use super::{Db, Tx, now_ms};
+use super::{Db, Tx, now_ms, soon};
 
 pub async fn find(db: &Db) -> sqlx::Result<Option<Uuid>> {
     const SQL: &str = "SELECT id FROM installation";
     on!(read db, p => sqlx::query_scalar(SQL).fetch_optional(p).await)
+}
+
+/// The same, or an error soon.
+pub async fn ask(db: &Db) -> sqlx::Result<Option<Uuid>> {
+    const SQL: &str = "SELECT id FROM installation";
+    soon(async { on!(signs db, p => sqlx::query_scalar(SQL).fetch_optional(p).await) }).await
 }
 
 /// Keeps others from recording an id until the transaction ends; the id that is recorded.

@@ -12,11 +12,18 @@ macro_rules! on {
             $crate::store::Db::Postgres { read: $p, .. } => $body,
         }
     };
+    (signs $db:expr, $p:ident => $body:expr) => {
+        match $db {
+            $crate::store::Db::Sqlite { signs: $p, .. } => $body,
+            #[cfg(feature = "postgres")]
+            $crate::store::Db::Postgres { signs: $p, .. } => $body,
+        }
+    };
     ($tx:expr, $t:ident => $body:expr) => {
         match $tx {
-            $crate::store::Tx::Sqlite($t) => $body,
+            $crate::store::Tx::Sqlite($t, _) => $body,
             #[cfg(feature = "postgres")]
-            $crate::store::Tx::Postgres($t) => $body,
+            $crate::store::Tx::Postgres($t, _) => $body,
         }
     };
 }
@@ -25,6 +32,7 @@ pub(crate) use on;
 pub mod audit;
 pub mod bike;
 pub mod bike_event;
+mod condition;
 mod connect;
 pub mod deletion;
 pub mod dependence;
@@ -43,6 +51,7 @@ mod nodelay {
     pub fn send_at_once(_port: u16) {}
 }
 pub mod parameter;
+mod place;
 mod pool;
 #[cfg(feature = "postgres")]
 mod postgres;
@@ -53,6 +62,7 @@ pub mod river;
 pub mod scrub;
 pub mod search;
 pub mod session;
+mod settle;
 pub mod snapshot;
 mod transaction;
 pub mod trial;
@@ -62,6 +72,7 @@ pub mod worker;
 
 use std::time::Duration;
 
+pub use condition::Condition;
 pub use connect::is_postgres;
 pub use migrate::MigrateError;
 use sqlx::error::DatabaseError;
@@ -82,6 +93,7 @@ pub enum Db {
         write: SqlitePool,
         read: SqlitePool,
         signs: SqlitePool,
+        condition: Condition,
     },
     /// Apart, so that however many pages are looked at, the queue has its connections.
     #[cfg(feature = "postgres")]
@@ -89,6 +101,7 @@ pub enum Db {
         write: PgPool,
         read: PgPool,
         signs: PgPool,
+        condition: Condition,
     },
 }
 
@@ -100,9 +113,9 @@ type Other = Sqlite;
 
 /// A transaction that may write.
 pub enum Tx {
-    Sqlite(Transaction<'static, Sqlite>),
+    Sqlite(Transaction<'static, Sqlite>, Condition),
     #[cfg(feature = "postgres")]
-    Postgres(Transaction<'static, Postgres>),
+    Postgres(Transaction<'static, Postgres>, Condition),
 }
 
 impl Db {
@@ -119,15 +132,28 @@ impl Db {
     }
 
     async fn begin_as(&self, on_sqlite: &'static str) -> sqlx::Result<Tx> {
+        let condition = self.condition().clone();
+        condition.check_database()?;
         Ok(match self {
             Db::Sqlite { write, .. } => {
-                Tx::Sqlite(transaction::begin_sqlite(write, on_sqlite).await?)
+                let begun = transaction::begin_sqlite(write, on_sqlite).await?;
+                Tx::Sqlite(begun, condition)
             }
             #[cfg(feature = "postgres")]
             Db::Postgres { write, .. } => {
-                Tx::Postgres(riverqueue::database::begin_postgres(write).await?)
+                let begun = riverqueue::database::begin_postgres(write).await?;
+                Tx::Postgres(begun, condition)
             }
         })
+    }
+
+    /// Whether it may be written to.
+    pub fn condition(&self) -> &Condition {
+        match self {
+            Db::Sqlite { condition, .. } => condition,
+            #[cfg(feature = "postgres")]
+            Db::Postgres { condition, .. } => condition,
+        }
     }
 
     /// A River client builder on the pool that writes.
@@ -145,8 +171,14 @@ impl Db {
 
     /// The pool that reads, where this is SQLite.
     pub fn sqlite(&self) -> Option<&SqlitePool> {
+        self.sqlite_pools().map(|[_, read, _]| read)
+    }
+
+    fn sqlite_pools(&self) -> Option<[&SqlitePool; 3]> {
         match self {
-            Db::Sqlite { read, .. } => Some(read),
+            Db::Sqlite {
+                write, read, signs, ..
+            } => Some([write, read, signs]),
             #[cfg(feature = "postgres")]
             Db::Postgres { .. } => None,
         }
@@ -171,16 +203,14 @@ impl Db {
     pub async fn ping(&self) -> sqlx::Result<()> {
         // A table, since a number needs nothing of a file that cannot be read.
         const SQL: &str = "SELECT COUNT(*) FROM worker";
-        let answer = async {
-            match self {
-                Db::Sqlite { signs, .. } => sqlx::query(SQL).execute(signs).await.map(drop),
-                #[cfg(feature = "postgres")]
-                Db::Postgres { signs, .. } => sqlx::query(SQL).execute(signs).await.map(drop),
-            }
-        };
-        let soon = tokio::time::timeout(PING, answer).await;
-        soon.unwrap_or(Err(sqlx::Error::PoolTimedOut))
+        soon(async { on!(signs self, p => sqlx::query(SQL).execute(p).await.map(drop)) }).await
     }
+}
+
+/// Ends what waits for a database that gives no sign of life.
+async fn soon<T>(answer: impl Future<Output = sqlx::Result<T>>) -> sqlx::Result<T> {
+    let soon = tokio::time::timeout(PING, answer).await;
+    soon.unwrap_or(Err(sqlx::Error::PoolTimedOut))
 }
 
 /// Whether the database could not be reached, ended the session, or cannot write for now.
@@ -195,11 +225,22 @@ pub fn is_outage(error: &sqlx::Error) -> bool {
     }
 }
 
-/// Busy, locked, read-only, input/output error, disk full, file not to be opened.
+/// Whether SQLite's file cannot be read: input/output error, corrupt, no database.
+pub fn is_damage(error: &sqlx::Error) -> bool {
+    let error = error.as_database_error();
+    let error = error.and_then(|error| error.try_downcast_ref::<SqliteError>());
+    error.is_some_and(|error| sqlite_says(error, &[10, 11, 26]))
+}
+
+/// Busy, locked, read-only, input/output error, corrupt, disk full, file not to be opened, no database.
 fn sqlite_cannot(error: &SqliteError) -> bool {
+    sqlite_says(error, &[5, 6, 8, 10, 11, 13, 14, 26])
+}
+
+fn sqlite_says(error: &SqliteError, codes: &[i32]) -> bool {
     let code = error.code().and_then(|code| code.parse::<i32>().ok());
     // Extended codes hold the primary one in their lowest byte.
-    code.is_some_and(|code| [5, 6, 8, 10, 13, 14].contains(&(code & 0xff)))
+    code.is_some_and(|code| codes.contains(&(code & 0xff)))
 }
 
 /// Connection lost, idle in transaction for too long, shutting down or starting up, out of disk or memory.
@@ -214,9 +255,9 @@ impl Tx {
     /// The statement as this database spells it.
     pub fn spelt(&self, sqlite: &'static str, postgres: &'static str) -> &'static str {
         let is_sqlite = match self {
-            Tx::Sqlite(_) => true,
+            Tx::Sqlite(..) => true,
             #[cfg(feature = "postgres")]
-            Tx::Postgres(_) => false,
+            Tx::Postgres(..) => false,
         };
         if is_sqlite { sqlite } else { postgres }
     }
@@ -224,14 +265,22 @@ impl Tx {
     /// The transaction where it is PostgreSQL's, which has many writers and needs more locks.
     pub fn postgres(&mut self) -> Option<&mut Transaction<'static, Other>> {
         match self {
-            Tx::Sqlite(_) => None,
+            Tx::Sqlite(..) => None,
             #[cfg(feature = "postgres")]
-            Tx::Postgres(t) => Some(t),
+            Tx::Postgres(t, _) => Some(t),
         }
     }
 
+    /// Commits, and only then says so if the database is still the one that it is taken for.
     pub async fn commit(self) -> sqlx::Result<()> {
-        on!(self, t => t.commit().await)
+        let condition = match &self {
+            Tx::Sqlite(_, condition) => condition.clone(),
+            #[cfg(feature = "postgres")]
+            Tx::Postgres(_, condition) => condition.clone(),
+        };
+        condition.check_database()?;
+        on!(self, t => t.commit().await)?;
+        Ok(condition.check_database()?)
     }
 }
 

@@ -7,7 +7,7 @@ use sqlx::Connection;
 use sqlx::postgres::{PgConnectOptions, PgPoolOptions};
 
 use super::pool::{ACQUIRE_TIMEOUT, unmaintained};
-use super::{Db, nodelay};
+use super::{Condition, Db, nodelay};
 
 /// A connection that has rested for so long is asked whether its PostgreSQL is still there.
 const RESTED: Duration = Duration::from_secs(1);
@@ -57,5 +57,6 @@ pub async fn connect(url: &str) -> sqlx::Result<Db> {
             .await?,
         read: pool(READERS).connect_with(reading.clone()).await?,
         signs: pool(1).connect_lazy_with(reading),
+        condition: Condition::default(),
     })
 }

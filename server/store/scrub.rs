@@ -3,7 +3,7 @@
 use sqlx::FromRow;
 use uuid::Uuid;
 
-use super::Db;
+use super::{Db, is_damage};
 
 /// A raw file as the rides have it.
 #[derive(FromRow)]
@@ -50,13 +50,6 @@ pub async fn first_fault(db: &Db) -> sqlx::Result<Option<String>> {
         Err(error) if is_damage(&error) => Ok(Some(error.to_string())),
         Err(error) => Err(error),
     }
-}
-
-/// SQLite's corrupt, and no database.
-fn is_damage(error: &sqlx::Error) -> bool {
-    let code = error.as_database_error().and_then(|error| error.code());
-    let code = code.and_then(|code| code.parse::<i32>().ok());
-    code.is_some_and(|code| [11, 26].contains(&(code & 0xff)))
 }
 
 /// Files of rides with names after this one, in their order.

@@ -155,6 +155,9 @@ fn note(db: &Db, row: &KeyRow) {
     {
         return;
     }
+    if db.condition().check_database().is_err() {
+        return;
+    }
     let (db, id) = (db.clone(), row.id);
     tokio::spawn(async move {
         let noted = async {

@@ -77,7 +77,10 @@ pub async fn receive(
     let (head, body) = request.into_parts();
     let mut body = body.into_data_stream();
     let (headers, query) = (&head.headers, head.uri.query());
-    let outcome = parts(&server.files, limit, headers, query, &mut body).await;
+    let outcome = match server.db.condition().check() {
+        Ok(()) => parts(&server.files, limit, headers, query, &mut body).await,
+        Err(exchanged) => Err(Problem::from(&exchanged)),
+    };
     if outcome.is_err() {
         // The client may still be sending; closing on it now could cost it the answer. A refused body
         // costs no more than one that is taken.

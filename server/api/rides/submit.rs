@@ -70,6 +70,7 @@ pub async fn submit(
     }
     drop(tx);
 
+    server.files.check().await.map_err(io::Error::from)?;
     let files = keep(&server.files, received.files).await?;
     crash::point("after_file");
 
@@ -95,6 +96,8 @@ pub async fn submit(
     crash::point("before_commit");
     tx.commit().await?;
     crash::point("after_commit");
+    // The files may have come to lie where the store was unmounted.
+    server.files.check().await.map_err(io::Error::from)?;
     if let Some(ride) = checked.ride {
         let (ride, request) = (Arc::new(ride), &upload.request);
         (server.rides).put(&upload.sha256, &upload.name, request, ride);

@@ -87,9 +87,9 @@ async fn insert(tx: &mut Tx, text: &str, schema: i64, row: i64) {
         .replace("{river}", &row.to_string());
     for number in 1..=7 {
         let literal = match tx {
-            Tx::Sqlite(_) => format!("x'{}'", id(number).simple()),
+            Tx::Sqlite(..) => format!("x'{}'", id(number).simple()),
             #[cfg(feature = "postgres")]
-            Tx::Postgres(_) => format!("'{}'", id(number)),
+            Tx::Postgres(..) => format!("'{}'", id(number)),
         };
         sql = sql.replace(&format!("#{number}"), &literal);
     }
