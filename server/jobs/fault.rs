@@ -11,6 +11,7 @@ use super::unread::{Unread, Unreadable};
 use crate::files::FileError;
 use crate::store;
 use crate::store::job::Failure;
+use crate::store::result::DocumentError;
 
 /// Why a stage did not end well.
 #[derive(Debug, thiserror::Error)]
@@ -57,6 +58,12 @@ pub enum Fault {
     NoClient,
     #[error(transparent)]
     File(#[from] FileError),
+    /// What an earlier stage stored.
+    #[error(transparent)]
+    Document(DocumentError),
+    /// A report that a child process was given to draw.
+    #[error("the stored report is malformed: {0}")]
+    Report(String),
     #[error("database: {0}")]
     Database(#[from] sqlx::Error),
     #[error("queue: {0}")]
@@ -77,6 +84,7 @@ impl Fault {
             Fault::Budget(_) | Fault::TooLargeToRead(_) => "memory",
             Fault::Deadline(_) => "deadline",
             Fault::Panic(_) | Fault::Died(_) | Fault::OutOfMemory(_) => "crash",
+            Fault::Document(_) => "internal",
             _ => return None,
         };
         Some(Failure::new(kind, self.to_string()))
@@ -114,11 +122,21 @@ impl From<Ended> for Fault {
     }
 }
 
+impl From<DocumentError> for Fault {
+    fn from(error: DocumentError) -> Self {
+        match error {
+            DocumentError::Database(error) => Fault::Database(error),
+            error => Fault::Document(error),
+        }
+    }
+}
+
 impl From<Unread> for Fault {
     fn from(unread: Unread) -> Self {
         match unread {
             Unread::Ride(error) => Fault::Read(error),
             Unread::Budget(error) => Fault::Budget(error),
+            Unread::Report(error) => Fault::Report(error),
             unread => Fault::Child(io::Error::other(unread)),
         }
     }

@@ -202,6 +202,27 @@ fn sqlite_cannot(error: &SqliteError) -> bool {
     code.is_some_and(|code| [5, 6, 8, 10, 13, 14].contains(&(code & 0xff)))
 }
 
+/// Whether SQLite found its file to be corrupt, or no database.
+pub fn is_damage(error: &sqlx::Error) -> bool {
+    sqlite_code(error).is_some_and(|code| [11, 26].contains(&code))
+}
+
+/// Whether SQLite found the disk to be full.
+pub fn is_full(error: &sqlx::Error) -> bool {
+    sqlite_code(error) == Some(13)
+}
+
+fn sqlite_code(error: &sqlx::Error) -> Option<i32> {
+    let error = error.as_database_error()?;
+    let code: i32 = error
+        .try_downcast_ref::<SqliteError>()?
+        .code()?
+        .parse()
+        .ok()?;
+    // Extended codes hold the primary one in their lowest byte.
+    Some(code & 0xff)
+}
+
 /// Connection lost, idle in transaction for too long, shutting down or starting up, out of disk or memory.
 fn postgres_cannot(code: &str) -> bool {
     ["08", "53", "57P"]
