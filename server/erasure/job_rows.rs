@@ -13,6 +13,8 @@ use crate::store::result::{self, DocumentError};
 use crate::store::scrub::{self, StoredParameter, readable};
 use crate::store::trial::{self, TrialRow};
 
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+
 /// What is wrong with a job's rows. Read again while they change, since a server may be at work on them.
 pub async fn faults(db: &Db, id: Uuid) -> sqlx::Result<Vec<String>> {
     loop {
@@ -125,7 +127,7 @@ async fn of_report(
     };
     Ok(match stored.parse::<Report>() {
         // Other versions may have read, counted and named otherwise.
-        Ok(report) if stored.is_checked && report.veloid == env!("CARGO_PKG_VERSION") => {
+        Ok(report) if stored.is_checked && report.veloid == VERSION => {
             against(job, trials, fleet, &report)
         }
         Ok(_) => Vec::new(),
@@ -183,19 +185,24 @@ fn of_fleet(job: &JobRow, fleet: &[StoredParameter], reported: &[Parameter]) -> 
             found.push(format!("{what} is missing from the fleet"));
             continue;
         };
-        let same = row.value == parameter.value
-            && row.std_error == parameter.std_error
-            && row.unit == parameter.unit;
-        if !same {
-            let (value, reported) = (row.value, parameter.value);
+        let kept = (row.value, row.std_error, row.unit.as_str());
+        let meant = (
+            parameter.value,
+            parameter.std_error,
+            parameter.unit.as_str(),
+        );
+        if kept != meant {
+            let said = |(value, error, unit)| format!("{} {unit}", with_error(value, error));
+            let (kept, meant) = (said(kept), said(meant));
             found.push(format!(
-                "{what} is {value} {} in the fleet, {reported} {} in the report",
-                row.unit, parameter.unit
+                "{what} is {kept} in the fleet, {meant} in the report"
             ));
         }
-        if (&row.bike, &row.group_name, &row.verdict) != (&job.bike, &job.group_name, &job.verdict)
-        {
-            found.push(format!("{what} is kept for another bike, group or verdict"));
+        let of = (&row.bike, &row.group_name, &row.verdict);
+        if of != (&job.bike, &job.group_name, &job.verdict) || row.version != VERSION {
+            found.push(format!(
+                "{what} is kept for another bike, group, verdict or version"
+            ));
         }
     }
     let more = stored.into_keys();
@@ -203,4 +210,11 @@ fn of_fleet(job: &JobRow, fleet: &[StoredParameter], reported: &[Parameter]) -> 
         format!("parameter {axle} {name} by {method} is in the fleet, not in the report")
     }));
     found
+}
+
+fn with_error(value: f64, error: Option<f64>) -> String {
+    match error {
+        Some(error) => format!("{value} ± {error}"),
+        None => value.to_string(),
+    }
 }

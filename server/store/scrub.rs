@@ -131,11 +131,12 @@ pub struct StoredParameter {
     pub bike: String,
     pub group_name: String,
     pub verdict: Option<String>,
+    pub version: String,
 }
 
 pub async fn parameters(db: &Db, job: Uuid) -> sqlx::Result<Vec<StoredParameter>> {
     const SQL: &str = "\
-        SELECT method, axle, name, value, std_error, unit, bike, group_name, verdict \
+        SELECT method, axle, name, value, std_error, unit, bike, group_name, verdict, version \
         FROM parameter WHERE job_id = $1";
     on!(read db, p => sqlx::query_as(SQL).bind(job).fetch_all(p).await)
 }
