@@ -41,8 +41,9 @@ impl Vault {
         let part = to.database.with_extension("part");
         let written = self.write(to, &part, manifest).await;
         if written.is_err() {
-            // It may not have been made.
+            // SQLite leaves a journal beside a copy that it could not end. They may not have been made.
             let _ = fs::remove_file(&part).await;
+            let _ = fs::remove_file(part.with_extension("part-journal")).await;
         }
         written
     }

@@ -32,11 +32,13 @@ pub async fn size(database: &Path) -> Result<u64, SnapshotError> {
 /// the SHA-256 of every raw file that a ride of the copy has.
 pub async fn snapshot(from: &Path, to: &Path) -> Result<Vec<String>, SnapshotError> {
     let mut source = SqliteConnectOptions::new().filename(from).connect().await?;
-    sqlx::query("VACUUM INTO $1")
+    let written = sqlx::query("VACUUM INTO $1")
         .bind(to.to_string_lossy())
         .execute(&mut source)
-        .await?;
+        .await;
+    // Nothing is written there any more once it is closed.
     source.close().await?;
+    written?;
 
     let mut copy = SqliteConnectOptions::new().filename(to).connect().await?;
     let found: String = sqlx::query_scalar("PRAGMA integrity_check(1)")
