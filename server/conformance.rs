@@ -467,13 +467,12 @@ async fn documents_come_back_number_for_number() {
         tx.commit().await.unwrap();
         let back: Vec<f64> = result::get(&db, id, result::OBSERVED).await.unwrap();
         assert_eq!(back, numbers);
-        // PostgreSQL spells them in its own way, -0.0 as 0.0 and without exponents.
-        let text = result::text(&db, id, result::OBSERVED).await.unwrap();
-        assert_eq!(
-            serde_json::from_str::<Vec<f64>>(&text.unwrap()).unwrap(),
-            numbers
-        );
-        assert_eq!(result::text(&db, id, result::REPORT).await.unwrap(), None);
+        let stored = result::find(&db, id, result::OBSERVED).await.unwrap();
+        let stored = stored.unwrap();
+        assert_eq!(stored.text, serde_json::to_string(&numbers).unwrap());
+        assert!(stored.is_checked);
+        let report = result::find(&db, id, result::REPORT).await.unwrap();
+        assert!(report.is_none());
     })
     .await;
 }

@@ -24,6 +24,7 @@ use url::Url;
 use uuid::Uuid;
 
 use self::folder::Folder;
+pub use self::marker::MARKER;
 #[cfg(feature = "s3")]
 use self::objects::Objects;
 #[cfg(not(feature = "s3"))]
@@ -185,7 +186,8 @@ impl Files {
         Ok(bytes)
     }
 
-    async fn open(&self, sha256: &str) -> Result<Chunks, FileError> {
+    /// The bytes of a file, whatever they are, or that it is missing.
+    pub async fn open(&self, sha256: &str) -> Result<Chunks, FileError> {
         match self.stream(sha256).await {
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
                 // Where the store is another one, the file may still be in the right one.
@@ -309,6 +311,11 @@ impl Incoming {
     /// SHA-256 of what was received so far (hex).
     pub fn sha256(&self) -> String {
         hex(&self.sha256.clone().finalize())
+    }
+
+    /// Refuses what was received so far unless it has this name.
+    pub fn is(&self, sha256: &str) -> Result<(), FileError> {
+        same(sha256, self.sha256())
     }
 
     /// Where what was received so far can be read.

@@ -20,10 +20,10 @@ use crate::skips::{not_applicable, skip};
 const SECONDS: [(&str, &str); 2] = [("iterations", "1000"), ("particles", "60")];
 
 /// A file system that goes when the test ends; none where the tests do not run as root.
-struct Mount(PathBuf);
+pub struct Mount(pub PathBuf);
 
 impl Mount {
-    fn small(at: PathBuf) -> Option<Self> {
+    pub fn small(at: PathBuf) -> Option<Self> {
         std::fs::create_dir(&at).unwrap();
         Self::new(at, &["-t", "tmpfs", "-o", "size=24m", "tmpfs"])
     }
@@ -57,7 +57,7 @@ impl Mount {
     }
 
     /// Leaves no byte free.
-    fn fill(&self) -> PathBuf {
+    pub fn fill(&self) -> PathBuf {
         let path = self.0.join("ballast");
         let mut file = File::create(&path).unwrap();
         for block in [1 << 20, 4096, 1] {

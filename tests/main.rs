@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod access;
+mod altered;
 mod api_guide;
 mod backup;
 mod bad_days;

@@ -7,14 +7,14 @@ use serde_json::Value;
 use crate::harness::{Folder, Server, nothing_is_kept, veloid};
 use crate::ride;
 
-const NAMES: [&str; 3] = [
+pub const NAMES: [&str; 3] = [
     "ride-accelerometers.csv",
     "ride-laser-rear.csv",
     "ride-speed.csv",
 ];
 
 /// Writes the paper's bench as three loggers, the laser's clock late by so many ms and fast by so many ppm.
-fn simulated(folder: &Folder, offset_ms: &str, drift_ppm: &str, seed: &str) {
+pub fn simulated(folder: &Folder, offset_ms: &str, drift_ppm: &str, seed: &str) {
     let [ride, bike] = ["ride.csv", "bike.json"].map(|name| path(folder, name));
     let laser = format!("rear:2e-4:{offset_ms}:{drift_ppm}");
     let written = [
@@ -149,7 +149,7 @@ fn options_name_their_file() {
     }
 }
 
-fn form(folder: &Folder, names: &[&str]) -> Form {
+pub fn form(folder: &Folder, names: &[&str]) -> Form {
     let bike = std::fs::read_to_string(folder.0.join("bike.json")).unwrap();
     let mut form = Form::new().text("bike", bike);
     for name in names {
@@ -162,7 +162,7 @@ fn form(folder: &Folder, names: &[&str]) -> Form {
     form
 }
 
-async fn send(server: &Server, path: &str, form: Form) -> Response {
+pub async fn send(server: &Server, path: &str, form: Form) -> Response {
     let request = server.client.post(server.address(path));
     request.multipart(form).send().await.unwrap()
 }

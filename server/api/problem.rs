@@ -16,6 +16,7 @@ use crate::files::FileError;
 use crate::jobs::{Fault, OverBudget, Unreadable};
 use crate::options::OptionsError;
 use crate::store;
+use crate::store::result::DocumentError;
 use crate::time::TimeError;
 use crate::watch::BEAT;
 
@@ -72,6 +73,8 @@ pub enum Kind {
     NotFinished,
     #[serde(rename = "urn:veloid:problem:file-lost")]
     FileLost,
+    #[serde(rename = "urn:veloid:problem:report-unreadable")]
+    ReportUnreadable,
     #[serde(rename = "urn:veloid:problem:wrong-state")]
     WrongState,
     #[serde(rename = "urn:veloid:problem:foreign")]
@@ -124,6 +127,10 @@ impl Kind {
             Kind::FileLost => (
                 StatusCode::GONE,
                 "The stored file is missing or was altered",
+            ),
+            Kind::ReportUnreadable => (
+                StatusCode::INTERNAL_SERVER_ERROR,
+                "The stored report cannot be read",
             ),
             Kind::WrongState => (StatusCode::CONFLICT, "The job's state does not allow this"),
             Kind::Foreign => (StatusCode::FORBIDDEN, "Another site sent this request"),
@@ -192,6 +199,14 @@ impl Problem {
     pub fn internal(cause: impl std::fmt::Display) -> Self {
         tracing::error!(%cause, "internal error");
         Self::new(Kind::Internal, "the cause is in the server's log")
+    }
+}
+
+impl Problem {
+    fn unreadable(cause: impl std::fmt::Display) -> Self {
+        tracing::error!(%cause, "a report cannot be read");
+        let detail = format!("{cause}; upload the ride with `again` to identify it again");
+        Self::new(Kind::ReportUnreadable, detail)
     }
 }
 
@@ -295,6 +310,15 @@ impl From<FileError> for Problem {
     }
 }
 
+impl From<DocumentError> for Problem {
+    fn from(error: DocumentError) -> Self {
+        match error {
+            DocumentError::Database(error) => error.into(),
+            unreadable => Self::unreadable(unreadable),
+        }
+    }
+}
+
 impl From<TimeError> for Problem {
     fn from(error: TimeError) -> Self {
         Self::new(Kind::BadRequest, error.to_string())
@@ -322,6 +346,7 @@ impl From<Fault> for Problem {
             Fault::Read(error) => error.into(),
             Fault::File(error) => error.into(),
             Fault::Engine(error) => error.into(),
+            Fault::Report(_) => Self::unreadable(fault),
             Fault::Database(error) => error.into(),
             Fault::Queue(error) => error.into(),
             Fault::Budget(error) => error.into(),

@@ -4,7 +4,7 @@ use clap::Args;
 
 use super::CliError;
 use super::storage::Storage;
-use super::vault::{Vault, is_empty};
+use super::vault::{Fresh, Vault};
 
 /// Copies the database and the raw files into a new folder while the server runs.
 ///
@@ -20,13 +20,15 @@ pub struct Backup {
 impl Backup {
     pub async fn run(self) -> Result<(), CliError> {
         let from = self.storage.vault().await?;
-        if !is_empty(&self.folder).await? {
-            return Err(CliError::NotEmpty(self.folder));
-        }
+        let fresh = Fresh::at(&self.folder).await?;
         // What is in the copied database must not be erased before it is copied too.
         let _lock = self.storage.lock_for_erasure()?;
-        let copied = from.copy_to(&Vault::in_folder(&self.folder).await?).await?;
-        println!("{}: {copied}", self.folder.display());
+        let copy = async {
+            let to = Vault::in_folder(&self.folder).await?;
+            from.copy_to(&to, Some(&self.folder)).await
+        };
+        let copied = fresh.fill(from.bytes().await?, copy).await?;
+        println!("{}: {}", self.folder.display(), copied.all()?);
         Ok(())
     }
 }

@@ -69,6 +69,15 @@ pub enum CliError {
         "{lost} of {of} raw files are missing or damaged (listed above); everything else was copied"
     )]
     FilesLost { lost: usize, of: usize },
+    #[error("{}: the disk is full; the copy takes {bytes} bytes, and none of it was left there", .folder.display())]
+    Full { folder: PathBuf, bytes: u64 },
+    #[error("{}: line {line} is not a SHA-256, two blanks and a path", .path.display())]
+    Manifest { path: PathBuf, line: usize },
+    #[error(
+        "{}: {count} differences from its SHA256SUMS (listed above), nothing was restored; to restore the backup as it is, \
+         remove that file", .folder.display()
+    )]
+    NotAsWritten { folder: PathBuf, count: usize },
     #[error("{0} problems found (listed above)")]
     Found(u64),
     #[error(transparent)]

@@ -13,6 +13,7 @@ mod health;
 mod identify;
 mod keeping;
 mod key;
+mod manifest;
 mod migrate;
 mod openapi;
 mod progress;

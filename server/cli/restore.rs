@@ -3,8 +3,9 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::CliError;
+use super::manifest::{DATABASE, MANIFEST, Manifest};
 use super::storage::Storage;
-use super::vault::{DATABASE, Vault};
+use super::vault::Vault;
 
 /// Copies a backup of `veloid backup` into an empty data folder.
 ///
@@ -23,9 +24,33 @@ impl Restore {
         if !database.is_file() {
             return Err(CliError::NoDatabase(database));
         }
-        let to = self.storage.empty_vault().await?;
+        match Manifest::read(&self.folder).await? {
+            Some(manifest) => self.is_as_written(&manifest).await?,
+            None => eprintln!(
+                "veloid: {}: there is no {MANIFEST}, so the database is not compared with what was written",
+                self.folder.display()
+            ),
+        }
+        let fresh = self.storage.fresh().await?;
         let from = Vault::in_folder(&self.folder).await?;
-        println!("restored: {}", from.copy_to(&to).await?);
+        let copy = async {
+            let to = self.storage.vault_to_fill().await?;
+            from.copy_to(&to, None).await
+        };
+        let copied = fresh.fill(from.bytes().await?, copy).await?;
+        println!("restored: {}", copied.all()?);
         Ok(())
+    }
+
+    async fn is_as_written(&self, manifest: &Manifest) -> Result<(), CliError> {
+        let faults = manifest.faults_without_raw_files(&self.folder).await?;
+        for fault in &faults {
+            eprintln!("veloid: {fault}");
+        }
+        let (folder, count) = (self.folder.clone(), faults.len());
+        match count {
+            0 => Ok(()),
+            count => Err(CliError::NotAsWritten { folder, count }),
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Where a process keeps things, and who may work there.
 
 use std::fs::{File, TryLockError};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::Args;
@@ -11,7 +11,8 @@ use url::Url;
 use uuid::Uuid;
 
 use super::CliError;
-use super::vault::{DATABASE, Vault, is_empty};
+use super::manifest::DATABASE;
+use super::vault::{Fresh, Vault};
 use crate::built::NotBuilt;
 use crate::files::Files;
 use crate::installation::{InstallationError, adopt, pair};
@@ -109,17 +110,25 @@ impl Storage {
         Ok(Vault { database, files })
     }
 
-    /// The same where nothing lies yet.
-    pub async fn empty_vault(&self) -> Result<Vault, CliError> {
+    /// The data folder, if nothing lies there yet.
+    pub async fn fresh(&self) -> Result<Fresh, CliError> {
         let database = self.sqlite_file()?;
-        if !is_empty(&self.data).await? {
-            return Err(CliError::NotEmpty(self.data.clone()));
+        let fresh = Fresh::at(&self.data).await?;
+        match database.exists() {
+            true => Err(CliError::NotEmpty(database)),
+            false => Ok(fresh),
         }
-        if database.exists() {
-            return Err(CliError::NotEmpty(database));
-        }
-        let files = self.open_files().await?;
+    }
+
+    /// Where database and raw files are to be copied.
+    pub async fn vault_to_fill(&self) -> Result<Vault, CliError> {
+        let (database, files) = (self.sqlite_file()?, self.open_files().await?);
         Ok(Vault { database, files })
+    }
+
+    /// The data folder.
+    pub fn folder(&self) -> &Path {
+        &self.data
     }
 
     async fn open_files(&self) -> Result<Files, CliError> {

@@ -2,17 +2,18 @@
 //! back. The database goes first, since its rides' files are there before they are in it and stay; its
 //! copy gets its name last, so that a folder with a database holds all that it should.
 
+use std::future::Future;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use futures_util::TryStreamExt;
 use tokio::fs::{self, File};
 
 use super::CliError;
-use crate::files::Files;
-use crate::store::snapshot::snapshot;
-
-/// Name of the SQLite database in a data folder.
-pub const DATABASE: &str = "veloid.db";
+use super::manifest::{DATABASE, MANIFEST, Manifest, sha256_of_file};
+use crate::files::{FileError, Files};
+use crate::store::is_full;
+use crate::store::snapshot::{SnapshotError, size, snapshot};
 
 /// A database and its raw files.
 pub struct Vault {
@@ -29,61 +30,162 @@ impl Vault {
         })
     }
 
-    /// Copies everything into a vault that has no database yet, and says in one line what it was.
+    /// Bytes of the database and of all raw files.
+    pub async fn bytes(&self) -> Result<u64, CliError> {
+        Ok(size(&self.database).await?)
+    }
+
+    /// Copies everything into a vault that has no database yet, with a manifest in a folder if one is wanted.
     /// A raw file that is missing or damaged holds up no other.
-    pub async fn copy_to(&self, to: &Vault) -> Result<String, CliError> {
+    pub async fn copy_to(&self, to: &Vault, manifest: Option<&Path>) -> Result<Copied, CliError> {
         let part = to.database.with_extension("part");
-        let names = snapshot(&self.database, &part).await?;
-        if let Some(id) = self.files.installation().await? {
-            to.files.replace_installation(id).await?;
+        let written = self.write(to, &part, manifest).await;
+        if written.is_err() {
+            // SQLite leaves a journal beside a copy that it could not end. They may not have been made.
+            let _ = fs::remove_file(&part).await;
+            let _ = fs::remove_file(part.with_extension("part-journal")).await;
         }
-        let (mut bytes, mut lost) = (0, 0);
+        written
+    }
+
+    async fn write(
+        &self,
+        to: &Vault,
+        part: &Path,
+        manifest: Option<&Path>,
+    ) -> Result<Copied, CliError> {
+        let names = snapshot(&self.database, part).await?;
+        let mut sums = Manifest::default();
+        if let Some(id) = self.files.installation().await? {
+            sums.add_marker(to.files.replace_installation(id).await?);
+        }
+        let mut copied = Copied {
+            of: names.len(),
+            ..Copied::default()
+        };
         for sha256 in &names {
-            match copy(&self.files, &to.files, sha256).await {
-                Ok(size) => bytes += size,
+            match copy(&self.files, &to.files, sha256).await? {
+                Ok(size) => {
+                    copied.bytes += size;
+                    sums.add_raw_file(sha256);
+                }
                 Err(error) => {
-                    eprintln!("veloid: raw file {sha256}: {error}");
-                    lost += 1;
+                    eprintln!("veloid: {error}");
+                    copied.lost += 1;
                 }
             }
         }
-        File::open(&part).await?.sync_all().await?;
-        fs::rename(&part, &to.database).await?;
+        File::open(part).await?.sync_all().await?;
+        if let Some(folder) = manifest {
+            sums.add_database(sha256_of_file(part).await?);
+            sums.write(folder).await?;
+        }
+        fs::rename(part, &to.database).await?;
         if let Some(folder) = to.database.parent() {
             File::open(folder).await?.sync_all().await?;
         }
-        if lost > 0 {
-            let of = names.len();
-            return Err(CliError::FilesLost { lost, of });
+        Ok(copied)
+    }
+}
+
+/// What was copied beside the database.
+#[derive(Default)]
+pub struct Copied {
+    of: usize,
+    lost: usize,
+    bytes: u64,
+}
+
+impl Copied {
+    /// In one line, or that something could not be copied.
+    pub fn all(&self) -> Result<String, CliError> {
+        let Self { of, lost, bytes } = *self;
+        match lost {
+            0 => Ok(format!("the database and {of} raw files of {bytes} bytes")),
+            lost => Err(CliError::FilesLost { lost, of }),
         }
-        let count = names.len();
-        Ok(format!(
-            "the database and {count} raw files of {bytes} bytes"
-        ))
     }
 }
 
 /// Copies a raw file, if its bytes are those that it is named by; how many they are.
-async fn copy(from: &Files, to: &Files, sha256: &str) -> std::io::Result<u64> {
-    let mut stream = from.stream(sha256).await?;
+async fn copy(from: &Files, to: &Files, sha256: &str) -> std::io::Result<Result<u64, FileError>> {
+    let mut stream = match from.open(sha256).await {
+        Ok(stream) => stream,
+        Err(lost) => return Ok(Err(lost)),
+    };
     let mut incoming = to.begin().await?;
-    while let Some(chunk) = stream.try_next().await? {
-        incoming.write(&chunk).await?;
+    loop {
+        match stream.try_next().await {
+            Ok(Some(chunk)) => incoming.write(&chunk).await?,
+            Ok(None) => break,
+            Err(error) => return Ok(Err(FileError::Store(error))),
+        }
     }
-    let found = incoming.sha256();
-    if found != sha256 {
-        return Err(std::io::Error::other(format!(
-            "the SHA-256 of its bytes is {found}"
-        )));
+    match incoming.is(sha256) {
+        Ok(()) => Ok(Ok(to.keep(incoming).await?.bytes)),
+        Err(altered) => Ok(Err(altered)),
     }
-    Ok(to.keep(incoming).await?.bytes)
 }
 
-/// Whether there is nothing at a path, or an empty folder.
-pub async fn is_empty(folder: &Path) -> std::io::Result<bool> {
-    match fs::read_dir(folder).await {
-        Ok(mut entries) => Ok(entries.next_entry().await?.is_none()),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(true),
-        Err(error) => Err(error),
+/// A folder with nothing in it, or none yet, that is left so where a copy into it fails.
+pub struct Fresh {
+    folder: PathBuf,
+    existed: bool,
+}
+
+impl Fresh {
+    pub async fn at(folder: &Path) -> Result<Self, CliError> {
+        let existed = match fs::read_dir(folder).await {
+            Ok(mut entries) => match entries.next_entry().await? {
+                Some(_) => return Err(CliError::NotEmpty(folder.to_owned())),
+                None => true,
+            },
+            Err(error) if error.kind() == ErrorKind::NotFound => false,
+            Err(error) => return Err(CliError::of_file(folder)(error)),
+        };
+        let folder = folder.to_owned();
+        Ok(Self { folder, existed })
+    }
+
+    /// Has it filled with so many bytes.
+    pub async fn fill(
+        self,
+        bytes: u64,
+        copy: impl Future<Output = Result<Copied, CliError>>,
+    ) -> Result<Copied, CliError> {
+        let error = match copy.await {
+            Ok(copied) => return Ok(copied),
+            Err(error) => error,
+        };
+        let part = format!("{MANIFEST}.part");
+        for ours in ["rides", "incoming", MANIFEST, &part] {
+            let path = self.folder.join(ours);
+            // What was not made cannot be removed.
+            let _ = match path.is_dir() {
+                true => fs::remove_dir_all(path).await,
+                false => fs::remove_file(path).await,
+            };
+        }
+        if !self.existed {
+            let _ = fs::remove_dir(&self.folder).await;
+        }
+        let folder = self.folder;
+        Err(match is_of_full_disk(&error) {
+            true => CliError::Full { folder, bytes },
+            false => error,
+        })
+    }
+}
+
+fn is_of_full_disk(error: &CliError) -> bool {
+    match error {
+        CliError::Io(error) => {
+            matches!(
+                error.kind(),
+                ErrorKind::StorageFull | ErrorKind::QuotaExceeded
+            )
+        }
+        CliError::Snapshot(SnapshotError::Database(error)) => is_full(error),
+        _ => false,
     }
 }

@@ -1,6 +1,7 @@
 //! Holds files and rows against each other.
 
 use super::prune::{EraseError, Prune};
+use super::rows;
 use crate::files::FileError;
 use crate::installation::{ARRIVING, Census};
 use crate::store::scrub;
@@ -24,11 +25,7 @@ impl Prune<'_> {
         if !faults.is_empty() {
             return Ok(found);
         }
-        for job in scrub::without_report(self.db).await? {
-            say(format!(
-                "job {job} succeeded and has no report; it can be retried"
-            ));
-        }
+        rows::compare(self.db, &mut say).await?;
         let mut last = String::new();
         loop {
             let page = scrub::files(self.db, &last, PAGE).await?;

@@ -4,12 +4,13 @@
 use std::io;
 
 use futures_util::TryStreamExt;
+use sha2::{Digest, Sha256};
 use uuid::Uuid;
 
-use super::{Files, in_store};
+use super::{Files, hex, in_store};
 use crate::exchanged::Exchanged;
 
-const MARKER: &str = "installation";
+pub const MARKER: &str = "installation";
 
 impl Files {
     /// The id that the store has.
@@ -61,8 +62,7 @@ impl Files {
 
     /// Gives the store an id unless it has one; the id that it then has.
     pub async fn keep_installation(&self, id: Uuid) -> io::Result<Uuid> {
-        let text = format!("{id}\n").into_bytes();
-        match in_store!(&self.kept, store => store.put_new(MARKER, text).await) {
+        match in_store!(&self.kept, store => store.put_new(MARKER, text(id)).await) {
             Ok(()) => Ok(id),
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
                 let found = self.installation().await?;
@@ -72,11 +72,16 @@ impl Files {
         }
     }
 
-    /// Gives the store this id in place of any other.
-    pub async fn replace_installation(&self, id: Uuid) -> io::Result<()> {
+    /// Gives the store this id in place of any other; the SHA-256 of the object that has it.
+    pub async fn replace_installation(&self, id: Uuid) -> io::Result<String> {
         self.remove(MARKER).await?;
-        self.keep_installation(id).await.map(drop)
+        let id = self.keep_installation(id).await?;
+        Ok(hex(&Sha256::digest(text(id))))
     }
+}
+
+fn text(id: Uuid) -> Vec<u8> {
+    format!("{id}\n").into_bytes()
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@ use crate::exchanged::Exchanged;
 use crate::files::FileError;
 use crate::store;
 use crate::store::job::Failure;
+use crate::store::result::DocumentError;
 
 /// Why a stage did not end well.
 #[derive(Debug, thiserror::Error)]
@@ -58,6 +59,12 @@ pub enum Fault {
     NoClient,
     #[error(transparent)]
     File(#[from] FileError),
+    /// What an earlier stage stored.
+    #[error(transparent)]
+    Document(DocumentError),
+    /// A report that a child process was given to draw.
+    #[error("the stored report is malformed: {0}")]
+    Report(String),
     #[error("database: {0}")]
     Database(#[from] sqlx::Error),
     #[error("queue: {0}")]
@@ -78,6 +85,7 @@ impl Fault {
             Fault::Budget(_) | Fault::TooLargeToRead(_) => "memory",
             Fault::Deadline(_) => "deadline",
             Fault::Panic(_) | Fault::Died(_) | Fault::OutOfMemory(_) => "crash",
+            Fault::Document(_) => "internal",
             _ => return None,
         };
         Some(Failure::new(kind, self.to_string()))
@@ -126,11 +134,21 @@ impl From<Ended> for Fault {
     }
 }
 
+impl From<DocumentError> for Fault {
+    fn from(error: DocumentError) -> Self {
+        match error {
+            DocumentError::Database(error) => Fault::Database(error),
+            error => Fault::Document(error),
+        }
+    }
+}
+
 impl From<Unread> for Fault {
     fn from(unread: Unread) -> Self {
         match unread {
             Unread::Ride(error) => Fault::Read(error),
             Unread::Budget(error) => Fault::Budget(error),
+            Unread::Report(error) => Fault::Report(error),
             unread => Fault::Child(io::Error::other(unread)),
         }
     }

@@ -33,7 +33,7 @@ pub async fn finish(
 }
 
 /// The verdict as the report spells it.
-fn verdict_name(diagnosis: &Diagnosis) -> Option<String> {
+pub fn verdict_name(diagnosis: &Diagnosis) -> Option<String> {
     match serde_json::to_value(diagnosis.verdict) {
         Ok(Value::String(name)) => Some(name),
         _ => None,
@@ -41,7 +41,7 @@ fn verdict_name(diagnosis: &Diagnosis) -> Option<String> {
 }
 
 /// Every parameter that the report holds.
-fn parameters(report: &Report) -> Vec<Parameter> {
+pub fn parameters(report: &Report) -> Vec<Parameter> {
     let mut found = of_result(report);
     for method in Method::ALL.into_iter().rev() {
         found.extend(of_estimates(method, &report.estimates(method)));

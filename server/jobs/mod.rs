@@ -40,6 +40,7 @@ pub use compute::Compute;
 pub use drawing::Drawing;
 pub use errand::Source;
 pub use fault::Fault;
+pub use finish::{parameters, verdict_name};
 pub use gate::Gate;
 pub use hub::{Hub, HubEvent, Searched};
 pub use isolate::{Child, ChildError};

@@ -7,15 +7,17 @@ use super::anew::begin_anew;
 use super::fault::Fault;
 use super::queue::{QUICK, Queue};
 use crate::store::job::{self, State};
+use crate::store::result::DocumentError;
 use crate::store::{Db, repair, result};
 
 /// Looks at every job that the upgrade lists, each in a transaction of its own, and starts again what cannot be read.
 pub async fn repair(db: &Db, queue: &Queue) -> Result<(), Fault> {
     let ended = [State::Failed, State::Succeeded];
     for id in repair::list(db).await? {
-        let broken = match result::text(db, id, result::REPORT).await? {
-            Some(report) => holds_a_null_for_a_number(&report),
-            None => true,
+        let broken = match result::find(db, id, result::REPORT).await {
+            Ok(Some(report)) => holds_a_null_for_a_number(&report.text),
+            Err(DocumentError::Database(error)) => return Err(error.into()),
+            Ok(None) | Err(_) => true,
         };
         let mut tx = db.begin().await?;
         job::lock(&mut tx, id).await?;

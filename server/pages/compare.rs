@@ -33,7 +33,8 @@ struct Compare {
 }
 
 struct Side {
-    address: String,
+    /// Absent where its report cannot be read.
+    address: Option<String>,
     page: String,
     ride: String,
     bike: String,
@@ -78,21 +79,26 @@ pub async fn compare(
         let detail = format!("{chosen} chosen, expected two to eight");
         return Err(bad(detail).into());
     }
-    let (mut jobs, mut reports) = (Vec::new(), Vec::<Report>::new());
+    let (mut jobs, mut reports) = (Vec::new(), Vec::new());
     for id in ids {
         let job = find(&server.db, &caller.group, id).await?;
-        let text = published(&server.db, id).await?;
-        reports.push(serde_json::from_str(&text).map_err(Problem::internal)?);
+        let report = published(&server.db, id).await;
+        let report = match report.and_then(|report| Ok(report.parse()?)) {
+            Err(problem) if problem.kind == Kind::ReportUnreadable => None,
+            report => Some(report?),
+        };
         jobs.push(Side {
-            address: job.links.job,
+            address: report.is_some().then_some(job.links.job),
             page: job.links.page,
             ride: job.ride.name,
             bike: job.bike,
-            verdict: job.verdict.map_or_else(
-                || "no diagnosis".to_owned(),
-                |verdict| words::plain(&verdict),
-            ),
+            verdict: match (&report, job.verdict) {
+                (None, _) => "the report cannot be read".to_owned(),
+                (_, None) => "no diagnosis".to_owned(),
+                (_, Some(verdict)) => words::plain(&verdict),
+            },
         });
+        reports.push(report);
     }
     html(&Compare {
         jobs,
@@ -105,8 +111,9 @@ fn bad(detail: String) -> Problem {
     Problem::new(Kind::BadRequest, detail)
 }
 
-fn rows(reports: &[Report]) -> Vec<(String, Vec<Option<Cell>>)> {
-    let results: Vec<PerAxle<AxleResult>> = reports.iter().map(result_of).collect();
+fn rows(reports: &[Option<Report>]) -> Vec<(String, Vec<Option<Cell>>)> {
+    let result = |report: &Option<Report>| report.as_ref().map(result_of).unwrap_or_default();
+    let results: Vec<PerAxle<AxleResult>> = reports.iter().map(result).collect();
     let mut rows = Vec::new();
     for axle in Axle::BOTH {
         let on_axle: Vec<Option<&AxleResult>> = results.iter().map(|r| r.get(axle)).collect();
@@ -145,10 +152,11 @@ fn cells(found: &[Option<&ResultQuantity>]) -> Vec<Option<Cell>> {
 }
 
 /// Every effect that any of the jobs names, with its parameters.
-fn effects(reports: &[Report]) -> Vec<(String, Vec<String>)> {
+fn effects(reports: &[Option<Report>]) -> Vec<(String, Vec<String>)> {
     let mut found: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for (i, report) in reports.iter().enumerate() {
-        for effect in report.diagnosis.iter().flat_map(|d| &d.effects) {
+        let diagnosis = report.as_ref().and_then(|report| report.diagnosis.as_ref());
+        for effect in diagnosis.iter().flat_map(|d| &d.effects) {
             let name = format!("{} ({})", words::title(&effect.id), effect.axle.name());
             let values = effect
                 .parameters

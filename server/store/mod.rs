@@ -217,9 +217,9 @@ async fn soon<T>(answer: impl Future<Output = sqlx::Result<T>>) -> sqlx::Result<
 pub fn is_outage(error: &sqlx::Error) -> bool {
     match error {
         sqlx::Error::Io(_) | sqlx::Error::Protocol(_) | sqlx::Error::PoolTimedOut => true,
-        sqlx::Error::Database(error) => match error.try_downcast_ref::<SqliteError>() {
-            Some(error) => sqlite_cannot(error),
-            None => error.code().is_some_and(|code| postgres_cannot(&code)),
+        sqlx::Error::Database(database) => match sqlite_code(error) {
+            Some(code) => sqlite_cannot(code),
+            None => database.code().is_some_and(|code| postgres_cannot(&code)),
         },
         _ => false,
     }
@@ -227,20 +227,28 @@ pub fn is_outage(error: &sqlx::Error) -> bool {
 
 /// Whether SQLite's file cannot be read: input/output error, corrupt, no database.
 pub fn is_damage(error: &sqlx::Error) -> bool {
-    let error = error.as_database_error();
-    let error = error.and_then(|error| error.try_downcast_ref::<SqliteError>());
-    error.is_some_and(|error| sqlite_says(error, &[10, 11, 26]))
+    sqlite_code(error).is_some_and(|code| [10, 11, 26].contains(&code))
+}
+
+/// Whether SQLite found the disk to be full.
+pub fn is_full(error: &sqlx::Error) -> bool {
+    sqlite_code(error) == Some(13)
+}
+
+fn sqlite_code(error: &sqlx::Error) -> Option<i32> {
+    let error = error.as_database_error()?;
+    let code: i32 = error
+        .try_downcast_ref::<SqliteError>()?
+        .code()?
+        .parse()
+        .ok()?;
+    // Extended codes hold the primary one in their lowest byte.
+    Some(code & 0xff)
 }
 
 /// Busy, locked, read-only, input/output error, corrupt, disk full, file not to be opened, no database.
-fn sqlite_cannot(error: &SqliteError) -> bool {
-    sqlite_says(error, &[5, 6, 8, 10, 11, 13, 14, 26])
-}
-
-fn sqlite_says(error: &SqliteError, codes: &[i32]) -> bool {
-    let code = error.code().and_then(|code| code.parse::<i32>().ok());
-    // Extended codes hold the primary one in their lowest byte.
-    code.is_some_and(|code| codes.contains(&(code & 0xff)))
+fn sqlite_cannot(code: i32) -> bool {
+    [5, 6, 8, 10, 11, 13, 14, 26].contains(&code)
 }
 
 /// Connection lost, idle in transaction for too long, shutting down or starting up, out of disk or memory.

@@ -4,7 +4,7 @@ import { Figure, Timeline } from './plot.js';
 
 const jobs = [...document.querySelectorAll('#jobs li')].map((item, i) => ({
   address: item.dataset.job, name: `${i + 1}: ${item.querySelector('a').textContent}`, ink: `job-${i + 1}`,
-}));
+})).filter((job) => job.address);
 const view = document.querySelector('#view');
 const fields = { quantity: view.querySelector('#quantity'), curve: view.querySelector('#curve') };
 const asked = new URLSearchParams(location.search);

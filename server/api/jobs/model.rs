@@ -35,6 +35,7 @@ pub struct Params {
         (status = 410, description = "The ride's stored file is missing or was altered", body = Problem, content_type = "application/problem+json"),
         (status = 413, description = "It takes more memory than a job may have", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "Reading the ride takes too long, or ends the process that does it", body = Problem, content_type = "application/problem+json"),
+        (status = 500, description = "The stored report cannot be read", body = Problem, content_type = "application/problem+json"),
         (status = 501, description = "The server is built without spreadsheets", body = Problem, content_type = "application/problem+json"),
         (status = 503, description = "That process was ended from outside; try again", body = Problem, content_type = "application/problem+json")))]
 pub async fn model(
@@ -46,8 +47,7 @@ pub async fn model(
     let job = job::find(&server.db, &caller.group, id)
         .await?
         .ok_or_else(no_such_job)?;
-    let text = published(&server.db, id).await?;
-    let report: Report = serde_json::from_str(&text).map_err(Problem::internal)?;
+    let report: Report = published(&server.db, id).await?.parse()?;
     let format = params.format.unwrap_or_default();
     let body = match format {
         Format::Json => return Ok(Json(IdentifiedModel::of(report)).into_response()),

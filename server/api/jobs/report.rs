@@ -9,6 +9,7 @@ use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::extract::{Path, etag, matches, not_modified, tagged};
 use crate::api::problem::{Kind, Problem};
+use crate::store::result::Document;
 use crate::store::{Db, job, result};
 
 /// The report, as `veloid identify --json` writes it, number for number.
@@ -17,7 +18,8 @@ use crate::store::{Db, job, result};
         (status = 200, description = "The report", body = Report),
         (status = 304, description = "Not changed"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
-        (status = 409, description = "The job has no report (yet)", body = Problem, content_type = "application/problem+json")))]
+        (status = 409, description = "The job has no report (yet)", body = Problem, content_type = "application/problem+json"),
+        (status = 500, description = "The stored report cannot be read", body = Problem, content_type = "application/problem+json")))]
 pub async fn report(
     State(server): App,
     caller: Caller,
@@ -31,18 +33,18 @@ pub async fn report(
     if matches(&headers, &tag) {
         return Ok(not_modified(&tag));
     }
-    let text = published(&server.db, id).await?;
+    let Document { text, .. } = published(&server.db, id).await?;
     let json = [(header::CONTENT_TYPE, "application/json")];
     Ok(tagged(&tag, (json, text).into_response()))
 }
 
-/// Text of the job's report, or the problem that it has none (yet).
-pub async fn published(db: &Db, job: Uuid) -> Result<String, Problem> {
-    if let Some(text) = result::text(db, job, result::REPORT).await? {
-        return Ok(text);
-    }
-    Err(Problem::new(
-        Kind::NotFinished,
-        "the report is available once the job has succeeded; until then the job contains the least-squares estimate",
-    ))
+/// The job's report, or the problem that it has none (yet).
+pub async fn published(db: &Db, job: Uuid) -> Result<Document, Problem> {
+    let report = result::find(db, job, result::REPORT).await?;
+    report.ok_or_else(|| {
+        Problem::new(
+            Kind::NotFinished,
+            "the report is available once the job has succeeded; until then the job contains the least-squares estimate",
+        )
+    })
 }

@@ -45,6 +45,7 @@ pub struct Params {
         (status = 409, description = "The job has no report (yet)", body = Problem, content_type = "application/problem+json"),
         (status = 413, description = "The series needs more memory than a job may use", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "Computing the series takes too long or crashes its process", body = Problem, content_type = "application/problem+json"),
+        (status = 500, description = "The stored report cannot be read", body = Problem, content_type = "application/problem+json"),
         (status = 501, description = "The server is built without spreadsheets", body = Problem, content_type = "application/problem+json"),
         (status = 503, description = "The process was killed from outside; try again", body = Problem, content_type = "application/problem+json")))]
 pub async fn series(
@@ -83,7 +84,7 @@ pub async fn series(
     let drawing = Drawing {
         job: job.id,
         revision: job.revision,
-        report: published(&server.db, job.id).await?,
+        report: published(&server.db, job.id).await?.text,
         quantity: params.quantity.unwrap_or_default(),
         t0,
         t1,

@@ -10,7 +10,6 @@ use axum::extract::State;
 use axum::response::{Html, Redirect};
 use uuid::Uuid;
 use veloid_engine::document::format_number::{Quantity, fixed, significant};
-use veloid_engine::report::Report;
 
 use super::facts::{self, Field};
 use super::layout::{Fault, Path, html};
@@ -22,7 +21,7 @@ use crate::api::jobs::{cancel as cancelling, retry as retrying};
 use crate::api::problem::Problem;
 use crate::erasure::DAY_MS;
 use crate::store::job::{self, Request, Stage};
-use crate::store::result;
+use crate::store::result::{self, DocumentError};
 use diagnosis::DiagnosisView;
 use report::ReportView;
 
@@ -34,6 +33,8 @@ struct Page {
     /// The bike file as it was used.
     bike: String,
     report: Option<ReportView>,
+    /// Why there is a report and it is not shown.
+    unreadable: Option<String>,
     diagnosis: Option<DiagnosisView>,
     /// Least squares of a job that is not finished.
     early: Vec<Early>,
@@ -129,9 +130,10 @@ pub async fn page(
         .ok_or_else(no_such_job)?;
     let (sha256, Request { bike, .. }) = (row.sha256.clone(), row.request.0.clone());
     let job = JobView::from(row);
-    let report = match result::text(&server.db, id, result::REPORT).await? {
-        Some(text) => Some(serde_json::from_str::<Report>(&text).map_err(Problem::internal)?),
-        None => None,
+    let (report, unreadable) = match result::report(&server.db, id).await {
+        Ok(report) => (report, None),
+        Err(DocumentError::Database(error)) => return Err(error.into()),
+        Err(error) => (None, Some(error.to_string())),
     };
     let early = job
         .least_squares
@@ -150,6 +152,7 @@ pub async fn page(
         bike: serde_json::to_string_pretty(&bike).map_err(Problem::internal)?,
         diagnosis: report.as_ref().and_then(DiagnosisView::of),
         report: report.as_ref().map(ReportView::of),
+        unreadable,
         known: facts::lines(&job.ride.facts),
         facts: facts::fields(&job.ride.facts),
         grace_days: server.policy.grace_ms / DAY_MS,

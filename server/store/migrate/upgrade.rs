@@ -205,8 +205,10 @@ async fn is_read(db: &Db, row: i64) {
 
     let trials = trial::list(db, id(2)).await.unwrap();
     assert_eq!(trials[0].result.as_ref().unwrap().0.best_cost, [0.5, 0.25]);
-    let report = result::text(db, id(2), result::REPORT).await.unwrap();
-    assert_eq!(report.as_deref(), Some(r#"{"veloid": "0.1.0"}"#));
+    let report = result::find(db, id(2), result::REPORT).await.unwrap();
+    let report = report.unwrap();
+    assert_eq!(report.text, r#"{"veloid": "0.1.0"}"#);
+    assert!(!report.is_checked, "it was stored without a checksum");
     let named = parameter::Filter {
         group: HOME,
         effect: Some("coulomb_friction"),
@@ -289,7 +291,7 @@ async fn jobs_with_numbers_that_are_none_begin_anew() {
                     assert_eq!(job.verdict.is_some(), job.state == State::Succeeded);
                 }
             }
-            let left = result::text(&db, id(2), result::REPORT).await.unwrap();
+            let left = result::find(&db, id(2), result::REPORT).await.unwrap();
             assert_eq!(left.is_some(), states[0] == State::Succeeded);
             let waits = job::find(&db, HOME, id(4)).await.unwrap().unwrap();
             assert_eq!((waits.state, waits.revision), (State::Queued, 1));
