@@ -1,6 +1,6 @@
 //! Computing, away from the async threads: a lane for the quick stages, one for the swarms and one for the
-//! diagnoses, so that no swarm can come to wait for a diagnosis (and one for the readers of files: readers.rs). Each has as many permits as threads or, where
-//! work is isolated, as children.
+//! diagnoses, so that no swarm can come to wait for a diagnosis (and one for the readers of files: readers.rs). Each has as many
+//! permits as threads or, where work is isolated, as children.
 
 use std::sync::Arc;
 
