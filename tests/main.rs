@@ -44,6 +44,7 @@ mod own_law;
 mod pages;
 mod process;
 mod reading;
+mod reading_turns;
 mod real;
 mod report_equality;
 mod result;

@@ -86,6 +86,25 @@ async fn a_spreadsheet_with_a_huge_text_takes_no_memory_of_the_server() {
     assert!(server.is_there());
 }
 
+/// Once a workbook of 40 million numbers kept a reader for 40 s.
+#[tokio::test]
+async fn a_workbook_of_too_many_cells_is_refused_before_the_rest_is_read() {
+    if !has("spreadsheets") {
+        return;
+    }
+    let server = Server::with(&["--workers", "0"]);
+    let cases = [
+        (1_000_000, "is damaged"),
+        (3_000_000, "cells in the workbook"),
+    ];
+    for (cells, why) in cases {
+        let file = workbook::malformed_after(cells);
+        let (status, detail) = refused(send(&server, "/v1/rides/preview", file).await).await;
+        assert_eq!(status, 422, "{detail}");
+        assert!(detail.contains(why), "{cells} cells: {detail}");
+    }
+}
+
 /// Once four previews of 144 MB took a server from 56 to 504 MB.
 #[tokio::test]
 async fn large_files_take_no_memory_of_the_server() {
@@ -124,7 +143,7 @@ const POISON: [(&str, &str, u64, u16, &str); 6] = [
     ("memory", "read", 108, 413, "more memory than the 0.2 GB"),
     ("kill", "read", 109, 503, "from outside"),
     ("stack", "preview", 110, 422, "stack overflow"),
-    ("loop", "preview", 111, 422, "longer than 5 s"),
+    ("loop", "preview", 111, 422, "longer than the 5 s allowed"),
     ("abort", "series", 112, 422, "SIGABRT"),
 ];
 
@@ -134,7 +153,7 @@ async fn a_reader_that_breaks_down_takes_nobody_with_it() {
         return;
     }
     let orders = POISON.map(|(kind, stage, seed, ..)| format!("{kind}:{stage}:{seed}"));
-    let args = ["--stage-timeout", "5", "--memory-budget", "200000000"];
+    let args = ["--read-timeout", "5", "--memory-budget", "200000000"];
     let mut server = Server::with_env(&args, &[("VELOID_POISON", &orders.join(","))]);
     let before = server.submit(&[("seed", "1")]).await;
     for (kind, stage, seed, expected, why) in POISON {

@@ -89,6 +89,12 @@ pub fn long_fonts(formats: usize) -> Vec<u8> {
     workbook(cells, "<sst/>", &styles)
 }
 
+/// A workbook of so many cells, whose XML is malformed after them.
+pub fn malformed_after(cells: usize) -> Vec<u8> {
+    let cells = "<c><v>1</v></c>".repeat(cells);
+    workbook(&format!("<row>{cells}</c>"), "<sst/>", NO_STYLES)
+}
+
 /// A ride as a spreadsheet.
 pub fn of_table(csv: &str) -> Vec<u8> {
     let cell = |text: &str| match text.parse::<f64>() {

@@ -167,6 +167,11 @@ pub struct Limits {
     pub least_samples: usize,
 }
 
+/// How many numbers may be made of a packed file of so many bytes; plain text bounds them by itself.
+pub(super) fn most_numbers(packed: usize) -> usize {
+    (2 << 20) + packed / 2
+}
+
 impl Default for Limits {
     fn default() -> Self {
         Self {

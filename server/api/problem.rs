@@ -24,6 +24,9 @@ use crate::watch::BEAT;
 #[derive(Clone, Debug)]
 pub struct Suspicion(pub String);
 
+/// Wait that is asked for where files have to be read first.
+const CROWDED_WAIT: Duration = Duration::from_secs(10);
+
 /// An error in the form of RFC 9457.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub struct Problem {
@@ -358,8 +361,14 @@ impl From<Fault> for Problem {
                 Self::new(Kind::UnreadableRide, detail)
             }
             Fault::Deadline(limit) => {
-                let detail = format!("reading it took longer than {} s", limit.as_secs());
+                let detail = format!(
+                    "reading it took longer than the {} s allowed",
+                    limit.as_secs()
+                );
                 Self::new(Kind::UnreadableRide, detail)
+            }
+            Fault::Crowded(_) => {
+                Self::new(Kind::Unavailable, fault.to_string()).retry_after(CROWDED_WAIT)
             }
             Fault::Killed(_) | Fault::Interrupted | Fault::Stopped => {
                 tracing::error!(%fault, "a ride could not be read");

@@ -18,7 +18,7 @@ use crate::api::problem::Problem;
 use crate::cli::webhook_options::WebhookOptions;
 use crate::files::Files;
 use crate::http::{self, HttpLimits};
-use crate::jobs::{self, Budget, Compute, Gate, Hub, Readers, RideCache, Work};
+use crate::jobs::{self, Budget, Compute, Gate, Hub, Patience, Readers, RideCache, Work};
 use crate::metrics::METRICS;
 use crate::router::connection;
 use crate::store::Db;
@@ -49,9 +49,12 @@ pub struct Worker {
 
 #[derive(Args, Clone, Copy)]
 pub struct WorkLimits {
-    /// Time limit of one stage of a job, or of reading a file (s).
+    /// Time limit of one stage of a job (s).
     #[arg(long, env = "VELOID_STAGE_TIMEOUT", default_value_t = 1800)]
     stage_timeout: u64,
+    /// Time limit of reading a file, or of drawing its curves, for a request (s).
+    #[arg(long, env = "VELOID_READ_TIMEOUT", default_value_t = 120)]
+    read_timeout: u64,
     /// Whether rides are read and stages computed in child processes, so that a crash affects only one ride.
     #[arg(long, env = "VELOID_ISOLATE", value_enum, default_value_t = Isolate::On)]
     isolate: Isolate,
@@ -82,7 +85,11 @@ impl WorkLimits {
 
     /// Who reads rides.
     pub fn readers(self) -> Result<Arc<Readers>, CliError> {
-        let readers = Readers::new(self.isolated(), self.budget(), self.limit())?;
+        let patience = Patience {
+            request: Duration::from_secs(self.read_timeout),
+            job: self.limit(),
+        };
+        let readers = Readers::new(self.isolated(), self.budget(), patience)?;
         Ok(Arc::new(readers))
     }
 

@@ -7,7 +7,8 @@ use veloid_engine::ride::Ride;
 use super::at_hand::{ALL, bytes};
 use super::errand::Source;
 use super::fault::Fault;
-use super::readers::Readers;
+use super::readers::{Reader, Readers};
+use super::seats::Purpose;
 use crate::files::{Files, OnDisk};
 use crate::lru::Lru;
 use crate::store::job::{JobRow, Request};
@@ -38,23 +39,31 @@ impl RideCache {
     /// The ride of a job, read as its request says.
     pub async fn get(&self, job: &JobRow) -> Result<Arc<Ride>, Fault> {
         let make = async || {
-            let files = self.files(job).await?;
+            let (reader, files) = self.open(job, Purpose::Job).await?;
             let sources = files.iter().map(|(source, _)| source.clone()).collect();
-            self.readers.ride(sources, job.request.0.clone()).await
+            reader.ride(sources, job.request.0.clone()).await
         };
         let key = key(&job.sha256, &job.ride_name, &job.request);
         self.rides.get(key, make).await
     }
 
-    /// The files of a job's ride; they lie there as long as what is beside them.
-    pub async fn files(&self, job: &JobRow) -> Result<Vec<(Source, OnDisk)>, Fault> {
+    /// A reader for the files of a job's ride, when it is the group's turn, and the files, which lie there as long as what is
+    /// beside them. Their checksums, which take time too, are compared within that turn.
+    pub async fn open(
+        &self,
+        job: &JobRow,
+        purpose: Purpose,
+    ) -> Result<(Reader<'_>, Vec<(Source, OnDisk)>), Fault> {
+        let rows = ride::files(&self.db, job.ride_id).await?;
+        let bytes = rows.iter().map(|file| file.bytes.unsigned_abs()).sum();
+        let reader = (self.readers.turn(&job.group_name, bytes, purpose)).await?;
         let mut files = Vec::new();
-        for file in ride::files(&self.db, job.ride_id).await? {
+        for file in rows {
             let lies = self.files.on_disk(&file.sha256).await?;
             let source = Source::new(file.name, lies.path().to_owned());
             files.push((source, lies));
         }
-        Ok(files)
+        Ok((reader, files))
     }
 
     /// Keeps a ride that was read while it was uploaded.

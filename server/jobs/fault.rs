@@ -28,6 +28,8 @@ pub enum Fault {
     Budget(#[from] OverBudget),
     #[error("reading the ride needs more memory than the {:.1} GB allowed", .0.0 as f64 / 1e9)]
     TooLargeToRead(Budget),
+    #[error("the group has {0} requests that wait for a file to be read, its limit")]
+    Crowded(usize),
     #[error("the stage took longer than {} s", .0.as_secs())]
     Deadline(Duration),
     #[error("the computation failed: {0}")]

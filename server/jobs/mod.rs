@@ -25,6 +25,7 @@ mod queue;
 mod readers;
 mod repair;
 mod run;
+mod seats;
 mod stage;
 mod takeover;
 mod task;
@@ -45,10 +46,11 @@ pub use gate::Gate;
 pub use hub::{Hub, HubEvent, Searched};
 pub use isolate::{Child, ChildError};
 pub use queue::{QUICK, Queue};
-pub use readers::Readers;
+pub use readers::{Patience, Readers};
 #[cfg(test)]
 pub use repair::repair;
 pub use run::start;
+pub use seats::Purpose;
 pub use stage::give_up;
 #[cfg(test)]
 pub use takeover::sweep;

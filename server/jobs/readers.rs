@@ -1,4 +1,4 @@
-//! Reads the files of rides for whoever asks, so many at a time and the others after them, in a lane of its own.
+//! Reads the files of rides for requests and jobs, a few at a time, in a lane of its own.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -14,17 +14,24 @@ use super::control::Control;
 use super::drawing::Drawing;
 use super::errand::{Checked, Errand, Found, Source, Wanted};
 use super::fault::Fault;
+use super::seats::{Purpose, SEATS, Seat, Seats};
 use super::task::{Order, Outcome};
 use crate::store::job::Request;
-
-/// Files that are read, and so lie in memory, at the same time.
-const READERS: usize = 2;
 
 pub struct Readers {
     lane: Lane,
     budget: Budget,
-    /// Time that one of them may take.
-    limit: Duration,
+    patience: Patience,
+    seats: Arc<Seats>,
+}
+
+/// Time that reading may take.
+#[derive(Clone, Copy)]
+pub struct Patience {
+    /// For a request.
+    pub request: Duration,
+    /// For a job, whose file was read within that time once.
+    pub job: Duration,
 }
 
 impl Readers {
@@ -32,18 +39,47 @@ impl Readers {
     pub fn new(
         isolated: Option<u64>,
         budget: Budget,
-        limit: Duration,
+        patience: Patience,
     ) -> Result<Self, ThreadPoolBuildError> {
         Ok(Self {
-            lane: Lane::new("reading", READERS, 0, isolated)?,
+            lane: Lane::new("reading", SEATS, 0, isolated)?,
             budget,
-            limit,
+            patience,
+            seats: Arc::default(),
         })
     }
 
+    /// A reader for files of so many bytes, when it is the group's turn.
+    pub async fn turn(
+        &self,
+        group: &str,
+        bytes: u64,
+        purpose: Purpose,
+    ) -> Result<Reader<'_>, Fault> {
+        let seat = Seats::take(&self.seats, group, bytes, purpose).await?;
+        let limit = match purpose {
+            Purpose::Request => self.patience.request,
+            Purpose::Job => self.patience.job,
+        };
+        Ok(Reader {
+            readers: self,
+            limit,
+            _seat: seat,
+        })
+    }
+}
+
+/// One reader, until it is dropped.
+pub struct Reader<'a> {
+    readers: &'a Readers,
+    limit: Duration,
+    _seat: Seat,
+}
+
+impl Reader<'_> {
     /// The ride, if a job may have as much memory as it needs.
-    pub async fn ride(&self, files: Vec<Source>, request: Request) -> Result<Ride, Fault> {
-        let wanted = Wanted::Ride(self.budget);
+    pub async fn ride(self, files: Vec<Source>, request: Request) -> Result<Ride, Fault> {
+        let wanted = Wanted::Ride(self.readers.budget);
         match self.perform(files, request, wanted).await? {
             Found::Ride(ride) => Ok(*ride),
             _ => Err(Fault::Mismatch),
@@ -51,15 +87,15 @@ impl Readers {
     }
 
     /// What an upload is asked before it is kept, by the same condition.
-    pub async fn check(&self, files: Vec<Source>, request: Request) -> Result<Checked, Fault> {
-        let wanted = Wanted::Check(self.budget);
+    pub async fn check(self, files: Vec<Source>, request: Request) -> Result<Checked, Fault> {
+        let wanted = Wanted::Check(self.readers.budget);
         match self.perform(files, request, wanted).await? {
             Found::Checked(checked) => Ok(*checked),
             _ => Err(Fault::Mismatch),
         }
     }
 
-    pub async fn preview(&self, files: Vec<Source>, request: Request) -> Result<Preview, Fault> {
+    pub async fn preview(self, files: Vec<Source>, request: Request) -> Result<Preview, Fault> {
         match self.perform(files, request, Wanted::Preview).await? {
             Found::Preview(preview) => Ok(*preview),
             _ => Err(Fault::Mismatch),
@@ -67,7 +103,7 @@ impl Readers {
     }
 
     pub async fn window(
-        &self,
+        self,
         files: Vec<Source>,
         request: Request,
         drawing: Drawing,
@@ -81,7 +117,7 @@ impl Readers {
 
     /// Whose child is killed from outside has one more try: somebody else may have taken the memory.
     async fn perform(
-        &self,
+        self,
         files: Vec<Source>,
         request: Request,
         wanted: Wanted,
@@ -103,7 +139,7 @@ impl Readers {
             Ok(_) => Err(Fault::Mismatch),
             Err(Fault::OutOfMemory(why)) => {
                 tracing::warn!(why, "a ride was too large to read");
-                Err(Fault::TooLargeToRead(self.budget))
+                Err(Fault::TooLargeToRead(self.readers.budget))
             }
             Err(fault) => Err(fault),
         }
@@ -118,6 +154,6 @@ impl Readers {
             deadline: None,
         };
         let order = Order::Errand(Arc::clone(errand));
-        self.lane.perform(control, order).await
+        self.readers.lane.perform(control, order).await
     }
 }

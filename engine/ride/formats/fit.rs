@@ -8,7 +8,7 @@ use crate::ride::channels::glimpse::Glimpse;
 use crate::ride::channels::table::Table;
 use crate::ride::error::{Problem, ReadError};
 use crate::ride::formats::header::Offered;
-use crate::ride::options::ReadOptions;
+use crate::ride::options::{ReadOptions, most_numbers};
 
 const TIMESTAMP: u8 = 253;
 /// What the fields of a record hold: number, name, units of the file in one of ours. Of two with one name the last goes before.
@@ -106,7 +106,7 @@ struct Records {
 }
 
 fn records(bytes: &[u8], options: &ReadOptions) -> Result<Records, Problem> {
-    let most = (options.limits.rows).min(((2 << 20) + bytes.len() / 2) / NAMES.len());
+    let most = (options.limits.rows).min(most_numbers(bytes.len()) / NAMES.len());
     let mut decoder = Decoder::builder().expand_components(false).build();
     let mut events = decoder.stream(bytes);
     let mut out = Records::default();

@@ -11,7 +11,7 @@ use crate::ride::channels::table::{Spec, Table, measured};
 use crate::ride::error::{Problem, ReadError};
 use crate::ride::formats::header::{Offered, Recognised};
 use crate::ride::formats::level5::{File, HEADER, Offer, corrupt};
-use crate::ride::options::ReadOptions;
+use crate::ride::options::{ReadOptions, most_numbers};
 
 pub fn is_mat(bytes: &[u8]) -> bool {
     bytes.starts_with(b"MATLAB ") && matches!(bytes.get(126..HEADER), Some(b"IM" | b"MI"))
@@ -37,7 +37,7 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadError> {
     let most = options
         .limits
         .rows
-        .min(((2 << 20) + bytes.len() / 2) / recognised.specs.len().max(1));
+        .min(most_numbers(bytes.len()) / recognised.specs.len().max(1));
     let taken = taken(rows, most, options)?;
     let mut table = Table {
         rows: taken.len(),

@@ -10,7 +10,7 @@ use crate::ride::error::Problem;
 use crate::ride::formats::xlsx;
 use crate::ride::formats::zstd::Zstd;
 use crate::ride::formats::{spreadsheet, track};
-use crate::ride::options::Limits;
+use crate::ride::options::{Limits, most_numbers};
 
 const BLOCK: usize = 1 << 20;
 
@@ -116,13 +116,12 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// How many numbers may be made of a packed file (plain text bounds them by itself), and the
-    /// error beyond that.
+    /// How many numbers may be made of a packed file, and the error beyond that.
     pub fn most_cells(&self) -> Option<(usize, Problem)> {
         match self {
             Self::Whole(_) => None,
             Self::Stream(stream) => {
-                let limit = (2 << 20) + stream.packed / 2;
+                let limit = most_numbers(stream.packed);
                 let bomb = Problem::GzipBomb {
                     packed: stream.packed,
                     what: "numbers",

@@ -9,7 +9,10 @@ use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
 use crate::ride::error::Problem;
 use crate::ride::formats::markup::{Markup, corrupt};
+use crate::ride::options::{Limits, most_numbers};
 
+/// Rows that a sheet can have.
+pub const ROWS: u32 = 1 << 20;
 /// Most entries of the archive; a workbook of many sheets has a hundred.
 const ENTRIES: usize = 4096;
 /// Most formats of cells, Excel's own limit ("Excel specifications and limits"): a reader takes some 500 bytes for each.
@@ -26,8 +29,9 @@ const PIECE: usize = 64 << 10;
 const STYLES: [&[u8]; 5] = [b"styleSheet", b"numFmts", b"numFmt", b"cellXfs", b"xf"];
 
 /// An archive of the parts that are read. What it holds unpacked is bounded: 4 MiB and its own size again for anything but a
-/// sheet, as for packed text all together.
-pub fn sifted(bytes: &[u8]) -> Result<Vec<u8>, Problem> {
+/// sheet, as for packed text all together. So is the number of cells, as that of the numbers of packed text; they are counted
+/// while it is unpacked, which ends with the first that is too many.
+pub fn sifted(bytes: &[u8], limits: &Limits) -> Result<Vec<u8>, Problem> {
     if memmem::find_iter(bytes, b"PK\x01\x02")
         .nth(ENTRIES)
         .is_some()
@@ -40,7 +44,9 @@ pub fn sifted(bytes: &[u8]) -> Result<Vec<u8>, Problem> {
     let packed = bytes.len() as u64;
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|e| corrupt(&e))?;
     let mut sifted = ZipWriter::new(Cursor::new(Vec::new()));
-    let mut left = (64 << 20) + 50 * packed;
+    let mut left = limits.bytes.min((64 << 20) + 50 * packed);
+    let most_cells = most_numbers(bytes.len());
+    let mut cells = 0;
     for i in 0..archive.len() {
         let entry = archive.by_index(i).map_err(|e| corrupt(&e))?;
         let name = entry.name().map_err(|e| corrupt(&e))?.to_lowercase();
@@ -52,9 +58,10 @@ pub fn sifted(bytes: &[u8]) -> Result<Vec<u8>, Problem> {
             false => left.min((4 << 20) + packed),
         };
         let is_styles = name.ends_with("styles.xml");
-        let mut part = Part::new(is_styles);
+        let mut part = Part::new(is_styles, cells, most_cells);
         let size = part.look_through(entry.take(own + 1), own, bytes.len())?;
         left -= size;
+        cells = part.cells;
         if is_styles {
             let stored = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);
             sifted.start_file(name, stored).map_err(|e| corrupt(&e))?;
@@ -68,10 +75,12 @@ pub fn sifted(bytes: &[u8]) -> Result<Vec<u8>, Problem> {
     Ok(sifted.into_inner())
 }
 
-/// Whether a part, by its name in lower case, can say something of a sheet: no picture, no query, nothing about the document.
+/// Whether a part, by its name in lower case, can say something of a sheet: no picture, no query, no order of formulas, nothing
+/// about the document.
 fn is_read(name: &str) -> bool {
     let is_xml = name.ends_with(".xml") || name.ends_with(".rels");
-    is_xml && !name.starts_with("customxml") && !name.starts_with("docprops")
+    let is_other = name.starts_with("customxml") || name.starts_with("docprops");
+    is_xml && !is_other && !name.ends_with("calcchain.xml")
 }
 
 /// What was met in one part.
@@ -82,15 +91,22 @@ struct Part {
     formats: usize,
     /// Most shared strings that it says it has.
     strings: u64,
+    rows: usize,
+    /// Cells so far, with those of the parts before it.
+    cells: usize,
+    most_cells: usize,
 }
 
 impl Part {
-    fn new(is_styles: bool) -> Self {
+    fn new(is_styles: bool, cells: usize, most_cells: usize) -> Self {
         Self {
             is_styles,
             styles: Vec::new(),
             formats: 0,
             strings: 0,
+            rows: 0,
+            cells,
+            most_cells,
         }
     }
 
@@ -128,18 +144,18 @@ impl Part {
     }
 
     fn see(&mut self, tag: &[u8], name: &[u8]) -> Result<(), Problem> {
-        if name == b"sst" {
-            self.strings = self.strings.max(shared_strings(tag));
+        let opens = !tag.starts_with(b"/");
+        match name {
+            b"sst" => self.strings = self.strings.max(shared_strings(tag)),
+            b"row" if opens => count(&mut self.rows, "rows in a sheet", ROWS as usize)?,
+            b"c" if opens => count(&mut self.cells, "cells in the workbook", self.most_cells)?,
+            _ => {}
         }
         if !self.is_styles || !STYLES.contains(&name) {
             return Ok(());
         }
-        self.formats += usize::from(name == b"xf" && !tag.starts_with(b"/"));
-        if self.formats > FORMATS {
-            return Err(Problem::TooMany {
-                what: "cell formats",
-                limit: FORMATS,
-            });
+        if name == b"xf" && opens {
+            count(&mut self.formats, "cell formats", FORMATS)?;
         }
         if tag.len() > NUMBER_FORMAT {
             return Err(Problem::PartTooLong {
@@ -152,6 +168,14 @@ impl Part {
         self.styles.extend_from_slice(tag);
         self.styles.push(b'>');
         Ok(())
+    }
+}
+
+fn count(counted: &mut usize, what: &'static str, limit: usize) -> Result<(), Problem> {
+    *counted += 1;
+    match *counted > limit {
+        true => Err(Problem::TooMany { what, limit }),
+        false => Ok(()),
     }
 }
 

@@ -9,11 +9,9 @@ use calamine::{DataRef, ExcelDateTime, Reader, Xlsx, XlsxError};
 
 use crate::ride::error::Problem;
 use crate::ride::formats::markup::corrupt;
-use crate::ride::formats::workbook::sifted;
+use crate::ride::formats::workbook::{ROWS, sifted};
 use crate::ride::options::Limits;
 
-/// Rows that a sheet can have.
-const ROWS: u32 = 1 << 20;
 /// Excel's number of 1970-01-01 in its two calendars.
 const SINCE_1900: f64 = 25_569.0;
 const SINCE_1904: f64 = 24_107.0;
@@ -21,7 +19,7 @@ const SINCE_1904: f64 = 24_107.0;
 /// The first sheet, cells apart by tabs, one row on each line. `calamine` counts rows and columns without a check, which ends a
 /// debug build where a reference overflows.
 pub fn text(bytes: &[u8], limits: &Limits) -> Result<String, Problem> {
-    let parts = sifted(bytes)?;
+    let parts = sifted(bytes, limits)?;
     let read = || first_sheet(&parts, bytes.len(), limits);
     std::panic::catch_unwind(read).unwrap_or_else(|_| Err(corrupt(&"a reference overflows")))
 }
@@ -156,6 +154,7 @@ pub mod tests {
 
     use super::*;
     use crate::ride::formats::spreadsheet::is_xlsx;
+    use crate::ride::options::most_numbers;
 
     const RELATIONS: &str = "http://schemas.openxmlformats.org/officeDocument/2006/relationships";
     const MAIN: &str = "http://schemas.openxmlformats.org/spreadsheetml/2006/main";
@@ -233,7 +232,7 @@ pub mod tests {
         let kind = |bytes: &[u8]| read(bytes).unwrap_err().kind();
         let blanks = " ".repeat(100 << 20);
         assert_eq!(kind(&with_sheet(sheet(&blanks))), "part-too-long");
-        let blanks = "<row>      </row>".repeat(6 << 20);
+        let blanks = "<x>        </x>".repeat(6 << 20);
         assert_eq!(kind(&with_sheet(sheet(&blanks))), "gzip-bomb");
         let strings = [
             ("xl/workbook.xml", String::new()),
@@ -284,6 +283,19 @@ pub mod tests {
         let code = format!("<numFmt formatCode=\"{}\"/>", "0".repeat(2048));
         let long = "a number format in the workbook is longer than 2048 bytes";
         assert_eq!(said(&book(code)), long);
+    }
+
+    #[test]
+    fn too_many_cells_and_rows_are_refused_before_the_rest_is_read() {
+        let said = |cells: String| {
+            let bytes = with_sheet(sheet(&(cells + "</not closed in order>")));
+            let most = most_numbers(bytes.len());
+            (read(&bytes).unwrap_err().to_string(), most)
+        };
+        let (cells, most) = said(format!("<row>{}</row>", "<c/>".repeat(3 << 20)));
+        assert_eq!(cells, format!("more than {most} cells in the workbook"));
+        let (rows, _) = said("<row/>".repeat((1 << 20) + 1));
+        assert_eq!(rows, "more than 1048576 rows in a sheet");
     }
 
     #[test]

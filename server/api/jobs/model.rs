@@ -14,6 +14,7 @@ use crate::api::access::Caller;
 use crate::api::extract::{Path, Query};
 use crate::api::problem::Problem;
 use crate::export::{self, Format, IdentifiedModel};
+use crate::jobs::Purpose;
 use crate::store::job;
 
 #[derive(Deserialize, IntoParams)]
@@ -37,7 +38,7 @@ pub struct Params {
         (status = 422, description = "Reading the ride takes too long, or ends the process that does it", body = Problem, content_type = "application/problem+json"),
         (status = 500, description = "The stored report cannot be read", body = Problem, content_type = "application/problem+json"),
         (status = 501, description = "The server is built without spreadsheets", body = Problem, content_type = "application/problem+json"),
-        (status = 503, description = "That process was ended from outside; try again", body = Problem, content_type = "application/problem+json")))]
+        (status = 503, description = "Too many requests of the group wait for files to be read, or that process was ended from outside; try again", body = Problem, content_type = "application/problem+json")))]
 pub async fn model(
     State(server): App,
     caller: Caller,
@@ -54,9 +55,9 @@ pub async fn model(
         Format::Matlab => export::matlab(&report, &job.ride_name),
         Format::Python => export::python(&report, &job.ride_name),
         Format::Csv => {
-            let files = server.rides.files(&job).await?;
+            let (reader, files) = server.rides.open(&job, Purpose::Request).await?;
             let sources = files.iter().map(|(source, _)| source.clone()).collect();
-            let ride = server.readers.ride(sources, job.request.0).await?;
+            let ride = reader.ride(sources, job.request.0).await?;
             let written = tokio::task::spawn_blocking(move || export::table(&ride));
             written.await.map_err(Problem::internal)?
         }

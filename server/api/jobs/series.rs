@@ -13,7 +13,7 @@ use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::extract::{Path, Query, etag, matches, not_modified, tagged};
 use crate::api::problem::{Kind, Problem};
-use crate::jobs::Drawing;
+use crate::jobs::{Drawing, Purpose};
 use crate::store::job;
 
 const POINTS: usize = 2000;
@@ -47,7 +47,7 @@ pub struct Params {
         (status = 422, description = "Computing the series takes too long or crashes its process", body = Problem, content_type = "application/problem+json"),
         (status = 500, description = "The stored report cannot be read", body = Problem, content_type = "application/problem+json"),
         (status = 501, description = "The server is built without spreadsheets", body = Problem, content_type = "application/problem+json"),
-        (status = 503, description = "The process was killed from outside; try again", body = Problem, content_type = "application/problem+json")))]
+        (status = 503, description = "Too many requests of the group wait for files to be read, or the process was killed from outside; try again", body = Problem, content_type = "application/problem+json")))]
 pub async fn series(
     State(server): App,
     caller: Caller,
@@ -90,9 +90,8 @@ pub async fn series(
         t1,
         points,
     };
-    let files = server.rides.files(&job).await?;
+    let (reader, files) = server.rides.open(&job, Purpose::Request).await?;
     let sources = files.iter().map(|(source, _)| source.clone()).collect();
-    let request = job.request.0;
-    let window: Window = server.readers.window(sources, request, drawing).await?;
+    let window: Window = reader.window(sources, job.request.0, drawing).await?;
     Ok(tagged(&tag, Json(window)))
 }

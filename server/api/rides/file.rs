@@ -12,6 +12,7 @@ use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::extract::{Path, Query, matches, not_modified, tagged};
 use crate::api::problem::Problem;
+use crate::jobs::Purpose;
 use crate::store::ride;
 
 /// Which of a ride's files is meant.
@@ -33,7 +34,8 @@ pub struct Params {
         (status = 304, description = "Not changed"),
         (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such ride", body = Problem, content_type = "application/problem+json"),
-        (status = 410, description = "The stored file is missing or was altered", body = Problem, content_type = "application/problem+json")))]
+        (status = 410, description = "The stored file is missing or was altered", body = Problem, content_type = "application/problem+json"),
+        (status = 503, description = "Too many requests of the group wait for files to be read; try again", body = Problem, content_type = "application/problem+json")))]
 pub async fn file(
     State(server): App,
     caller: Caller,
@@ -58,7 +60,11 @@ pub async fn file(
     if matches(&headers, &etag) {
         return Ok(not_modified(&etag));
     }
+    let bytes = file.bytes.unsigned_abs();
+    let turn = (server.readers).turn(&caller.group, bytes, Purpose::Request);
+    let reader = turn.await?;
     server.files.verify(&file.sha256).await?;
+    drop(reader);
     let body = Body::from_stream(server.files.stream(&file.sha256).await?);
     let headers = [
         (header::CONTENT_TYPE, "application/octet-stream".to_owned()),

@@ -11,6 +11,7 @@ use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::problem::Problem;
 use crate::columns::{Guess, guesses};
+use crate::jobs::Purpose;
 use crate::options::Options;
 use crate::store::job::Request;
 
@@ -41,7 +42,7 @@ pub struct RidePreview {
         (status = 413, description = "Too large", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "The file is not a table, or an option is not allowed", body = Problem, content_type = "application/problem+json"),
         (status = 501, description = "The server is built without spreadsheets", body = Problem, content_type = "application/problem+json"),
-        (status = 503, description = "The process that read the ride was killed from outside; try again", body = Problem, content_type = "application/problem+json")))]
+        (status = 503, description = "Too many requests of the group wait for files to be read, or the process that read the ride was killed from outside; try again", body = Problem, content_type = "application/problem+json")))]
 pub async fn preview(
     State(server): App,
     caller: Caller,
@@ -57,7 +58,10 @@ pub async fn preview(
         bike: Bike::default(),
         options,
     };
-    let mut read = server.readers.preview(sources, request).await?;
+    let reader = (server.readers)
+        .turn(&caller.group, received.bytes(), Purpose::Request)
+        .await?;
+    let mut read = reader.preview(sources, request).await?;
     if let Ok(bike) = bike {
         read = read.with_bike(&bike);
     }

@@ -19,7 +19,7 @@ use crate::api::problem::{Kind, Problem};
 use crate::crash;
 use crate::facts::{self, Facts};
 use crate::files::{Files, Incoming, Kept, hex};
-use crate::jobs;
+use crate::jobs::{self, Purpose};
 use crate::options::Options;
 use crate::store::job::{self, NewJob, Request};
 use crate::store::ride::FileRow;
@@ -51,7 +51,10 @@ pub async fn submit(
     let (request, given) = asked(server, caller, &mut received).await?;
 
     let sources = received.sources().await?;
-    let checked = server.readers.check(sources, request.clone()).await?;
+    let reader = (server.readers)
+        .turn(&caller.group, received.bytes(), Purpose::Request)
+        .await?;
+    let checked = reader.check(sources, request.clone()).await?;
     if let Some(lacks) = checked.lacks {
         return Err(Problem::new(Kind::BadBike, lacks));
     }

@@ -73,7 +73,7 @@ pub struct Upload {
         (status = 413, description = "Too large", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "Ride, bike or options cannot be used", body = Problem, content_type = "application/problem+json"),
         (status = 501, description = "The server is built without spreadsheets", body = Problem, content_type = "application/problem+json"),
-        (status = 503, description = "The queue is full, the process that read the ride was killed from outside, or the database or the raw files are damaged or were exchanged", body = Problem, content_type = "application/problem+json", headers(("Retry-After" = u32)))))]
+        (status = 503, description = "The queue is full, too many requests of the group wait for files to be read, the process that read the ride was killed from outside, or the database or the raw files are damaged or were exchanged", body = Problem, content_type = "application/problem+json", headers(("Retry-After" = u32)))))]
 pub async fn upload(
     State(server): App,
     caller: Caller,
