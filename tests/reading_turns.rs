@@ -13,7 +13,7 @@ use crate::ride;
 const ENDLESS: &str = "7";
 const POISON: &str = "loop:preview:7,loop:series:7";
 /// Requests of a group that wait beside those that are read (server/jobs/seats.rs).
-const WAITING: usize = 64;
+const WAITING: usize = 128;
 const READ: usize = 2;
 /// Far longer than any answer takes that does not wait for the flood.
 const MINUTE: Duration = Duration::from_secs(60);
@@ -105,7 +105,10 @@ async fn a_group_has_so_many_waiting_requests_and_abandoned_ones_leave() {
         assert_eq!(refused.status(), StatusCode::SERVICE_UNAVAILABLE);
         assert_eq!(refused.headers()["retry-after"], "10");
         let detail = refused.text().await.unwrap();
-        assert!(detail.contains("64 requests that wait"), "{detail}");
+        assert!(
+            detail.contains(&format!("{WAITING} requests that wait")),
+            "{detail}"
+        );
     }
     let other = timeout(MINUTE, preview(&server, &one, "1").send()).await;
     assert_eq!(other.unwrap().unwrap().status(), 200);

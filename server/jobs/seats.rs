@@ -18,7 +18,7 @@ const OF_LARGE: usize = 2;
 /// Size from which a file is large (bytes).
 const LARGE: u64 = 8 << 20;
 /// Requests of one group that may wait.
-const WAITING: usize = 64;
+const WAITING: usize = 128;
 const MB: u64 = 1_000_000;
 
 /// Who wants a file read.
