@@ -20,6 +20,7 @@ mod events;
 mod facts;
 mod features;
 mod fleet;
+mod flood;
 mod harness;
 mod hostile;
 mod hosts;

@@ -11,8 +11,9 @@ use crate::api::access::credentials::cookie;
 use crate::api::access::{Caller, Mode};
 use crate::api::problem::{Kind, Problem};
 use crate::api::{App, Server};
-use crate::metrics::METRICS;
+use crate::metrics::{Label, METRICS};
 use crate::pages::layout::Fault;
+use crate::shorten::shortened;
 use crate::store::key::Scope;
 
 /// Lets a request in, with its [`Caller`] where the address is not open to all.
@@ -30,8 +31,9 @@ pub async fn enter(State(server): App, mut request: Request, next: Next) -> Resp
             next.run(request).await
         }
         Err(problem) => {
-            let status = problem.status.to_string();
-            METRICS.refused.add(1, [("status", &status)]);
+            METRICS
+                .refused
+                .add(1, [("status", Label::Status(problem.status))]);
             refuse(&request, problem)
         }
     }
@@ -111,7 +113,8 @@ fn own_name(request: &Request) -> Result<(), Problem> {
     Err(Problem::new(
         Kind::Foreign,
         format!(
-            "'{host}' is not a name of this machine; behind a proxy the server needs `--keys` or `--open`"
+            "'{}' is not a name of this machine; behind a proxy the server needs `--keys` or `--open`",
+            shortened(host)
         ),
     ))
 }

@@ -118,7 +118,7 @@ pub async fn submit_upload(
     } else {
         "refused"
     };
-    METRICS.uploads.add(1, [("outcome", label)]);
+    METRICS.uploads.add(1, [("outcome", label.into())]);
     outcome.map_err(|problem| Refused { problem, bicycle })
 }
 
