@@ -84,7 +84,7 @@ fn own_site(request: &Request) -> Result<(), Problem> {
 fn is_of_own_page(headers: &HeaderMap) -> bool {
     let text = |name: &str| headers.get(name).map(HeaderValue::as_bytes);
     if let Some(site) = text("sec-fetch-site") {
-        return site != b"cross-site" && site != b"same-site";
+        return site == b"same-origin" || site == b"none";
     }
     let Some(origin) = text("origin") else {
         return cookie(headers).is_none();
