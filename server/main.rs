@@ -26,6 +26,7 @@ mod metrics;
 mod options;
 mod pages;
 mod router;
+mod seldom;
 mod shorten;
 #[cfg(test)]
 #[path = "../tests/skips.rs"]

@@ -14,8 +14,13 @@ use crate::facts::FactsError;
 use crate::files::FileError;
 use crate::jobs::{Fault, OverBudget, Unreadable};
 use crate::options::OptionsError;
+use crate::seldom::Seldom;
 use crate::store;
 use crate::time::TimeError;
+
+/// Clients try again, and each request has its own line in the log.
+static UNREACHED: Seldom = Seldom::new();
+static UNSTORED: Seldom = Seldom::new();
 
 /// An error in the form of RFC 9457.
 #[derive(Clone, Debug, Serialize, ToSchema)]
@@ -199,7 +204,9 @@ impl From<sqlx::Error> for Problem {
     fn from(error: sqlx::Error) -> Self {
         match error {
             error if store::is_outage(&error) => {
-                tracing::error!(%error, "database cannot be reached");
+                if UNREACHED.is_due() {
+                    tracing::error!(%error, "database cannot be reached");
+                }
                 Self::new(
                     Kind::Unavailable,
                     "the database is busy or unavailable; try again",
@@ -229,7 +236,9 @@ impl From<std::io::Error> for Problem {
             | PermissionDenied
             | NotADirectory
             | StaleNetworkFileHandle => {
-                tracing::error!(%error, "uploads cannot be stored");
+                if UNSTORED.is_due() {
+                    tracing::error!(%error, "uploads cannot be stored");
+                }
                 Self::new(
                     Kind::Unavailable,
                     format!("the ride cannot be stored: {}", error.kind()),

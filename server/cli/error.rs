@@ -22,6 +22,15 @@ pub enum CliError {
         path: PathBuf,
         source: std::io::Error,
     },
+    /// A disk that the process keeps things on has no room.
+    #[error(
+        "{}: the disk is full, {bytes} bytes are free: make room and start again ({source})", .path.display()
+    )]
+    Full {
+        path: PathBuf,
+        bytes: u64,
+        source: Box<CliError>,
+    },
     /// The bike file; the message holds line and column.
     #[error("{}: {source}", .path.display())]
     Bike { path: PathBuf, source: EngineError },

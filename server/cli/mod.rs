@@ -19,6 +19,7 @@ mod progress;
 mod prune;
 mod restore;
 mod ride_csv;
+mod room;
 mod runtime;
 mod serve;
 mod simulate;

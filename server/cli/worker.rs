@@ -109,6 +109,11 @@ impl WorkLimits {
 
 impl Worker {
     pub async fn run(self) -> Result<(), CliError> {
+        let storage = self.storage.clone();
+        (self.work().await).map_err(|error| storage.blame(error))
+    }
+
+    async fn work(self) -> Result<(), CliError> {
         let (db, files): (Db, Files) = self.storage.begin().await?;
         let _lock = self.storage.lock_for_work(&db)?;
         let threads = self.workers.unwrap_or_else(cores).max(1);
