@@ -39,7 +39,7 @@ pub mod uncertainty;
 
 pub use bicycle::Bike;
 pub use diagnosis::impose::{Imposed, ride as simulate};
-pub use document::is_unseen;
+pub use document::{seen, unseen};
 pub use error::{Divergence, EngineError, ImposedProblem, RideProblem, SettingProblem};
 pub use pipeline::{
     Ridden, assemble, best_method, conclude, diagnose, identify, observe, read, result_of, study,

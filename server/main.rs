@@ -27,6 +27,8 @@ mod metrics;
 mod options;
 mod pages;
 mod router;
+mod seldom;
+mod shorten;
 #[cfg(test)]
 #[path = "../tests/skips.rs"]
 mod skips;

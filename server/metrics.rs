@@ -1,8 +1,11 @@
 //! What this process counts and measures, for Prometheus. A figure is listed from its first value on.
 
+use std::fmt::{self, Write};
 use std::sync::LazyLock;
 
+use axum::extract::MatchedPath;
 use prometheus_client::encoding::text::encode_registry;
+use prometheus_client::encoding::{EncodeLabelValue, LabelValueEncoder};
 use prometheus_client::metrics::counter::Counter;
 use prometheus_client::metrics::family::Family;
 use prometheus_client::metrics::gauge::Gauge;
@@ -13,14 +16,45 @@ use prometheus_client::registry::{Metric, Registry};
 const SECONDS: [f64; 9] = [0.001, 0.005, 0.02, 0.1, 0.5, 2.0, 10.0, 60.0, 300.0];
 const BYTES: [f64; 6] = [1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
 
-type Labels = Vec<(&'static str, String)>;
+type Labels = Vec<(&'static str, Label)>;
+
+/// The value of a label, from a set that the program fixes: each one is kept as long as the process lives.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Label {
+    Word(&'static str),
+    Status(u16),
+    /// The pattern of a route.
+    Route(String),
+}
+
+impl From<&'static str> for Label {
+    fn from(word: &'static str) -> Self {
+        Self::Word(word)
+    }
+}
+
+impl From<MatchedPath> for Label {
+    fn from(path: MatchedPath) -> Self {
+        Self::Route(path.as_str().to_owned())
+    }
+}
+
+impl EncodeLabelValue for Label {
+    fn encode(&self, encoder: &mut LabelValueEncoder) -> fmt::Result {
+        match self {
+            Self::Word(word) => encoder.write_str(word),
+            Self::Status(status) => write!(encoder, "{status}"),
+            Self::Route(pattern) => encoder.write_str(pattern),
+        }
+    }
+}
 
 /// A count by labels.
 pub struct Counts(Family<Labels, Counter>);
 
 impl Counts {
-    pub fn add<const N: usize>(&self, count: u64, labels: [(&'static str, &str); N]) {
-        self.0.get_or_create(&owned(labels)).inc_by(count);
+    pub fn add<const N: usize>(&self, count: u64, labels: [(&'static str, Label); N]) {
+        self.0.get_or_create(&labels.to_vec()).inc_by(count);
     }
 }
 
@@ -28,8 +62,8 @@ impl Counts {
 pub struct Level(Family<Labels, Gauge>);
 
 impl Level {
-    pub fn set<const N: usize>(&self, level: i64, labels: [(&'static str, &str); N]) {
-        self.0.get_or_create(&owned(labels)).set(level);
+    pub fn set<const N: usize>(&self, level: i64, labels: [(&'static str, Label); N]) {
+        self.0.get_or_create(&labels.to_vec()).set(level);
     }
 
     pub fn change(&self, by: i64) {
@@ -47,15 +81,9 @@ impl Spread {
         Self(family)
     }
 
-    pub fn record<const N: usize>(&self, value: f64, labels: [(&'static str, &str); N]) {
-        self.0.get_or_create(&owned(labels)).observe(value);
+    pub fn record<const N: usize>(&self, value: f64, labels: [(&'static str, Label); N]) {
+        self.0.get_or_create(&labels.to_vec()).observe(value);
     }
-}
-
-fn owned<const N: usize>(labels: [(&'static str, &str); N]) -> Labels {
-    labels
-        .map(|(name, value)| (name, value.to_owned()))
-        .to_vec()
 }
 
 pub struct Metrics {
@@ -141,11 +169,11 @@ mod tests {
         let metrics = Metrics::new();
         assert_eq!(metrics.render(), "");
         metrics.rescues.add(3, []);
-        metrics.uploads.add(1, [("outcome", "accepted")]);
-        metrics.jobs.set(2, [("state", "queued")]);
+        metrics.uploads.add(1, [("outcome", "accepted".into())]);
+        metrics.jobs.set(2, [("state", "queued".into())]);
         metrics.listeners.change(1);
         metrics.listeners.change(-1);
-        metrics.requests.record(0.25, [("route", "none")]);
+        metrics.requests.record(0.25, [("route", "none".into())]);
         assert_eq!(
             metrics.render(),
             "# TYPE veloid_jobs gauge\n\

@@ -31,6 +31,7 @@ use crate::api::{
 use crate::facts;
 use crate::pages;
 use crate::pages::layout::Fault;
+use crate::shorten::shortened;
 use security::secured;
 
 #[derive(OpenApi)]
@@ -137,11 +138,12 @@ pub fn router(server: Arc<Server>) -> Router {
 }
 
 async fn not_found(uri: Uri, headers: HeaderMap) -> Response {
-    readable(&headers, Problem::not_found(uri.path()))
+    readable(&headers, Problem::not_found(&shortened(uri.path())))
 }
 
 async fn method_not_allowed(method: Method, uri: Uri, headers: HeaderMap) -> Response {
-    let detail = format!("{} does not support {method}", uri.path());
+    let (path, method) = (shortened(uri.path()), shortened(method.as_str()));
+    let detail = format!("{path} does not support {method}");
     readable(&headers, Problem::new(Kind::MethodNotAllowed, detail))
 }
 

@@ -3,15 +3,15 @@
 
 use std::fmt::Write as _;
 use std::fs::File;
-use std::io::Write as _;
+use std::io::{BufRead, BufReader, Write as _};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
 use sqlx::{Connection, SqliteConnection};
 
-use crate::harness::{Folder, Server, has_points};
+use crate::harness::{Folder, Server, VELOID, has_points, veloid};
 use crate::oracle::{Upload, jobs_are, nothing_is_left, nothing_ran_twice};
 use crate::ride;
 use crate::skips::{not_applicable, skip};
@@ -313,6 +313,116 @@ async fn rides_sent_after_the_clock_was_set_back_have_their_turn() {
     }
     jobs_are(&server, 6).await;
     nothing_is_left(&server).await;
+}
+
+/// Retries and refused uploads during a full disk are logged now and then, not each time.
+#[tokio::test]
+async fn a_full_disk_fills_no_log() {
+    let folder = Folder::new();
+    let Some(disk) = Mount::small(folder.0.join("disk")) else {
+        return;
+    };
+    let at = disk.0.display();
+    let (database, files) = (format!("sqlite:{at}/veloid.db"), format!("file://{at}"));
+    let env = [("DATABASE_URL", &*database), ("VELOID_FILES", &*files)];
+    let server = Server::on_sqlite_with_env(&["--workers", "2"], &env);
+    let mut jobs = Vec::new();
+    for seed in ["1", "2", "3", "4"] {
+        jobs.push(server.submit(&[("trials", "64"), ("seed", seed)]).await);
+    }
+    reaches(&server, jobs.last().unwrap(), "trial").await;
+    let ballast = disk.fill();
+    let begun = Instant::now();
+    while begun.elapsed() < Duration::from_secs(12) {
+        is_put_off(&server, "no storage space").await;
+    }
+    let elapsed = begun.elapsed().as_secs();
+    let log = std::fs::read_to_string(server.folder.0.join("log")).unwrap();
+    std::fs::remove_file(ballast).unwrap();
+    let mut said = std::collections::BTreeMap::<&str, u64>::new();
+    for line in log.lines() {
+        let (_, rest) = line
+            .split_once(" WARN ")
+            .or_else(|| line.split_once("ERROR "))
+            .unwrap_or_default();
+        // Without times and fields: who says it.
+        *said.entry(rest.split('=').next().unwrap()).or_default() += 1;
+    }
+    said.remove("");
+    eprintln!("in {elapsed} s: {said:#?}");
+    assert!(said.keys().any(|line| line.contains("keeping")), "{log}");
+    for (line, times) in said {
+        assert!(
+            times <= 2 + elapsed / 2,
+            "{times} times in {elapsed} s: {line}"
+        );
+    }
+    for job in jobs {
+        server.succeeded(&job).await;
+    }
+}
+
+/// The log of a server that ended before it listened; none if it listens.
+fn ended(data: &Path) -> Option<String> {
+    let log = data.with_extension("log");
+    let mut serve = Command::new(&*VELOID);
+    let serve = serve.args([
+        "serve",
+        "--workers",
+        "1",
+        "--listen",
+        "127.0.0.1:0",
+        "--data",
+    ]);
+    let serve = serve.arg(data).env_remove("DATABASE_URL");
+    let serve = serve
+        .stdout(Stdio::piped())
+        .stderr(File::create(&log).unwrap());
+    let mut child = serve.spawn().unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    let listens = lines.next().is_some();
+    if listens {
+        child.kill().unwrap();
+    }
+    let status = child.wait().unwrap();
+    assert!(listens || status.code() == Some(1), "{status}");
+    (!listens).then(|| std::fs::read_to_string(log).unwrap())
+}
+
+/// A server that starts on a full disk listens, or names the disk and its free bytes.
+#[test]
+fn a_server_that_begins_on_a_full_disk_says_so() {
+    let folder = Folder::new();
+    let data = folder.0.join("data");
+    let Some(disk) = Mount::small(data.clone()) else {
+        return;
+    };
+    let mut refused = 0;
+    for used in [false, true] {
+        for kib in [0, 4, 16, 36, 64, 128, 400] {
+            if used {
+                let migrated = veloid(&["migrate", "--data", data.to_str().unwrap()]);
+                assert!(migrated.status.success(), "{migrated:?}");
+            }
+            let ballast = disk.fill();
+            let file = File::options().write(true).open(&ballast).unwrap();
+            let bytes = file.metadata().unwrap().len();
+            file.set_len(bytes - (kib << 10)).unwrap();
+            if let Some(said) = ended(&data) {
+                let last = said.lines().last().unwrap();
+                let begin = format!("veloid: {}: the disk is full, ", data.display());
+                assert!(last.starts_with(&begin), "{kib} KiB left: {said}");
+                assert!(last.contains(" bytes are free"), "{kib} KiB left: {said}");
+                refused += 1;
+            }
+            for entry in data.read_dir().unwrap() {
+                let path = entry.unwrap().path();
+                let _ = std::fs::remove_file(&path).or_else(|_| std::fs::remove_dir_all(&path));
+            }
+        }
+    }
+    eprintln!("{refused} of 14 starts were refused");
+    assert!(refused >= 8, "{refused} of 14 starts were refused");
 }
 
 /// A server that computes in its own process, and panics or hangs there where it is told to.

@@ -557,9 +557,10 @@ fn the_command_line_says_it_in_one_line_and_exits_with_2() {
 async fn what_cannot_be_seen_is_refused_or_left_out() {
     let server = Server::with(&["--workers", "0"]);
     let mut sent = 0;
-    for c in "\u{1}\u{85}\u{200e}\u{200f}\u{2028}\u{2029}\u{202a}\u{202e}\u{2066}\u{2069}\u{feff}"
-        .chars()
-    {
+    // Format characters, fillers, blanks, and joiners and selectors beside what they do not change.
+    let unseen = "\u{1}\u{85}\u{200d}\u{200e}\u{200f}\u{2028}\u{2029}\u{202a}\u{202e}\u{2066}\u{2069}\u{feff}\
+                  \u{34f}\u{115f}\u{1160}\u{17b4}\u{180e}\u{2800}\u{3164}\u{fe0f}\u{ffa0}\u{1bca0}\u{1d173}\u{e0100}";
+    for c in unseen.chars() {
         let odd = format!("a{c}b");
         let code = format!("U+{:04X}", c as u32);
         let bike = ride::BIKE.replace(
@@ -602,5 +603,30 @@ async fn what_cannot_be_seen_is_refused_or_left_out() {
             "{code}: {name:?}"
         );
         sent += 1;
+    }
+}
+
+/// Persian, Hindi, Bengali, Japanese and emoji are written with joiners and selectors.
+#[tokio::test]
+async fn names_keep_the_joiners_and_selectors_that_they_are_written_with() {
+    let server = Server::with(&["--workers", "0"]);
+    for name in [
+        "دوچرخه\u{200c}ها می\u{200c}روند",
+        "क्\u{200d}ष",
+        "র\u{200d}\u{9cd}যাম",
+        "葛\u{e0100}城",
+        "❤\u{fe0f}\u{200d}🔥 🚴🏽\u{200d}♀\u{fe0f} ⚡\u{fe0f} 1\u{fe0f}\u{20e3}",
+    ] {
+        let bike = ride::BIKE.replace("lab-7", name);
+        let file = Part::bytes(ride::example()).file_name(format!("{name}.csv"));
+        let form = Form::new().part("file", file).text("bike", bike);
+        let form = form.text("tags", name).text("notes", name);
+        let request = server.client.post(server.address("/v1/rides"));
+        let response = request.multipart(form).send().await.unwrap();
+        let (status, job) = (response.status(), response.json::<Value>().await.unwrap());
+        assert_eq!(status, 202, "{name}: {job:#}");
+        assert_eq!(job["bike"], name);
+        assert_eq!(job["ride"]["name"], format!("{name}.csv"));
+        assert_eq!(job["ride"]["facts"]["tags"][0], name);
     }
 }

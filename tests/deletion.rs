@@ -512,6 +512,72 @@ async fn an_acknowledged_ride_keeps_its_file_while_others_are_erased() {
     assert!(safe > 100, "{safe} of 150 were taken");
 }
 
+/// Uploads are answered with their job while others delete the same ride.
+#[tokio::test(flavor = "multi_thread")]
+async fn an_upload_that_meets_a_deletion_is_answered() {
+    let server = Server::with(&["--workers", "0", "--queue", "1000000"]);
+    let first = server.submit(&[]).await;
+    let ride = server.json(&first).await["ride"]["id"].clone();
+    let address = server.address(&format!("/v1/rides/{}", ride.as_str().unwrap()));
+    let sending = std::sync::atomic::AtomicBool::new(true);
+    let deleting = async || {
+        let mut deletions = 0;
+        while sending.load(std::sync::atomic::Ordering::Relaxed) {
+            let deleted = server.client.delete(&address).send().await.unwrap();
+            assert_eq!(deleted.status(), 200);
+            deletions += 1;
+        }
+        deletions
+    };
+    // One makes a new job each time, one finds that of the same fingerprint, one that of its key.
+    let uploading = async |again: &str, key: Option<&str>| {
+        for _ in 0..100 {
+            let parts = [&ride::QUICK[..], &[("again", again)]].concat();
+            let form = form(ride::example(), ride::BIKE, &parts);
+            let mut request = server.client.post(server.address("/v1/rides"));
+            if let Some(key) = key {
+                request = request.header("Idempotency-Key", key);
+            }
+            let response = request.multipart(form).send().await.unwrap();
+            let (status, body) = (response.status(), response.text().await.unwrap());
+            assert_eq!(status, 202, "{body}");
+        }
+    };
+    let uploads = async {
+        tokio::join!(
+            uploading("true", None),
+            uploading("false", None),
+            uploading("false", Some("key")),
+        );
+        sending.store(false, std::sync::atomic::Ordering::Relaxed);
+    };
+    let (deletions, others, ()) = tokio::join!(deleting(), deleting(), uploads);
+    eprintln!("300 uploads beside {} deletions", deletions + others);
+    assert!(deletions + others > 10);
+}
+
+/// An idempotency key whose job was deleted by retention can be used again.
+#[tokio::test]
+async fn a_key_of_an_expired_result_is_free() {
+    let server = Server::start();
+    let upload = async || {
+        let form = form(ride::example(), ride::BIKE, &ride::QUICK);
+        let request = server.client.post(server.address("/v1/rides"));
+        let request = request.header("Idempotency-Key", "key").multipart(form);
+        let response = request.send().await.unwrap();
+        assert_eq!(response.status(), 202);
+        response.headers()["location"].to_str().unwrap().to_owned()
+    };
+    let first = upload().await;
+    server.succeeded(&first).await;
+    let by_hand = "UPDATE job SET created_at = created_at - 9 * 86400000 RETURNING created_at";
+    assert!(server.count(by_hand).await > 0);
+    prune(&server, &["--retain-days", "3"]);
+    let second = upload().await;
+    assert_ne!(second, first);
+    assert_eq!(upload().await, second);
+}
+
 #[tokio::test]
 async fn a_backup_holds_what_can_be_brought_back() {
     let server = Server::on_sqlite(&[]);

@@ -62,6 +62,36 @@ async fn forms_of_other_sites_are_refused_by_their_origin() {
     assert_eq!(post(Some(&own)).await, 422, "no ride, but heard");
 }
 
+/// Only `same-origin` and `none` are accepted as `Sec-Fetch-Site`, whatever `Origin` says.
+#[tokio::test]
+async fn forms_of_other_sites_are_refused_by_what_browsers_say_of_them() {
+    let (server, [key]) = Server::with_keys([&[]], &[]);
+    let own = own(&server);
+    let cookie = cookie(&sign_in(&server, &key, &[("Origin", &own)]).await);
+    let post = async |site: &str| {
+        let request = browser().post(server.address("/v1/rides"));
+        let request = request.header("Cookie", &cookie).header("Origin", &own);
+        let request = request.header("Sec-Fetch-Site", site).body("t");
+        request.send().await.unwrap().status()
+    };
+    for site in ["same-origin", "none"] {
+        assert_eq!(post(site).await, 422, "{site}: no ride, but heard");
+    }
+    for site in [
+        "cross-site",
+        "same-site",
+        "",
+        "null",
+        "other",
+        "Cross-Site",
+        "same-origin, cross-site",
+        "cross-origin",
+        "same-origin;x",
+    ] {
+        assert_eq!(post(site).await, 403, "{site}");
+    }
+}
+
 /// A cookie is no key: it ends at sign-out, at the next sign-in, by the operator and with its key.
 #[tokio::test]
 async fn sessions_are_apart_from_keys_and_end() {

@@ -23,6 +23,7 @@ mod exchanged;
 mod facts;
 mod features;
 mod fleet;
+mod flood;
 mod harness;
 mod hostile;
 mod hosts;

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
-use crate::document::{is_unseen, json};
+use crate::document::{json, unseen};
 
 pub use axle::{Axle, PerAxle};
 pub use error::BikeError;
@@ -132,7 +132,7 @@ fn check_name(name: &str) -> Result<(), BikeError> {
         let name = name.trim().to_owned();
         return Err(BikeError::NameIsStep { name });
     }
-    match name.chars().find(|c| is_unseen(*c)) {
+    match unseen(name).next() {
         Some(character) => Err(BikeError::NameUnseen { character }),
         None => Ok(()),
     }
@@ -434,11 +434,13 @@ mod tests {
             "a\u{200b}",
             "\u{feff}a",
             "\u{2028}",
+            "a\u{3164}",
+            "a\u{fe0f}",
         ] {
             let file = serde_json::json!({ "bike": name }).to_string();
             let said = refused(&file);
             assert!(
-                said.contains("bike: ") && !said.chars().any(crate::is_unseen),
+                said.contains("bike: ") && crate::unseen(&said).next().is_none(),
                 "{said:?}"
             );
         }

@@ -6,4 +6,4 @@ pub mod json;
 mod unseen;
 
 pub use finite_gate::{NotFinite, checked};
-pub use unseen::is_unseen;
+pub use unseen::{seen, unseen};

@@ -62,10 +62,10 @@ pub async fn metrics(State(server): App) -> Result<impl IntoResponse, Problem> {
             .iter()
             .find(|(s, _)| s == state)
             .map_or(0, |(_, n)| *n);
-        METRICS.jobs.set(count, [("state", state)]);
+        METRICS.jobs.set(count, [("state", state.into())]);
     }
     METRICS.workers.set(worker::count(&server.db).await?, []);
-    let version = [("version", env!("CARGO_PKG_VERSION"))];
+    let version = [("version", env!("CARGO_PKG_VERSION").into())];
     METRICS.build.set(1, version);
     let kind = "text/plain; version=0.0.4; charset=utf-8";
     Ok(([(header::CONTENT_TYPE, kind)], METRICS.render()))

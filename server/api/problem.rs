@@ -15,6 +15,7 @@ use crate::facts::FactsError;
 use crate::files::FileError;
 use crate::jobs::{Fault, OverBudget, Unreadable};
 use crate::options::OptionsError;
+use crate::seldom::Seldom;
 use crate::store;
 use crate::store::result::DocumentError;
 use crate::time::TimeError;
@@ -26,6 +27,10 @@ pub struct Suspicion(pub String);
 
 /// Wait that is asked for where files have to be read first.
 const CROWDED_WAIT: Duration = Duration::from_secs(10);
+
+/// Clients try again, and each request has its own line in the log.
+static UNREACHED: Seldom = Seldom::new();
+static UNSTORED: Seldom = Seldom::new();
 
 /// An error in the form of RFC 9457.
 #[derive(Clone, Debug, Serialize, ToSchema)]
@@ -255,7 +260,9 @@ impl From<sqlx::Error> for Problem {
                 }
             }
             error if store::is_outage(&error) => {
-                tracing::error!(%error, "database cannot be reached");
+                if UNREACHED.is_due() {
+                    tracing::error!(%error, "database cannot be reached");
+                }
                 Self::new(
                     Kind::Unavailable,
                     "the database is busy or unavailable; try again",
@@ -289,7 +296,9 @@ impl From<std::io::Error> for Problem {
             | NotFound
             | NotADirectory
             | StaleNetworkFileHandle => {
-                tracing::error!(%error, "uploads cannot be stored");
+                if UNSTORED.is_due() {
+                    tracing::error!(%error, "uploads cannot be stored");
+                }
                 Self::new(
                     Kind::Unavailable,
                     format!("the ride cannot be stored: {}", error.kind()),

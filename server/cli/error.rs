@@ -22,6 +22,15 @@ pub enum CliError {
         path: PathBuf,
         source: std::io::Error,
     },
+    /// A disk that the process keeps things on has no room.
+    #[error(
+        "{}: the disk is full, {bytes} bytes are free: make room and start again ({source})", .path.display()
+    )]
+    Full {
+        path: PathBuf,
+        bytes: u64,
+        source: Box<CliError>,
+    },
     /// The bike file; the message holds line and column.
     #[error("{}: {source}", .path.display())]
     Bike { path: PathBuf, source: EngineError },
@@ -70,7 +79,7 @@ pub enum CliError {
     )]
     FilesLost { lost: usize, of: usize },
     #[error("{}: the disk is full; the copy takes {bytes} bytes, and none of it was left there", .folder.display())]
-    Full { folder: PathBuf, bytes: u64 },
+    NoRoom { folder: PathBuf, bytes: u64 },
     #[error("{}: line {line} is not a SHA-256, two blanks and a path", .path.display())]
     Manifest { path: PathBuf, line: usize },
     #[error(

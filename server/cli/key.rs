@@ -4,7 +4,7 @@ use std::io::Write;
 
 use clap::{Args, Subcommand};
 use uuid::Uuid;
-use veloid_engine::is_unseen;
+use veloid_engine::unseen;
 
 use super::CliError;
 use super::storage::Storage;
@@ -80,7 +80,7 @@ fn group(text: &str) -> Result<String, String> {
 
 /// A text of one line that looks like what it is.
 fn plain(text: &str) -> Result<String, String> {
-    match text.chars().find(|c| is_unseen(*c)) {
+    match unseen(text).next() {
         Some(found) => Err(format!(
             "U+{:04X} in it, expected visible characters",
             u32::from(found)

@@ -20,6 +20,7 @@ mod progress;
 mod prune;
 mod restore;
 mod ride_csv;
+mod room;
 mod runtime;
 mod serve;
 mod simulate;

@@ -99,6 +99,11 @@ impl Entry {
 
 impl Serve {
     pub async fn run(self) -> Result<(), CliError> {
+        let storage = self.storage.clone();
+        (self.serve().await).map_err(|error| storage.blame(error))
+    }
+
+    async fn serve(self) -> Result<(), CliError> {
         let (db, files) = self.storage.begin().await?;
         db.settle().await?;
         let access = self.entry.access(&db, self.listen).await?;

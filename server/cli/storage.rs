@@ -10,9 +10,9 @@ use tokio::fs;
 use url::Url;
 use uuid::Uuid;
 
-use super::CliError;
 use super::manifest::DATABASE;
 use super::vault::{Fresh, Vault};
+use super::{CliError, room};
 use crate::built::NotBuilt;
 use crate::files::Files;
 use crate::installation::{InstallationError, adopt, pair};
@@ -93,6 +93,15 @@ impl Storage {
             true => !Db::connect(&url).await?.is_new().await?,
             false => self.sqlite_file()?.is_file(),
         })
+    }
+
+    /// The error or, where it may come of a full disk that something is kept on, that.
+    pub fn blame(&self, error: CliError) -> CliError {
+        let database = self.sqlite_file().ok();
+        let files = self.files.as_ref().and_then(|url| url.to_file_path().ok());
+        let beside = database.as_deref().and_then(Path::parent);
+        let folders = [Some(self.data.as_path()), beside, files.as_deref()];
+        room::blame(error, &folders.into_iter().flatten().collect::<Vec<_>>())
     }
 
     fn absent(&self) -> CliError {

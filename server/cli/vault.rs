@@ -171,7 +171,7 @@ impl Fresh {
         }
         let folder = self.folder;
         Err(match is_of_full_disk(&error) {
-            true => CliError::Full { folder, bytes },
+            true => CliError::NoRoom { folder, bytes },
             false => error,
         })
     }

@@ -118,6 +118,11 @@ impl WorkLimits {
 
 impl Worker {
     pub async fn run(self) -> Result<(), CliError> {
+        let storage = self.storage.clone();
+        (self.work().await).map_err(|error| storage.blame(error))
+    }
+
+    async fn work(self) -> Result<(), CliError> {
         let (db, files): (Db, Files) = self.storage.begin().await?;
         db.settle().await?;
         let stop = CancellationToken::new();

@@ -4,7 +4,7 @@ use jiff::Timestamp;
 use jiff::civil::Date;
 use jiff::tz::TimeZone;
 use serde_json::Value;
-use veloid_engine::is_unseen;
+use veloid_engine::unseen;
 
 use super::error::FactsError;
 use crate::unique::shown;
@@ -110,8 +110,7 @@ fn bounded(name: &str, text: &str, most: usize) -> Result<(), FactsError> {
         return Err(FactsError::Long { name, length, most });
     }
     let breaks: &[char] = if name == "notes" { &['\n', '\r'] } else { &[] };
-    let unseen = |c: &char| is_unseen(*c) && !breaks.contains(c);
-    match text.chars().find(unseen) {
+    match unseen(text).find(|c| !breaks.contains(c)) {
         Some(found) => Err(FactsError::Unseen {
             name: name.to_owned(),
             code: found.into(),

@@ -32,12 +32,14 @@ use self::pace::Paced;
 use self::taken::Taken;
 
 use crate::metrics::METRICS;
+use crate::seldom::Seldom;
 
 /// What is read of a request before it is understood (bytes): a line of 64 KiB, which is the longest that
 /// hyper takes, and as much of headers.
 const HEAD: usize = 128 << 10;
 /// Wait before another connection is taken after one could not be, most likely for want of a descriptor.
 const PAUSE: Duration = Duration::from_millis(100);
+static NOT_ACCEPTED: Seldom = Seldom::new();
 
 /// What the system holds of an answer that is not on its way yet (bytes). It takes megabytes unless asked otherwise, and
 /// more only when a third of them have left: whether a slow reader takes anything could not be seen.
@@ -65,7 +67,9 @@ pub async fn serve(
         let (stream, peer) = match accepted {
             Ok(accepted) => accepted,
             Err(error) => {
-                tracing::warn!(%error, "a connection was not accepted");
+                if NOT_ACCEPTED.is_due() {
+                    tracing::warn!(%error, "a connection was not accepted");
+                }
                 tokio::time::sleep(PAUSE).await;
                 continue;
             }

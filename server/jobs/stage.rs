@@ -14,11 +14,14 @@ use super::task::Subject;
 use super::work::Work;
 use crate::crash;
 use crate::metrics::METRICS;
+use crate::seldom::Seldom;
 use crate::store::job::{self, Failure, JobRow};
 use crate::store::{Tx, loss, on, trial, webhook};
 
 /// A transaction that is not heard of for so long is started again.
 const UNHEARD: Duration = Duration::from_secs(10);
+/// Every waiting result is tried again each second.
+static KEPT: Seldom = Seldom::new();
 /// Wait before the database is tried again.
 pub(super) const PAUSE: Duration = Duration::from_secs(1);
 
@@ -77,7 +80,9 @@ impl Work {
             if let Some(damage) = fault.damage() {
                 self.db.condition().suspect(damage);
             }
-            tracing::warn!(%fault, "keeping the result until the database is available again");
+            if KEPT.is_due() {
+                tracing::warn!(%fault, "keeping results until the database is available again");
+            }
             let stopped = context.cancellation_token().cancelled();
             if tokio::time::timeout(PAUSE, stopped).await.is_ok() {
                 return Err(Fault::Stopped);

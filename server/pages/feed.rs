@@ -4,7 +4,7 @@ use askama::Template;
 use axum::extract::State;
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
-use veloid_engine::is_unseen;
+use veloid_engine::seen;
 
 use super::layout::Fault;
 use super::verdict::{self, Listed};
@@ -85,7 +85,7 @@ impl Entry {
 
 /// Without what XML has no way to write or nobody can see: names of earlier versions may hold it.
 fn printable(text: &str) -> String {
-    text.chars()
-        .filter(|c| !is_unseen(*c) && !matches!(c, '\u{fffe}' | '\u{ffff}'))
+    seen(text)
+        .filter(|c| !matches!(c, '\u{fffe}' | '\u{ffff}'))
         .collect()
 }

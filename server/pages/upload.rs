@@ -123,7 +123,7 @@ pub async fn form(
 /// Takes the form and redirects to the job's page, or shows the form again with the problem.
 pub async fn send(State(server): App, caller: Caller, request: Request) -> Result<Response, Fault> {
     match submit_upload(&server, &caller, request).await {
-        Ok(Submitted { id, .. }) => Ok(Redirect::to(&format!("/jobs/{id}")).into_response()),
+        Ok(Submitted { job, .. }) => Ok(Redirect::to(&format!("/jobs/{}", job.id)).into_response()),
         Err(Refused { problem, bicycle }) => {
             let status = StatusCode::from_u16(problem.status).unwrap_or_default();
             let bikes = bikes(&server, &caller).await?;

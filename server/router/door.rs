@@ -12,8 +12,9 @@ use crate::api::access::credentials::cookie;
 use crate::api::access::{Caller, Mode};
 use crate::api::problem::{Kind, Problem, Suspicion};
 use crate::api::{App, Server};
-use crate::metrics::METRICS;
+use crate::metrics::{Label, METRICS};
 use crate::pages::layout::Fault;
+use crate::shorten::shortened;
 use crate::store::key::Scope;
 
 /// Lets a request in, with its [`Caller`] where the address is not open to all.
@@ -31,8 +32,9 @@ pub async fn enter(State(server): App, mut request: Request, next: Next) -> Resp
         Err(problem) => Err(problem),
     };
     let response = answer.unwrap_or_else(|problem| {
-        let status = problem.status.to_string();
-        METRICS.refused.add(1, [("status", &status)]);
+        METRICS
+            .refused
+            .add(1, [("status", Label::Status(problem.status))]);
         asked.refuse(problem)
     });
     if let Some(Suspicion(why)) = response.extensions().get() {
@@ -86,7 +88,7 @@ fn own_site(request: &Request) -> Result<(), Problem> {
 fn is_of_own_page(headers: &HeaderMap) -> bool {
     let text = |name: &str| headers.get(name).map(HeaderValue::as_bytes);
     if let Some(site) = text("sec-fetch-site") {
-        return site != b"cross-site" && site != b"same-site";
+        return site == b"same-origin" || site == b"none";
     }
     let Some(origin) = text("origin") else {
         return cookie(headers).is_none();
@@ -115,7 +117,8 @@ fn own_name(request: &Request) -> Result<(), Problem> {
     Err(Problem::new(
         Kind::Foreign,
         format!(
-            "'{host}' is not a name of this machine; behind a proxy the server needs `--keys` or `--open`"
+            "'{}' is not a name of this machine; behind a proxy the server needs `--keys` or `--open`",
+            shortened(host)
         ),
     ))
 }

@@ -3,16 +3,16 @@
 use std::time::Instant;
 
 use axum::extract::{MatchedPath, Request};
+use axum::http::Method;
 use axum::middleware::Next;
 use axum::response::Response;
 
-use crate::metrics::METRICS;
+use crate::metrics::{Label, METRICS};
+use crate::shorten::shortened;
 
 pub async fn measure(matched: Option<MatchedPath>, request: Request, next: Next) -> Response {
-    let method = request.method().to_string();
-    let path = request.uri().path().to_owned();
-    // The pattern, not the address: labels must not grow with the ids.
-    let route = matched.map_or_else(|| "none".to_owned(), |path| path.as_str().to_owned());
+    let method = name(request.method());
+    let path = shortened(request.uri().path()).into_owned();
     let begin = Instant::now();
     let response = next.run(request).await;
     let duration = begin.elapsed();
@@ -24,8 +24,23 @@ pub async fn measure(matched: Option<MatchedPath>, request: Request, next: Next)
         duration_ms = duration.as_millis(),
         "request"
     );
-    let status = status.to_string();
-    let labels = [("route", &*route), ("method", &method), ("status", &status)];
+    let labels = [
+        ("route", matched.map_or("none".into(), Label::from)),
+        ("method", method.into()),
+        ("status", Label::Status(status)),
+    ];
     METRICS.requests.record(duration.as_secs_f64(), labels);
     response
+}
+
+/// The methods that this server has; clients may make up others, of any length.
+fn name(method: &Method) -> &'static str {
+    match *method {
+        Method::GET => "GET",
+        Method::HEAD => "HEAD",
+        Method::POST => "POST",
+        Method::PATCH => "PATCH",
+        Method::DELETE => "DELETE",
+        _ => "other",
+    }
 }

@@ -195,10 +195,16 @@ pub async fn find(db: &Db, group: &str, id: Uuid) -> sqlx::Result<Option<JobRow>
     on!(read db, p => sqlx::query_as(SQL).bind(id).bind(group).fetch_optional(p).await)
 }
 
+const SELECT_ANY: &str = select!("WHERE job.id = $1");
+
 /// A job of whichever group, for those who work on it.
 pub async fn load(db: &Db, id: Uuid) -> sqlx::Result<Option<JobRow>> {
-    const SQL: &str = select!("WHERE job.id = $1");
-    on!(read db, p => sqlx::query_as(SQL).bind(id).fetch_optional(p).await)
+    on!(read db, p => sqlx::query_as(SELECT_ANY).bind(id).fetch_optional(p).await)
+}
+
+/// The same, as a transaction sees it.
+pub async fn load_in(tx: &mut Tx, id: Uuid) -> sqlx::Result<Option<JobRow>> {
+    on!(tx, t => sqlx::query_as(SELECT_ANY).bind(id).fetch_optional(&mut **t).await)
 }
 
 /// Keeps others from changing the job until the transaction ends, and shows its River row, if it has

@@ -24,7 +24,7 @@ pub enum MigrateError {
     )]
     Newer { found: i64, newest: i64 },
     #[error("schema: {0}")]
-    Schema(sqlx::migrate::MigrateError),
+    Schema(#[source] sqlx::migrate::MigrateError),
     #[error("queue schema: {0}")]
     Queue(#[from] riverqueue::migrate::Error),
 }

@@ -9,7 +9,7 @@ use axum::http::{HeaderMap, header};
 use futures_util::{Stream, StreamExt, TryStreamExt};
 use multer::Multipart;
 use serde_json::{Map, Value};
-use veloid_engine::is_unseen;
+use veloid_engine::seen;
 
 use super::body::{ALLOWANCE, BodyError, Pieces, Unparsed};
 use crate::api::Server;
@@ -327,7 +327,7 @@ impl Parts {
 /// A file name fit to be shown: its last component without what cannot be seen.
 fn tidy(name: &str) -> String {
     let last = name.rsplit(['/', '\\']).next().unwrap_or_default();
-    let shown: String = last.chars().filter(|c| !is_unseen(*c)).take(200).collect();
+    let shown: String = seen(last).take(200).collect();
     if shown.is_empty() {
         "ride".to_owned()
     } else {

@@ -21,7 +21,7 @@ use crate::facts::{self, Facts};
 use crate::files::{Files, Incoming, Kept, hex};
 use crate::jobs::{self, Purpose};
 use crate::options::Options;
-use crate::store::job::{self, NewJob, Request};
+use crate::store::job::{self, JobRow, NewJob, Request};
 use crate::store::ride::FileRow;
 use crate::store::{self, Tx, bike, idempotency_key, ride, turn};
 
@@ -30,14 +30,17 @@ const UNNAMED: &str = "unnamed";
 
 /// The job of an upload.
 pub struct Submitted {
-    pub id: Uuid,
+    /// As the transaction saw it that stored the upload: somebody may delete it at once.
+    pub job: JobRow,
     /// Whether the same was uploaded before.
     pub known: bool,
 }
 
 impl Submitted {
-    fn known(id: Uuid) -> Self {
-        Self { id, known: true }
+    async fn of(tx: &mut Tx, id: Uuid, known: bool) -> Result<Self, Problem> {
+        let erased = || Problem::new(Kind::Unavailable, "the job was just erased; try again");
+        let job = job::load_in(tx, id).await?.ok_or_else(erased)?;
+        Ok(Self { job, known })
     }
 }
 
@@ -81,12 +84,13 @@ pub async fn submit(
     let mut tx = server.db.begin().await?;
     lock(&server.files, &mut tx, &files).await?;
     if let Some(id) = upload.job_of_key(&mut tx).await? {
-        return Ok(Submitted::known(id));
+        return Submitted::of(&mut tx, id, true).await;
     }
-    let submitted = match upload.equal_job(&mut tx).await? {
+    let equal = upload.equal_job(&mut tx).await?;
+    let id = match equal {
         Some(id) => {
             (upload.facts.add_to_job(&mut tx, &caller.group, id)).await?;
-            Submitted::known(id)
+            id
         }
         None => {
             caller.may_queue(&mut tx).await?;
@@ -95,7 +99,8 @@ pub async fn submit(
                 .await?
         }
     };
-    upload.remember_key(&mut tx, submitted.id).await?;
+    upload.remember_key(&mut tx, id).await?;
+    let submitted = Submitted::of(&mut tx, id, equal.is_some()).await?;
     crash::point("before_commit");
     tx.commit().await?;
     crash::point("after_commit");
@@ -192,7 +197,7 @@ impl<'a> Upload<'a> {
         tx: &mut Tx,
         files: &[FileRow],
         summary: &RideSummary,
-    ) -> Result<Submitted, Problem> {
+    ) -> Result<Uuid, Problem> {
         let (bytes, group) = (
             files.iter().map(|file| file.bytes).sum(),
             &self.caller.group,
@@ -221,10 +226,7 @@ impl<'a> Upload<'a> {
         let row = server.queue.observe(tx, new.id).await?;
         turn::take(tx, new.id).await?;
         job::enter(tx, new.id, job::Stage::Observe, row).await?;
-        Ok(Submitted {
-            id: new.id,
-            known: false,
-        })
+        Ok(new.id)
     }
 
     async fn remember_key(&self, tx: &mut Tx, id: Uuid) -> Result<(), Problem> {

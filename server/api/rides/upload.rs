@@ -9,7 +9,7 @@ use utoipa::ToSchema;
 use super::receive::receive;
 use super::submit::{Submitted, submit};
 use crate::api::access::Caller;
-use crate::api::jobs::view::{JobView, find};
+use crate::api::jobs::view::JobView;
 use crate::api::problem::{Kind, Problem};
 use crate::api::{App, Server};
 use crate::bicycle::{Given, Way};
@@ -80,8 +80,8 @@ pub async fn upload(
     request: Request,
 ) -> Result<impl IntoResponse, Problem> {
     let submitted = submit_upload(&server, &caller, request).await;
-    let Submitted { id, known } = submitted.map_err(|refused| refused.problem)?;
-    let job = find(&server.db, &caller.group, id).await?;
+    let Submitted { job, known } = submitted.map_err(|refused| refused.problem)?;
+    let job = JobView::from(job);
     let headers: [(HeaderName, String); 3] = [
         (header::LOCATION, job.links.job.clone()),
         (header::RETRY_AFTER, "1".to_owned()),
@@ -118,7 +118,7 @@ pub async fn submit_upload(
     } else {
         "refused"
     };
-    METRICS.uploads.add(1, [("outcome", label)]);
+    METRICS.uploads.add(1, [("outcome", label.into())]);
     outcome.map_err(|problem| Refused { problem, bicycle })
 }
 

@@ -8,7 +8,7 @@ use jiff::tz::TimeZone;
 use serde::Deserialize;
 use utoipa::ToSchema;
 use uuid::Uuid;
-use veloid_engine::is_unseen;
+use veloid_engine::unseen;
 
 use crate::api::App;
 use crate::api::Server;
@@ -127,7 +127,7 @@ fn text(text: &str) -> Result<String, Problem> {
             "text: {length} characters, expected 1 to {LONGEST}"
         )));
     }
-    match text.chars().find(|c| is_unseen(*c)) {
+    match unseen(text).next() {
         Some(found) => {
             let code = u32::from(found);
             Err(bad(format!(

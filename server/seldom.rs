@@ -1,0 +1,41 @@
+//! Limits how often a loop logs the same warning: at its first turn, then every ten seconds.
+
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+const EVERY: Duration = Duration::from_secs(10);
+
+/// When a warning was logged last.
+pub struct Seldom(Mutex<Option<Instant>>);
+
+impl Seldom {
+    pub const fn new() -> Self {
+        Self(Mutex::new(None))
+    }
+
+    /// Whether it is to be logged now.
+    pub fn is_due(&self) -> bool {
+        self.is_due_at(Instant::now())
+    }
+
+    fn is_due_at(&self, now: Instant) -> bool {
+        let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_due = last.is_none_or(|last| now.saturating_duration_since(last) >= EVERY);
+        if is_due {
+            *last = Some(now);
+        }
+        is_due
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_warning_is_logged_at_the_first_turn_and_every_ten_seconds() {
+        let (said, begin) = (Seldom::new(), Instant::now());
+        let turns = (0..250).map(|turn| begin + Duration::from_millis(100 * turn));
+        assert_eq!(turns.filter(|turn| said.is_due_at(*turn)).count(), 3);
+    }
+}
