@@ -145,3 +145,30 @@ async fn quick_kills_fail_no_ride() {
     jobs_are(&server, 24).await;
     nothing_ran_twice(&server).await;
 }
+
+/// Kills from outside that come faster than a stage ends are not held against a job that computes in a child process.
+#[tokio::test]
+async fn kills_from_outside_fail_no_job_that_computes_in_a_child() {
+    const RUNNING: &str =
+        "SELECT COUNT(*) FROM river_job WHERE kind = 'trial' AND state = 'running'";
+    const LOST: &str = "SELECT MAX(lost) FROM job";
+    const LEFT: &str = "SELECT COUNT(*) FROM job WHERE finished_at IS NULL";
+    let mut server = Server::on_sqlite(&["--workers", "1"]);
+    let long = [
+        ("trials", "1"),
+        ("particles", "100"),
+        ("iterations", "5000"),
+    ];
+    let job = server.submit(&long).await;
+    let mut kills = 0;
+    while server.count(LOST).await < 8 && server.count(LEFT).await > 0 {
+        while server.count(RUNNING).await == 0 && server.count(LEFT).await > 0 {
+            tokio::time::sleep(Duration::from_millis(5)).await;
+        }
+        tokio::time::sleep(Duration::from_millis(50)).await;
+        server.crash_and_restart();
+        kills += 1;
+        assert!(kills < 60, "few kills found it at work");
+    }
+    server.succeeded(&job).await;
+}

@@ -83,6 +83,11 @@ impl Lane {
         Ok(Self { place, threads })
     }
 
+    /// Whether work is done in child processes.
+    pub fn is_isolated(&self) -> bool {
+        matches!(self.place, Place::Children(..))
+    }
+
     /// Carries an order out.
     pub async fn perform(&self, control: Control, order: Order) -> Result<Outcome, Fault> {
         match &self.place {

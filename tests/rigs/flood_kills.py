@@ -109,6 +109,12 @@ class Group(threading.Thread):
             time.sleep(0.1)
 
 
+def most_losses(folder):
+    """Most kills in a row that one ride has met without progress."""
+    database = sqlite3.connect(f"file:{folder}/veloid.db?mode=ro", uri=True)
+    return database.execute("SELECT max(lost) FROM job").fetchone()[0] or 0
+
+
 def outcome(folder, groups):
     """Acknowledged rides that are not there, jobs with other than one report, jobs that did not succeed."""
     database = sqlite3.connect(f"file:{folder}/veloid.db?mode=ro", uri=True)
@@ -138,10 +144,11 @@ def main():
     server.start()
     for group in [*groups, quiet]:
         group.start()
-    chance, begin = random.Random(asked.seed), time.monotonic()
+    chance, begin, losses = random.Random(asked.seed), time.monotonic(), 0
     for kill in range(asked.kills):
         time.sleep(chance.uniform(0.1, asked.between))
         server.kill()
+        losses = max(losses, most_losses(folder))
         server.start()
         if kill % 50 == 49:
             done = sum(len(group.acknowledged) for group in groups)
@@ -154,7 +161,7 @@ def main():
     rides, lost, twice, given_up = outcome(folder, [*groups, quiet])
     print(
         f"{asked.kills} kills in {time.monotonic() - begin:.0f} s, seed {asked.seed}: {rides} rides acknowledged, {lost} lost, {twice} double, "
-        f"{given_up} given up; the group of one ride a minute ({len(quiet.acknowledged)} rides) waited at most {quiet.longest:.1f} s"
+        f"{given_up} given up; the group of one ride a minute ({len(quiet.acknowledged)} rides) waited at most {quiet.longest:.1f} s; a ride met at most {losses} kills without progress"
     )
     shutil.rmtree(folder)
     sys.exit(lost + twice + given_up > 0)
