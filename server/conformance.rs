@@ -262,7 +262,7 @@ async fn trials_that_share_a_row_are_taken_over_together_and_stored_once() {
         let expected = [0, 0, 0, 0, 4, 4, 4, 4, 8, 8].map(|trial| rows[trial]);
         assert_eq!(rows, expected);
         begun_by(&db, rows[4], "dead").await;
-        sweep(&db, &queue, &Hub::new(), loss::ALONE).await.unwrap();
+        sweep(&db, &queue, &Hub::new()).await.unwrap();
         let mut tx = db.begin().await.unwrap();
         let unfinished = trial::unfinished(&mut tx, id).await.unwrap();
         let [new] = unfinished[..]
@@ -319,7 +319,7 @@ async fn dies_with(db: &Db, queue: &Queue, id: Uuid, held: i64, is_alone: bool) 
         assert!(loss::alone(&mut tx, id, held).await.unwrap());
     }
     tx.commit().await.unwrap();
-    sweep(db, queue, &Hub::new(), loss::ALONE).await.unwrap();
+    sweep(db, queue, &Hub::new()).await.unwrap();
     assert_eq!(row_state(queue, held).await, JobState::Discarded);
     let mut tx = db.begin().await.unwrap();
     let rows = trial::unfinished(&mut tx, id).await.unwrap();
@@ -338,7 +338,7 @@ async fn work_is_taken_over_from_the_dead_alone_and_who_was_beside_them_is_not_t
         worker::beat(&mut tx, "alive", 1).await.unwrap();
         tx.commit().await.unwrap();
         begun_by(&db, held, "alive").await;
-        sweep(&db, &queue, &hub, loss::ALONE).await.unwrap();
+        sweep(&db, &queue, &hub).await.unwrap();
         assert_eq!(row_state(&queue, held).await, JobState::Running);
 
         for death in 1..=20 {
@@ -426,7 +426,7 @@ async fn a_job_that_the_queue_has_nothing_for_fails() {
         let mut tx = db.begin().await.unwrap();
         queue.cancel(&mut tx, &[row]).await.unwrap();
         tx.commit().await.unwrap();
-        sweep(&db, &queue, &Hub::new(), loss::ALONE).await.unwrap();
+        sweep(&db, &queue, &Hub::new()).await.unwrap();
         assert_eq!(state(&db, stray).await, State::Failed);
         assert_eq!(state(&db, sound).await, State::Queued);
     })

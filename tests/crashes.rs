@@ -256,15 +256,7 @@ async fn who_stops_may_die_of_it() {
 
 /// Whether another process on the same data dies too, before a job is given up.
 async fn dies_again(server: &Server) -> bool {
-    let mut heir = server.beside(&[
-        "serve",
-        "--listen",
-        "127.0.0.1:0",
-        "--workers",
-        "2",
-        "--isolate",
-        "off",
-    ]);
+    let mut heir = server.beside(&["serve", "--listen", "127.0.0.1:0", "--workers", "2"]);
     heir.stdout(Stdio::null()).stderr(Stdio::null());
     let mut heir = heir.spawn().unwrap();
     loop {
@@ -289,7 +281,7 @@ async fn dies_again(server: &Server) -> bool {
 /// Those that waited meanwhile are none the worse for it.
 #[tokio::test]
 async fn a_job_that_kills_its_process_each_time_is_found_out() {
-    let Some(mut server) = doomed(&["--workers", "2", "--isolate", "off"], "in_diagnose") else {
+    let Some(mut server) = doomed(&["--workers", "2"], "in_diagnose") else {
         return;
     };
     let mut others = Vec::new();

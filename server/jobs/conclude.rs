@@ -55,13 +55,9 @@ impl Stages {
             observed: Arc::new(observed),
             trials,
         };
-        let performed = (work.compute.quick)
-            .perform(
-                work.control(context, &job),
-                Order::Stage(Some(subject), task),
-            )
-            .await?;
-        let Outcome::Concluded(conclusion, report) = performed else {
+        let stage = Order::Stage(Some(subject), task);
+        let computed = work.computed(&work.compute.quick, context, &job, stage);
+        let Outcome::Concluded(conclusion, report) = computed.await? else {
             return Err(Fault::Mismatch);
         };
 

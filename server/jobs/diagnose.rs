@@ -51,13 +51,9 @@ impl Stages {
             observed: Arc::new(observed),
             conclusion: Box::new(conclusion),
         };
-        let performed = (work.compute.long)
-            .perform(
-                work.control(context, &job),
-                Order::Stage(Some(subject), task),
-            )
-            .await?;
-        let Outcome::Diagnosed(report) = performed else {
+        let stage = Order::Stage(Some(subject), task);
+        let computed = work.computed(&work.compute.long, context, &job, stage);
+        let Outcome::Diagnosed(report) = computed.await? else {
             return Err(Fault::Mismatch);
         };
 

@@ -1,7 +1,7 @@
 //! Who may compute beside whom. Attempts run side by side, but those of a suspect (`store/loss.rs`), which
 //! have the process to themselves: should it die then, nobody else can have been the cause.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use tokio::sync::{OwnedRwLockReadGuard, OwnedRwLockWriteGuard, RwLock};
@@ -16,7 +16,11 @@ const LOOK: Duration = Duration::from_millis(50);
 const PATIENCE: Duration = Duration::from_secs(1);
 
 #[derive(Clone, Default)]
-pub struct Gate(Arc<RwLock<()>>);
+pub struct Gate {
+    passage: Arc<RwLock<()>>,
+    /// The River row that has the process to itself.
+    alone: Arc<Mutex<Option<i64>>>,
+}
 
 /// Leave to compute, for as long as it is held.
 #[expect(dead_code, reason = "held, not looked at")]
@@ -30,15 +34,17 @@ impl Gate {
     pub(super) async fn enter(&self, db: &Db, job: Uuid, row: i64) -> Result<Leave, Fault> {
         let until = Instant::now() + PATIENCE;
         loop {
-            let beside = Arc::clone(&self.0).read_owned().await;
+            let beside = Arc::clone(&self.passage).read_owned().await;
             let standing = loss::standing(db, job).await?;
             if standing.is_suspect() {
                 drop(beside);
-                let alone = Arc::clone(&self.0).write_owned().await;
+                let alone = Arc::clone(&self.passage).write_owned().await;
                 if !gives_way(db, loss::standing(db, job).await?) && note(db, job, row).await? {
+                    *self.row() = Some(row);
                     return Ok(Leave::Alone(alone));
                 }
             } else if !gives_way(db, standing) {
+                *self.row() = None;
                 return Ok(Leave::Beside(beside));
             }
             if Instant::now() >= until {
@@ -46,6 +52,15 @@ impl Gate {
             }
             tokio::time::sleep(LOOK).await;
         }
+    }
+
+    /// The River row that has the process to itself, if any has.
+    pub(super) fn alone(&self) -> Option<i64> {
+        *self.row()
+    }
+
+    fn row(&self) -> MutexGuard<'_, Option<i64>> {
+        self.alone.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -55,7 +70,8 @@ fn gives_way(db: &Db, standing: loss::Standing) -> bool {
     db.is_sqlite() && standing.gives_way()
 }
 
-async fn note(db: &Db, job: Uuid, row: i64) -> Result<bool, Fault> {
+/// Notes that a row has the process to itself; false while another row of the job has another process.
+pub(super) async fn note(db: &Db, job: Uuid, row: i64) -> Result<bool, Fault> {
     let mut tx = db.begin_lax().await?;
     let noted = loss::alone(&mut tx, job, row).await?;
     tx.commit().await?;

@@ -58,13 +58,9 @@ impl Stages {
         let subject = work.subject(&job).await?;
         let settings = subject.settings.clone();
         let share = share(&subject.ride, &settings);
-        let performed = (work.compute.quick)
-            .perform(
-                work.control(context, &job),
-                Order::Stage(Some(subject), Task::Observe),
-            )
-            .await?;
-        let Outcome::Observed(observed) = performed else {
+        let stage = Order::Stage(Some(subject), Task::Observe);
+        let computed = work.computed(&work.compute.quick, context, &job, stage);
+        let Outcome::Observed(observed) = computed.await? else {
             return Err(Fault::Mismatch);
         };
 

@@ -19,7 +19,7 @@ use super::repair::repair;
 use super::takeover::sweep;
 use super::work::{Stages, Work};
 use crate::crash;
-use crate::store::{Db, loss, river, turn, worker};
+use crate::store::{Db, river, turn, worker};
 use crate::watch::BEAT;
 use crate::webhooks::CONNECTIONS;
 
@@ -59,10 +59,6 @@ pub async fn start(work: Arc<Work>) -> Result<Running, Fault> {
     let db = work.db.clone();
     let hub = work.hub.clone();
     let threads = work.compute.long.threads;
-    let alone_most = match work.compute.long.is_isolated() {
-        true => loss::ALONE_BESIDE_CHILDREN,
-        false => loss::ALONE,
-    };
     let id = format!("veloid-{}", Uuid::now_v7().simple());
     let queue = Queue(client(&id, work)?);
 
@@ -78,20 +74,12 @@ pub async fn start(work: Arc<Work>) -> Result<Running, Fault> {
     river::join_queues(&mut tx).await?;
     river::hasten(&mut tx).await?;
     tx.commit().await?;
-    sweep(&db, &queue, &hub, alone_most).await?;
+    sweep(&db, &queue, &hub).await?;
     repair(&db, &queue).await?;
 
     let river = queue.0.start()?;
     let stop = CancellationToken::new();
-    let heart = live(
-        db.clone(),
-        queue.clone(),
-        hub,
-        slots,
-        alone_most,
-        stop.clone(),
-    );
-    let heart = tokio::spawn(heart);
+    let heart = tokio::spawn(live(db.clone(), queue.clone(), hub, slots, stop.clone()));
     Ok(Running {
         queue,
         db,
@@ -156,14 +144,7 @@ fn client(id: &str, work: Arc<Work>) -> Result<riverqueue::Client, Fault> {
 }
 
 /// Beats, and on PostgreSQL looks for the work of those who no longer do.
-async fn live(
-    db: Db,
-    queue: Queue,
-    hub: Hub,
-    slots: i64,
-    alone_most: i64,
-    stop: CancellationToken,
-) {
+async fn live(db: Db, queue: Queue, hub: Hub, slots: i64, stop: CancellationToken) {
     let mut ticks = tokio::time::interval(BEAT);
     ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
     // Since when no beat has failed and nobody has set the clock.
@@ -194,7 +175,7 @@ async fn live(
                 continue;
             }
         }
-        if let Err(error) = in_time(sweep(&db, &queue, &hub, alone_most)).await {
+        if let Err(error) = in_time(sweep(&db, &queue, &hub)).await {
             tracing::error!(%error, "the search for lost work failed");
         }
     }

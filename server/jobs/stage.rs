@@ -6,11 +6,12 @@ use std::time::Duration;
 use riverqueue::{BoxError, JobRow as RiverRow, WorkCancelled, WorkContext, WorkOutcome};
 use uuid::Uuid;
 
+use super::compute::Lane;
 use super::control::Control;
 use super::fault::Fault;
-use super::gate::Leave;
+use super::gate::{Leave, note};
 use super::queue::Queue;
-use super::task::Subject;
+use super::task::{Order, Outcome, Subject};
 use super::work::Work;
 use crate::crash;
 use crate::metrics::METRICS;
@@ -53,6 +54,28 @@ impl Work {
             limit: self.limit,
             deadline: None,
         }
+    }
+
+    /// Computes a stage. A child process dies in the place of this one, so while a suspect computes there the death of
+    /// this process is not held against it.
+    pub(super) async fn computed(
+        &self,
+        lane: &Lane,
+        context: &WorkContext,
+        job: &JobRow,
+        stage: Order,
+    ) -> Result<Outcome, Fault> {
+        let alone = self.gate.alone().filter(|_| lane.is_isolated());
+        if let Some(row) = alone {
+            self.survived(job.id, row).await?;
+        }
+        let outcome = lane.perform(self.control(context, job), stage).await;
+        if let Some(row) = alone
+            && let Err(error) = note(&self.db, job.id, row).await
+        {
+            tracing::warn!(%error, job = %job.id, "a suspect is not noted as alone");
+        }
+        outcome
     }
 
     /// Runs the transaction that publishes a result, again while the database cannot be reached: what

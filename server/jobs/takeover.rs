@@ -26,8 +26,8 @@ struct Args {
 
 /// Takes over what no live worker holds, and fails jobs that the queue has nothing for any more. One
 /// transaction for each job; what it was begun for is looked at again once the job is locked, since
-/// another process may sweep too. After `alone_most` deaths alone a job fails (`store/loss.rs`).
-pub async fn sweep(db: &Db, queue: &Queue, hub: &Hub, alone_most: i64) -> Result<(), Fault> {
+/// another process may sweep too.
+pub async fn sweep(db: &Db, queue: &Queue, hub: &Hub) -> Result<(), Fault> {
     let mut orphaned = BTreeMap::<Uuid, Vec<Orphan>>::new();
     for orphan in river::orphans(db).await? {
         let Args { job } = serde_json::from_str(&orphan.args).map_err(riverqueue::Error::from)?;
@@ -35,7 +35,7 @@ pub async fn sweep(db: &Db, queue: &Queue, hub: &Hub, alone_most: i64) -> Result
     }
     for (id, rows) in orphaned {
         let mut tx = db.begin().await?;
-        let taken = take_over(&mut tx, queue, id, rows, alone_most).await?;
+        let taken = take_over(&mut tx, queue, id, rows).await?;
         tx.commit().await?;
         if taken > 0 {
             tracing::warn!(job = %id, rows = taken, "took over the work of a dead process");
@@ -68,7 +68,6 @@ async fn take_over(
     queue: &Queue,
     id: Uuid,
     rows: Vec<Orphan>,
-    alone_most: i64,
 ) -> Result<usize, Fault> {
     job::lock(tx, id).await?;
     let mut orphaned = Vec::new();
@@ -82,7 +81,7 @@ async fn take_over(
     }
     crash::point("in_takeover");
     let rows: Vec<i64> = orphaned.iter().map(|orphan| orphan.id).collect();
-    match loss::count(tx, id, &rows, alone_most).await? {
+    match loss::count(tx, id, &rows).await? {
         Verdict::Goes => {}
         Verdict::Ended => return Ok(orphaned.len()),
         Verdict::Guilty(deaths) => {

@@ -53,13 +53,9 @@ impl Stages {
             observed: Arc::new(observed),
             indices,
         };
-        let performed = (work.compute.long)
-            .perform(
-                work.control(context, &job),
-                Order::Stage(Some(subject), task),
-            )
-            .await?;
-        let Outcome::Trials(found) = performed else {
+        let stage = Order::Stage(Some(subject), task);
+        let computed = work.computed(&work.compute.long, context, &job, stage);
+        let Outcome::Trials(found) = computed.await? else {
             return Err(Fault::Mismatch);
         };
 

@@ -375,7 +375,8 @@ pub async fn enter(tx: &mut Tx, id: Uuid, stage: Stage, river_id: i64) -> sqlx::
         .bind(stage.name())
         .bind(river_id)
         .execute(&mut **t)
-        .await)?;
+        .await
+        .map(drop))?;
     river::line_up(tx, id).await
 }
 

@@ -13,10 +13,7 @@ use super::{Db, Tx};
 const TOGETHER: i64 = 2;
 /// Deaths alone, one after the other, that show it to be the cause. One could be chance: somebody may
 /// end a process at any time.
-pub const ALONE: i64 = 3;
-/// The same where the job computes in a child process, which dies in its place: kills from outside that come faster
-/// than a stage ends are likelier. Of 500 kills, one a second at load 14, rides met up to MET without progress.
-pub const ALONE_BESIDE_CHILDREN: i64 = 30;
+const ALONE: i64 = 3;
 
 /// Where a job stands.
 #[derive(Clone, Copy, Default, FromRow)]
@@ -89,8 +86,8 @@ pub enum Verdict {
     Guilty(i64),
 }
 
-/// Counts the death of a process that had these rows of a job, which is the cause after so many deaths alone.
-pub async fn count(tx: &mut Tx, job: Uuid, rows: &[i64], alone_most: i64) -> sqlx::Result<Verdict> {
+/// Counts the death of a process that had these rows of a job.
+pub async fn count(tx: &mut Tx, job: Uuid, rows: &[i64]) -> sqlx::Result<Verdict> {
     const FIND: &str = "\
         SELECT lost, alone FROM job WHERE id = $1 AND state IN ('queued', 'running')";
     const COUNT: &str = "\
@@ -103,7 +100,7 @@ pub async fn count(tx: &mut Tx, job: Uuid, rows: &[i64], alone_most: i64) -> sql
     let was_alone = alone.is_some_and(|row| rows.contains(&row));
     let lost = lost + i64::from(lost < TOGETHER || was_alone);
     on!(tx, t => sqlx::query(COUNT).bind(job).bind(lost).execute(&mut **t).await.map(drop))?;
-    Ok(match lost >= TOGETHER + alone_most {
+    Ok(match lost >= TOGETHER + ALONE {
         true => Verdict::Guilty(lost),
         false => Verdict::Goes,
     })

@@ -134,7 +134,8 @@ pub async fn find(
         SELECT convert_to(CAST(document AS TEXT), 'UTF8'), convert_to(sha256, 'UTF8') FROM result \
         WHERE job_id = $1 AND name = $2";
     let sql = db.spelt(SQLITE, POSTGRES);
-    let found: sqlx::Result<Option<(Vec<u8>, Option<Vec<u8>>)>> =
+    type Row = (Vec<u8>, Option<Vec<u8>>);
+    let found: sqlx::Result<Option<Row>> =
         on!(read db, p => sqlx::query_as(sql).bind(job).bind(name).fetch_optional(p).await);
     match found {
         Ok(Some((bytes, kept))) => Document::of(name, bytes, kept).map(Some),

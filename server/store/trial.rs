@@ -25,7 +25,8 @@ pub async fn insert(tx: &mut Tx, job: Uuid, seed: u64, river: &[i64]) -> sqlx::R
         })
         .build()
         .execute(&mut **t)
-        .await)?;
+        .await
+        .map(drop))?;
     river::line_up(tx, job).await
 }
 
