@@ -237,6 +237,89 @@ async fn a_server_says_what_was_done_to_a_clock() {
     assert_eq!(series.status(), 200);
 }
 
+/// A ride of accelerometers on both axles and a laser on the front one, all on one logger, and its bike.
+fn laser_on_one_axle(folder: &Folder) -> [String; 2] {
+    let [ride, bike] =
+        ["ride.csv", "bike.json"].map(|name| folder.0.join(name).to_str().unwrap().to_owned());
+    let written = [
+        "simulate",
+        &ride,
+        "--bike",
+        &bike,
+        "--stiffness",
+        "110000:118000",
+    ];
+    let sensors = ["--accelerometers", "0.03", "--laser", "front:5e-5:0:0"];
+    let rates = ["--laser-rate", "200", "--rate", "200"];
+    let done = veloid(&[&written[..], &sensors, &rates].concat());
+    assert!(done.status.success(), "{done:?}");
+    [ride, bike]
+}
+
+/// The axle without a laser has the estimate that needs none, wherever results are shown.
+#[tokio::test]
+async fn a_laser_on_one_axle_loses_no_other() {
+    let folder = Folder::new();
+    let [ride, bike] = laser_on_one_axle(&folder);
+    let (report, summary) = harness::identify(ride.as_ref(), bike.as_ref(), &["--trials", "2"]);
+    assert_eq!(report["result"]["front"]["k"]["method"], "output_error");
+    let k = &report["result"]["rear"]["k"];
+    assert_eq!(k["method"], "latent_road");
+    let [low, high] = [0, 1].map(|i| k["interval"][i].as_f64().unwrap());
+    assert!(low < 118e3 && 118e3 < high && high - low < 2e3, "{k}");
+    assert_eq!(report["result"]["rear"]["mass"]["value"], 63.0);
+    assert!(!summary.contains("withheld"), "{summary}");
+    assert!(!summary.contains("only one axle"), "{summary}");
+    let said = "There is no verdict on the rear axle, whose road was not measured.";
+    assert!(summary.contains(said), "{summary}");
+
+    let server = Server::start();
+    let (ride, bike) = (
+        std::fs::read(ride).unwrap(),
+        std::fs::read_to_string(bike).unwrap(),
+    );
+    let answer = server.upload(ride, &bike, &[]).await;
+    let job = answer.headers()["location"].to_str().unwrap().to_owned();
+    let view = server.succeeded(&job).await;
+    let rows = server.json("/v1/parameters?method=result").await;
+    let rows = rows["items"].as_array().unwrap();
+    let rear = rows
+        .iter()
+        .find(|row| row["axle"] == "rear" && row["name"] == "k_n_m");
+    let value = rear.unwrap()["value"].as_f64().unwrap();
+    assert!(low < value && value < high, "{value}");
+    let course = server.json("/v1/bikes/simulated/course").await;
+    let courses = course["courses"].as_array().unwrap();
+    assert!(courses.iter().any(|c| c["axle"] == "rear"), "{course}");
+    let page = server.get(view["links"]["page"].as_str().unwrap()).await;
+    let page = page.text().await.unwrap();
+    let by = "front axle: output error (plain model); rear axle: latent road (none measured)";
+    assert!(page.contains(by), "{page}");
+}
+
+/// Where something acts on the axle with the laser, the other one's estimate, which rests on it, has no interval.
+#[test]
+fn physics_of_one_axle_takes_the_interval_of_the_other() {
+    let folder = Folder::new();
+    let [ride, bike] =
+        ["ride.csv", "bike.json"].map(|name| folder.0.join(name).to_str().unwrap().to_owned());
+    let written = [
+        "simulate", &ride, "--bike", &bike, "--rate", "1000", "--road", "c",
+    ];
+    let effect = ["--effect", "coulomb_friction:front:friction=20"];
+    let done = veloid(&[&written[..], &effect].concat());
+    assert!(done.status.success(), "{done:?}");
+    on_one_logger(&ride);
+    let text = std::fs::read_to_string(&ride).unwrap();
+    std::fs::write(&ride, text.replacen(",d_r,", ",other,", 1)).unwrap();
+    let (report, _) = harness::identify(ride.as_ref(), bike.as_ref(), &["--trials", "2"]);
+    assert_eq!(report["diagnosis"]["where"]["front"]["mismatch"], true);
+    let k = &report["result"]["rear"]["k"];
+    assert!(k["value"].is_number() && k["interval"].is_null(), "{k}");
+    let why = k["why"].as_str().unwrap();
+    assert!(why.contains("acts on the other axle"), "{why}");
+}
+
 #[test]
 fn lasers_that_cannot_be_are_refused() {
     let folder = Folder::new();

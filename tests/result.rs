@@ -141,3 +141,41 @@ async fn without_a_verdict_no_place_shows_a_number() {
     assert!(html.contains("withheld") && html.contains("No result: fix this first"));
     assert!(html.contains("state unanswered") && !html.contains("state succeeded"));
 }
+
+/// Whether the model misses something, and the probability of that by noise alone, agree wherever they are shown.
+#[tokio::test]
+async fn a_mismatch_and_its_probability_agree() {
+    let folder = Folder::new();
+    let ride = String::from_utf8(simulated(&folder, &["--seed", "3"])).unwrap();
+    let clean = ride.clone();
+    // A motion of the front axle that no effect explains.
+    let mut lines = ride.lines();
+    let mut shaken = format!("{}\n", lines.next().unwrap());
+    for line in lines {
+        let mut cells: Vec<f64> = line.split(',').map(|x| x.parse().unwrap()).collect();
+        cells[2] += 2e-4 * (std::f64::consts::TAU * 7.0 * cells[0]).sin();
+        let cells = cells.iter().map(f64::to_string).collect::<Vec<_>>();
+        shaken += &(cells.join(",") + "\n");
+    }
+    let server = Server::start();
+    let quick = json!({"trials": 1, "iterations": 3, "particles": 6}).to_string();
+    for (ride, missing) in [(clean, false), (shaken, true)] {
+        let parts = [("options", quick.as_str())];
+        let answer = server.upload(ride.into_bytes(), BIKE, &parts).await;
+        let job = answer.headers()["location"].to_str().unwrap().to_owned();
+        let view = server.succeeded(&job).await;
+        let report = server.json(&format!("{job}/report")).await;
+        let place = &report["diagnosis"]["where"]["front"];
+        assert_eq!(place["mismatch"], missing, "{place}");
+        let p = place["p_value"].as_f64();
+        match missing {
+            true => assert!(p.is_none_or(|p| p < 0.01), "{place}"),
+            false => assert!(p.is_some_and(|p| p >= 0.01), "{place}"),
+        }
+        let page = server.get(view["links"]["page"].as_str().unwrap()).await;
+        let page = page.text().await.unwrap();
+        let shown = |words: &str| page.contains(&format!("<dt>Mismatch</dt><dd>{words}"));
+        assert_eq!(shown("yes"), missing, "{place}");
+        assert!(shown("none (p = "), "the rear axle");
+    }
+}

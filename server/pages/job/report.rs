@@ -1,10 +1,10 @@
 //! The report's numbers as tables.
 
-use veloid_engine::bicycle::Axle;
+use veloid_engine::bicycle::{Axle, PerAxle};
 use veloid_engine::document::format_number::{Quantity, fixed, significant};
 use veloid_engine::report::diagnosis::Verdict;
 use veloid_engine::report::{AxleResult, Estimate, Method, Report, ResultQuantity, RollReport};
-use veloid_engine::{best_method, result_of};
+use veloid_engine::result_of;
 
 use super::latent;
 use crate::pages::words;
@@ -12,8 +12,8 @@ use crate::pages::words;
 pub struct ReportView {
     pub version: String,
     pub result: Vec<ResultRow>,
-    /// The method that the result is by, in words.
-    pub by: &'static str,
+    /// The method that the result of each axle is by, in words.
+    pub by: String,
     pub methods: Vec<MethodRow>,
     pub comparison: Vec<[String; 8]>,
     /// Why rows are absent.
@@ -64,12 +64,13 @@ pub struct MethodRow {
 
 impl ReportView {
     pub fn of(report: &Report) -> Self {
+        let result = result_of(report);
         Self {
             version: report.veloid.clone(),
-            result: (result_of(report).iter())
+            by: by(&result),
+            result: (result.iter())
                 .map(|(axle, result)| ResultRow::of(axle, result))
                 .collect(),
-            by: best_method(report).title(),
             methods: methods(report),
             comparison: comparison(report),
             comparison_notes: report.comparison.notes.clone(),
@@ -84,6 +85,22 @@ impl ReportView {
             seed: report.settings.seed,
             settings: settings(report),
         }
+    }
+}
+
+/// The method of the result, or of each axle's where they differ.
+fn by(result: &PerAxle<AxleResult>) -> String {
+    let of_axle = |(axle, result): (Axle, &AxleResult)| {
+        let (_, quantity) = result.iter().next()?;
+        Some((axle, quantity.method.title()))
+    };
+    let methods: Vec<(Axle, &str)> = result.iter().filter_map(of_axle).collect();
+    match methods[..] {
+        [(front, by_front), (rear, by_rear)] if by_front != by_rear => {
+            format!("{front} axle: {by_front}; {rear} axle: {by_rear}")
+        }
+        [(_, by), ..] => by.to_owned(),
+        [] => String::new(),
     }
 }
 
