@@ -179,3 +179,49 @@ async fn a_mismatch_and_its_probability_agree() {
         assert!(shown("none (p = "), "the rear axle");
     }
 }
+
+/// A rig that prescribes sines and measures a force of so much stiffness (N/m), 500 N s/m and 0.1 N of noise.
+fn on_a_rig(stiffness: f64) -> Value {
+    let sines = [(4e-3, 5.0, 0.0), (1.5e-3, 17.0, 1.0), (0.5e-3, 43.0, 2.0)];
+    let mut state = 1_u64;
+    let mut noise = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5
+    };
+    let mut csv = "t,z_f,force_f\n".to_owned();
+    for i in 0..4000 {
+        let t = 0.005 * f64::from(i);
+        let sum = |of: &dyn Fn(f64, f64, f64) -> f64| -> f64 {
+            sines.iter().map(|(a, w, p)| of(*a, *w, *p)).sum()
+        };
+        let z = sum(&|a, w, p| a * (w * t + p).sin());
+        let v = sum(&|a, w, p| a * w * (w * t + p).cos());
+        // Four uniform numbers have a third of the variance of one that reaches from -1 to 1.
+        let error = 0.1 * 3_f64.sqrt() * (noise() + noise() + noise() + noise());
+        csv += &format!("{t:.4},{z:.9},{:.6}\n", stiffness * z + 500.0 * v + error);
+    }
+    let folder = Folder::new();
+    let ride = folder.write("ride.csv", csv);
+    let bike = folder.write("bike.json", r#"{"bike": "rig", "mass_front_kg": null}"#);
+    identify(&ride, &bike, &QUICK).0
+}
+
+#[test]
+fn a_stiffness_below_zero_is_no_result() {
+    let negative = on_a_rig(-1122.0);
+    let k = &negative["result"]["front"]["k"];
+    assert_eq!(
+        (&k["value"], &k["interval"]),
+        (&json!(null), &json!(null)),
+        "{k}"
+    );
+    assert!(k["why"].as_str().unwrap().contains("is negative"), "{k}");
+    let b = negative["result"]["front"]["B"]["value"].as_f64().unwrap();
+    assert!((b - 500.0).abs() < 1.0, "{b}");
+    // What is compatible with zero is not called negative.
+    let none = on_a_rig(0.0);
+    let k = &none["result"]["front"]["k"];
+    assert!(!k.to_string().contains("is negative"), "{k}");
+}

@@ -168,6 +168,9 @@ fn estimated(
     };
     match std_error {
         None => without_value(quantity, method, why.as_deref().unwrap_or(NO_ESTIMATE)),
+        Some(error) if quantity.of == Of::Stiffness && value + WIDE * error < 0.0 => {
+            without_value(quantity, method, &negative(e, error))
+        }
         Some(error) => match unexplained {
             Some(why) => ResultQuantity {
                 value: Some(value),
@@ -183,6 +186,21 @@ fn estimated(
             },
         },
     }
+}
+
+/// Why a stiffness that its interval holds below zero is none.
+fn negative(e: &Estimate, error: f64) -> String {
+    let k = crate::document::format_number::Quantity::new(e.k_n_m, Some(error), "N/m");
+    let why = match e.mass_kg > 0.0 {
+        true => {
+            "no axle comes back to where it rests without a spring: check the signs of its channels"
+        }
+        false => {
+            "where a rig prescribes the motion k is the slope of the force, and a mass that moves along or a late force sensor \
+             lowers it: subtract the force of the mass, and record both channels on one clock"
+        }
+    };
+    format!("{k} is negative, which no spring is; {why}")
 }
 
 fn without_value(quantity: &Quantity, method: Method, why: &str) -> ResultQuantity {
