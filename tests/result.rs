@@ -125,6 +125,20 @@ async fn without_a_verdict_no_place_shows_a_number() {
         assert!(!found["why"].as_str().unwrap().is_empty());
     }
     assert!(text.starts_with("front  k withheld"), "{text}");
+    let methods: Vec<&str> = (text.lines().skip_while(|line| !line.starts_with("method")))
+        .skip(1)
+        .take_while(|line| line.contains(" front ") || line.contains(" rear "))
+        .collect();
+    assert!(methods.len() >= 8, "{text}");
+    for row in methods {
+        assert_eq!(row.matches("withheld").count(), 2, "{row}");
+        assert!(!row.contains(|c: char| c.is_ascii_digit()), "{row}");
+    }
+    for method in ["least_squares", "instrumental", "output_error", "swarm"] {
+        let found = &report[method]["front"];
+        assert!(found["k_n_m"].is_number() && found["k_std_n_m"].is_null());
+        assert!(found["k_not_identifiable"].is_string(), "{method}: {found}");
+    }
 
     let server = Server::start();
     let quick = json!({"trials": 1, "iterations": 3, "particles": 6}).to_string();
@@ -133,12 +147,24 @@ async fn without_a_verdict_no_place_shows_a_number() {
         .await;
     let job = answer.headers()["location"].to_str().unwrap().to_owned();
     let view = server.succeeded(&job).await;
-    assert!(result_rows(&server, &view).await.is_empty());
+    let id = view["id"].as_str().unwrap();
+    let stored = server.json(&format!("/v1/parameters?job={id}")).await;
+    assert_eq!(stored["items"], json!([]));
+    let csv = format!("/v1/parameters?job={id}&format=csv");
+    let csv = server.get(&csv).await.text().await.unwrap();
+    assert_eq!(csv.lines().count(), 1, "{csv}");
+    assert_eq!(view["least_squares"], Value::Null);
     let course = server.json("/v1/bikes/lab-7/course").await;
     assert_eq!(course["courses"], json!([]));
     let page = view["links"]["page"].as_str().unwrap();
     let html = server.get(page).await.text().await.unwrap();
     assert!(html.contains("withheld") && html.contains("No result: fix this first"));
+    let table = html.find("Parameters by method").unwrap();
+    let table = &html[table..table + html[table..].find("</table>").unwrap()];
+    assert!(
+        table.contains("Output error") && !table.contains("N/m"),
+        "{table}"
+    );
     assert!(html.contains("state unanswered") && !html.contains("state succeeded"));
 }
 

@@ -375,7 +375,7 @@ pub fn assemble(
         result: PerAxle::default(),
     };
     let result = result(ride, &report);
-    checked("report", Report { result, ..report })
+    checked("report", report.with_result(result))
 }
 
 #[cfg(test)]
