@@ -185,7 +185,7 @@ async fn a_mismatch_and_its_probability_agree() {
     }
     let server = Server::start();
     let quick = json!({"trials": 1, "iterations": 3, "particles": 6}).to_string();
-    for (ride, missing) in [(clean, false), (shaken, true)] {
+    for (ride, missing) in [(shaken, true), (clean, false)] {
         let parts = [("options", quick.as_str())];
         let answer = server.upload(ride.into_bytes(), BIKE, &parts).await;
         let job = answer.headers()["location"].to_str().unwrap().to_owned();
