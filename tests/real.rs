@@ -290,7 +290,7 @@ fn val_recordings_of_others_are_answered_as_experts_do() {
 fn the_constant_force_of_a_reported_model_is_the_one_of_least_squares() {
     let files = [
         ("dampers/mr_sine.csv", "z_f=displacement_m"),
-        ("mr_press/sine_3hz_0a.csv", "d_f=disp_m"),
+        ("mr_press/sine_3hz_0a.csv", "z_f=disp_m"),
     ];
     for (file, motion) in files {
         let Some(recorded) = recording(file) else {
