@@ -2,7 +2,6 @@
 
 use std::collections::HashSet;
 use std::path::Path;
-use std::process::Command;
 
 use serde_json::{Value, json};
 
@@ -282,77 +281,6 @@ fn val_recordings_of_others_are_answered_as_experts_do() {
         }
     }
     assert!(faults.is_empty(), "{}", faults.join("\n"));
-}
-
-/// A damper in a press whose record is cut: simulated again, what is reported leaves as little as it does with its constant force fitted to
-/// the same samples by least squares.
-#[test]
-fn the_constant_force_of_a_reported_model_is_the_one_of_least_squares() {
-    let files = [
-        ("dampers/mr_sine.csv", "z_f=displacement_m"),
-        ("mr_press/sine_3hz_0a.csv", "d_f=disp_m"),
-    ];
-    for (file, motion) in files {
-        let Some(recorded) = recording(file) else {
-            return;
-        };
-        let folder = Folder::new();
-        let recorded = std::fs::read_to_string(recorded).unwrap();
-        let lines: Vec<&str> = recorded.lines().collect();
-        let rows = &lines[1 + lines.len() / 10..];
-        let ride = folder.write("ride.csv", [&lines[..1], rows].concat().join("\n") + "\n");
-        let bike = folder.write("bike.json", r#"{"bike": "press", "mass_front_kg": null}"#);
-        let script = folder.0.join("model.py");
-        let columns = ["--map", motion, "--map", "force_f=force_N"];
-        let files = ["--model", script.to_str().unwrap()];
-        let quick = ["--trials", "1", "--iterations", "5"];
-        let (report, _) = identify(&ride, &bike, &[&columns[..], &files, &quick].concat());
-        let diagnosis = &report["diagnosis"];
-        assert!(
-            !ids(&diagnosis["effects"], |_| true).is_empty(),
-            "{file}: {}",
-            diagnosis["sentence"]
-        );
-        let fitted = diagnosis["model"]["held_out"][0].as_u64().unwrap() as usize;
-        let Some(simulated) = simulated_by(
-            &folder,
-            "import json, model; print(json.dumps(list(model.main('ride.csv')[1]['front'])))",
-        ) else {
-            return;
-        };
-        let force = lines[0]
-            .split(',')
-            .position(|name| name == "force_N")
-            .unwrap();
-        let measured = rows
-            .iter()
-            .map(|row| row.split(',').nth(force).unwrap().parse::<f64>().unwrap());
-        let left: Vec<f64> = measured
-            .zip(&simulated)
-            .map(|(y, z)| y - z)
-            .take(fitted)
-            .collect();
-        let mean = left.iter().sum::<f64>() / left.len() as f64;
-        let rms = (left.iter().map(|e| e * e).sum::<f64>() / left.len() as f64).sqrt();
-        assert!(mean.abs() < 0.01 * rms, "{file}: {mean} N of {rms} N");
-    }
-}
-
-/// The numbers that a Python program in this folder prints, where there is a Python with NumPy and SciPy to run it.
-fn simulated_by(folder: &Folder, program: &str) -> Option<Vec<f64>> {
-    let python = |program: &str| {
-        Command::new("python3")
-            .args(["-c", program])
-            .current_dir(&folder.0)
-            .output()
-    };
-    if !python("import numpy, scipy").is_ok_and(|output| output.status.success()) {
-        crate::skips::skip("no python3 with numpy and scipy to run the script");
-        return None;
-    }
-    let output = python(program).unwrap();
-    assert!(output.status.success(), "{output:?}");
-    Some(serde_json::from_slice(&output.stdout).unwrap())
 }
 
 /// What veloid says of a case; nothing where it refuses the recording.
