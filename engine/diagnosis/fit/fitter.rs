@@ -95,8 +95,7 @@ impl Fitter<'_> {
         )
     }
 
-    /// The model at a point of which only what each record has of its own is fitted: starting states, those of effects among them, and the
-    /// constant force.
+    /// The model at a point whose starting states alone are fitted.
     pub fn started(
         &self,
         unit: &Unit,
@@ -105,14 +104,11 @@ impl Fitter<'_> {
         effort: Effort,
     ) -> Option<Fitted> {
         let slots = unit.slots(self.dataset);
-        let is_own =
-            |slot: &Slot| slot.is_start() || matches!(slot, Slot::Base(_, Coefficient::Constant));
-        let mut own: Vec<Slot> = slots.iter().copied().filter(is_own).collect();
-        for state in unit.states() {
-            if !own.contains(&state) {
-                own.push(state);
-            }
-        }
+        let own: Vec<Slot> = slots
+            .iter()
+            .filter(|slot| slot.is_start())
+            .copied()
+            .collect();
         let point = match own.is_empty() {
             true => point.clone(),
             false => (self.fit_over(&own, unit, point.clone(), noise_models, effort))?.point,

@@ -152,8 +152,13 @@ impl<'a> Shooting<'a> {
         let is_own = |slot: &Slot| slot.is_start();
         let all = unit.slots(self.dataset);
         let (mut own, mut common): (Vec<Slot>, Vec<Slot>) = all.into_iter().partition(is_own);
-        let new: Vec<Slot> = unit.states().filter(|slot| !own.contains(slot)).collect();
-        own.extend(new);
+        for (i, term) in unit.terms.iter().enumerate() {
+            let states = (0..term.kind.spec().states).map(|q| Slot::Initial(i, q));
+            let new = states
+                .filter(|slot| !own.contains(slot))
+                .collect::<Vec<_>>();
+            own.extend(new);
+        }
         if !with_common {
             common.clear();
         }

@@ -91,12 +91,6 @@ impl Unit {
         slots
     }
 
-    /// Where the states of effects start.
-    pub fn states(&self) -> impl Iterator<Item = Slot> + '_ {
-        let terms = self.terms.iter().enumerate();
-        terms.flat_map(|(i, term)| (0..term.kind.spec().states).map(move |q| Slot::Initial(i, q)))
-    }
-
     /// Whether a slot changes the motion of the unit's axle `a`.
     pub fn touches(&self, dataset: &Dataset, slot: Slot, a: usize) -> bool {
         let axle = dataset.tracks[self.tracks[a]].axle;
