@@ -164,9 +164,12 @@ impl AxleReporter<'_> {
         let nowhere = decision.model.terms.is_empty() && !decision.judged.iter().any(|j| j.remains);
         let shape = decision.verdict == Verdict::Unnamed
             && (nowhere || decision.model.terms.iter().any(|term| term.acts_on(axle)));
+        let mismatch = accepted.is_some() || judged.remains || shape;
+        // A mismatch may be shown by what has no p value, as a resonance: then that of the other tests says nothing of it.
+        let shown = |p: &f64| !mismatch || *p <= self.alpha;
         let found = Location {
-            mismatch: accepted.is_some() || judged.remains || shape,
-            p_value: finite(p_value.max(FINEST)),
+            mismatch,
+            p_value: finite(p_value.max(FINEST)).filter(shown),
             ..Location::default()
         };
         if !found.mismatch {

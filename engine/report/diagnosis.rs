@@ -340,7 +340,9 @@ impl ParameterReport {
 pub struct Location {
     /// Whether the plain model misses more than noise explains, at the significance level `alpha` and confirmed by the held-out part.
     pub mismatch: bool,
-    /// Probability (0 to 1) of a mismatch as large as this one by noise alone; null where it cannot be computed.
+    /// Probability (0 to 1), at most, of a mismatch as large as this one by noise alone: what a record cannot show between its samples
+    /// counts as noise. With `mismatch` at most `alpha`, or null where the mismatch was found by a test without a p value; also null where it
+    /// cannot be computed.
     pub p_value: Option<f64>,
     /// Stretches of time, from and to (s from the first sample), where the error is significantly larger than the
     /// extended model's.
