@@ -53,7 +53,6 @@ mod ride;
 mod scale;
 mod season;
 mod several;
-mod shown;
 mod silent_hosts;
 mod simulate;
 mod skips;

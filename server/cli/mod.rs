@@ -27,7 +27,6 @@ mod simulate;
 mod split;
 mod storage;
 mod study;
-mod unread;
 mod vault;
 mod webhook_options;
 mod worker;

@@ -24,8 +24,6 @@ pub struct Offer {
     pub length: usize,
     /// Whether an imaginary part goes with it, which no channel has.
     pub complex: bool,
-    /// Whether it is a table, timetable or other object, whose numbers only MATLAB can read.
-    pub object: bool,
 }
 
 impl Offer {
@@ -35,7 +33,6 @@ impl Offer {
             name,
             length: 0,
             complex: false,
-            object: false,
         }
     }
 }
@@ -129,11 +126,8 @@ fn matrix(
             .next()?
             .map(|(_, name)| text(name))
             .unwrap_or_default();
-        let offer = Offer {
-            object: true,
-            ..Offer::other(name)
-        };
-        return visit(&offer, &Numbers::none());
+        let name = format!("{name} (an object or table: save table2struct(T, 'ToScalar', true))");
+        return visit(&Offer::other(name), &Numbers::none());
     }
     let shape: Vec<usize> = (parts.expect("its size")?.chunks_exact(4))
         .map(|b| parts.u32(b).unwrap_or(0) as usize)
@@ -177,7 +171,6 @@ fn matrix(
             name,
             length,
             complex,
-            object: false,
         };
         return visit(&offer, &numbers);
     }
@@ -186,7 +179,6 @@ fn matrix(
             name: format!("{name}#{}", column + 1),
             length: rows,
             complex,
-            object: false,
         };
         visit(&offer, &numbers.part(column * rows, rows))?;
     }
