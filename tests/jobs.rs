@@ -19,7 +19,8 @@ async fn a_running_job_is_cancelled_and_begins_anew() {
 
     let retry = server.client.post(server.address(&format!("{job}/retry")));
     let view: Value = retry.send().await.unwrap().json().await.unwrap();
-    assert_eq!(view["state"], "queued");
+    // A worker may have begun it before the answer was made.
+    assert!(["queued", "running"].contains(&view["state"].as_str().unwrap()));
     assert!(view["least_squares"].is_null());
     let again = server.client.post(server.address(&format!("{job}/retry")));
     assert_eq!(again.send().await.unwrap().status(), 409);
