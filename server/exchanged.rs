@@ -22,7 +22,7 @@ pub enum Exchanged {
 }
 
 impl Exchanged {
-    /// What anybody may hear; the rest is for operators.
+    /// The part for every client; the rest is for operators.
     pub fn what(&self) -> &'static str {
         match self {
             Exchanged::File(_) | Exchanged::Log(_) | Exchanged::Database(_) => {

@@ -17,7 +17,7 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// A damaged database is looked through again after so many times as long as that took.
 const PAUSE: u32 = 20;
 
-/// Watches over a database that has settled, until it is told to stop.
+/// Watches over a database that has settled, until `stop` is cancelled.
 pub async fn watch(db: Db, files: Files, stop: CancellationToken) {
     let mut ticks = tokio::time::interval(BEAT);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);

@@ -104,16 +104,22 @@ async fn reaches(server: &Server, job: &str, stage: &str) {
     }
 }
 
-#[tokio::test]
-async fn a_full_disk_costs_time_and_nothing_else() {
-    let folder = Folder::new();
-    let Some(disk) = Mount::small(folder.0.join("disk")) else {
-        return;
-    };
+/// A server with database and files on a disk of its own; none where nothing can be mounted.
+fn on_a_small_disk(folder: &Folder, workers: &str) -> Option<(Mount, Server)> {
+    let disk = Mount::small(folder.0.join("disk"))?;
     let at = disk.0.display();
     let (database, files) = (format!("sqlite:{at}/veloid.db"), format!("file://{at}"));
     let env = [("DATABASE_URL", &*database), ("VELOID_FILES", &*files)];
-    let server = Server::on_sqlite_with_env(&["--workers", "1"], &env);
+    let server = Server::on_sqlite_with_env(&["--workers", workers], &env);
+    Some((disk, server))
+}
+
+#[tokio::test]
+async fn a_full_disk_costs_time_and_nothing_else() {
+    let folder = Folder::new();
+    let Some((disk, server)) = on_a_small_disk(&folder, "1") else {
+        return;
+    };
     let upload = Upload::new("key", &SECONDS);
     let job = upload.send(&server).await.unwrap();
     reaches(&server, &job, "trial").await;
@@ -319,13 +325,9 @@ async fn rides_sent_after_the_clock_was_set_back_have_their_turn() {
 #[tokio::test]
 async fn a_full_disk_fills_no_log() {
     let folder = Folder::new();
-    let Some(disk) = Mount::small(folder.0.join("disk")) else {
+    let Some((disk, server)) = on_a_small_disk(&folder, "2") else {
         return;
     };
-    let at = disk.0.display();
-    let (database, files) = (format!("sqlite:{at}/veloid.db"), format!("file://{at}"));
-    let env = [("DATABASE_URL", &*database), ("VELOID_FILES", &*files)];
-    let server = Server::on_sqlite_with_env(&["--workers", "2"], &env);
     let mut jobs = Vec::new();
     for seed in ["1", "2", "3", "4"] {
         jobs.push(server.submit(&[("trials", "64"), ("seed", seed)]).await);
@@ -345,7 +347,7 @@ async fn a_full_disk_fills_no_log() {
             .split_once(" WARN ")
             .or_else(|| line.split_once("ERROR "))
             .unwrap_or_default();
-        // Without times and fields: who says it.
+        // Without times and fields: the message and its module.
         *said.entry(rest.split('=').next().unwrap()).or_default() += 1;
     }
     said.remove("");

@@ -128,17 +128,20 @@ async fn a_deleted_ride_counts_nowhere_until_it_is_brought_back() {
     assert!(is_kept(&server, &goes) && server.json(&goes.ride).await["deleted_at"].is_null());
 }
 
+/// Sends the example ride under the same idempotency key; the address of its job.
+async fn sent_with_a_key(server: &Server) -> String {
+    let form = form(ride::example(), ride::BIKE, &ride::QUICK);
+    let request = server.client.post(server.address("/v1/rides"));
+    let request = request.header("Idempotency-Key", "key").multipart(form);
+    let response = request.send().await.unwrap();
+    assert_eq!(response.status(), 202);
+    response.headers()["location"].to_str().unwrap().to_owned()
+}
+
 #[tokio::test]
 async fn what_is_sent_again_after_its_deletion_is_new() {
     let server = Server::start();
-    let upload = async || {
-        let form = form(ride::example(), ride::BIKE, &ride::QUICK);
-        let request = server.client.post(server.address("/v1/rides"));
-        let request = request.header("Idempotency-Key", "key").multipart(form);
-        let response = request.send().await.unwrap();
-        assert_eq!(response.status(), 202);
-        response.headers()["location"].to_str().unwrap().to_owned()
-    };
+    let upload = || sent_with_a_key(&server);
     let first = upload().await;
     let ride = server.succeeded(&first).await["ride"]["id"]
         .as_str()
@@ -560,14 +563,7 @@ async fn an_upload_that_meets_a_deletion_is_answered() {
 #[tokio::test]
 async fn a_key_of_an_expired_result_is_free() {
     let server = Server::start();
-    let upload = async || {
-        let form = form(ride::example(), ride::BIKE, &ride::QUICK);
-        let request = server.client.post(server.address("/v1/rides"));
-        let request = request.header("Idempotency-Key", "key").multipart(form);
-        let response = request.send().await.unwrap();
-        assert_eq!(response.status(), 202);
-        response.headers()["location"].to_str().unwrap().to_owned()
-    };
+    let upload = || sent_with_a_key(&server);
     let first = upload().await;
     server.succeeded(&first).await;
     let by_hand = "UPDATE job SET created_at = created_at - 9 * 86400000 RETURNING created_at";

@@ -216,15 +216,21 @@ async fn is_noticed(Exchange { name, away, back }: Exchange) {
     sent.exist(&server, name).await;
 }
 
-/// It cannot be put back: what it had is moved into the database.
-#[tokio::test]
-async fn a_log_that_is_removed_loses_nothing() {
-    let mut server = Server::on_sqlite(&IDLE);
-    let data = server.folder.0.clone();
+/// A server that computes nothing and has five rides, and its data folder.
+async fn with_five_rides() -> (Server, PathBuf, Sent) {
+    let server = Server::on_sqlite(&IDLE);
     let mut sent = Sent::default();
     for _ in 0..5 {
         assert_eq!(sent.send(&server).await.status(), 202);
     }
+    let data = server.folder.0.clone();
+    (server, data, sent)
+}
+
+/// It cannot be put back: what it had is moved into the database.
+#[tokio::test]
+async fn a_log_that_is_removed_loses_nothing() {
+    let (mut server, data, mut sent) = with_five_rides().await;
     fs::remove_file(data.join("veloid.db-wal")).unwrap();
     is_storage_fault(sent.send(&server).await, "removed").await;
     said_of(&server, "what it had is in the database").await;
@@ -236,12 +242,7 @@ async fn a_log_that_is_removed_loses_nothing() {
 /// It cannot be put back either: a copy of what the process has open takes its place.
 #[tokio::test]
 async fn a_database_that_is_deleted_is_copied_and_loses_nothing() {
-    let mut server = Server::on_sqlite(&IDLE);
-    let data = server.folder.0.clone();
-    let mut sent = Sent::default();
-    for _ in 0..5 {
-        assert_eq!(sent.send(&server).await.status(), 202);
-    }
+    let (mut server, data, mut sent) = with_five_rides().await;
     fs::remove_file(data.join("veloid.db")).unwrap();
     is_storage_fault(sent.send(&server).await, "deleted").await;
     let said = said_of(&server, "also in ").await;

@@ -31,7 +31,7 @@ impl Control {
     /// Waits for one of the permits; from then on the time counts.
     pub async fn permit(mut self, permits: &Permits) -> Result<(Self, Permit), Fault> {
         let permit = self.token.run_until_cancelled(permits.acquire(self.turn));
-        let permit = permit.await.ok_or(Fault::Stopped)?;
+        let permit = permit.await.unwrap_or(Err(Fault::Stopped))?;
         self.deadline = Some(Instant::now() + self.limit);
         Ok((self, permit))
     }

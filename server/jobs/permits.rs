@@ -5,6 +5,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use tokio::sync::oneshot;
 
+use super::fault::Fault;
+
 pub struct Permits(Arc<Mutex<State>>);
 
 struct State {
@@ -27,24 +29,20 @@ impl Permits {
     }
 
     /// Waits until a permit is free and no lower turn waits for one.
-    pub async fn acquire(&self, turn: i64) -> Permit {
-        loop {
-            let granted = {
-                let mut state = lock(&self.0);
-                if state.free > 0 {
-                    state.free -= 1;
-                    return Permit(Arc::clone(&self.0));
-                }
-                let (grant, granted) = oneshot::channel();
-                state.arrived += 1;
-                let place = (turn, state.arrived);
-                state.waiting.insert(place, grant);
-                granted
-            };
-            if let Ok(permit) = granted.await {
-                return permit;
+    pub async fn acquire(&self, turn: i64) -> Result<Permit, Fault> {
+        let granted = {
+            let mut state = lock(&self.0);
+            if state.free > 0 {
+                state.free -= 1;
+                return Ok(Permit(Arc::clone(&self.0)));
             }
-        }
+            let (grant, granted) = oneshot::channel();
+            state.arrived += 1;
+            let place = (turn, state.arrived);
+            state.waiting.insert(place, grant);
+            granted
+        };
+        granted.await.map_err(|_| Fault::Stopped)
     }
 
     #[cfg(test)]

@@ -21,7 +21,7 @@ const LARGE: u64 = 8 << 20;
 const WAITING: usize = 128;
 const MB: u64 = 1_000_000;
 
-/// Who wants a file read.
+/// What a file is read for.
 #[derive(Clone, Copy)]
 pub enum Purpose {
     Request,

@@ -142,7 +142,7 @@ pub async fn admin(db: &Db, headers: &HeaderMap) -> Result<(), Problem> {
     }
 }
 
-/// The answer to a key that is none, or no more.
+/// The answer to an unknown, expired or revoked key.
 pub fn unknown() -> Problem {
     Problem::new(Kind::Unauthorized, "the key is unknown, expired or revoked")
 }
