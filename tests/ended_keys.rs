@@ -46,6 +46,37 @@ fn rest(mut answer: Begun) -> usize {
     }
 }
 
+#[tokio::test]
+async fn compressed_answers_to_a_key_are_whole() {
+    let (mut server, [owner]) = Server::with_keys([&[]], &["--workers", "0"]);
+    server.as_seen_by(&owner);
+    let job = server.upload(
+        ride::table(20_000, 200.0).into_bytes(),
+        ride::BIKE,
+        &ride::QUICK,
+    );
+    let job = job.await.headers()["location"].to_str().unwrap().to_owned();
+    let view = server.json(&job).await;
+    let ride = view["ride"]["id"].as_str().unwrap();
+    season::write(&server, 40, 2000).await;
+    for path in [
+        format!("/v1/rides/{ride}/file"),
+        "/v1/parameters?limit=100000&format=csv".to_owned(),
+    ] {
+        for coding in ["identity", "gzip", "zstd"] {
+            let request = http().build().unwrap().get(server.address(&path));
+            let request = request
+                .bearer_auth(&owner)
+                .header("Accept-Encoding", coding);
+            let answer = request.send().await.unwrap().bytes().await;
+            assert!(
+                answer.is_ok_and(|body| body.len() > 1000),
+                "{path} {coding}"
+            );
+        }
+    }
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn all_that_waits_or_streams_ends_with_its_key() {
     let (mut server, [owner, listener]) =

@@ -57,13 +57,15 @@ async fn ended(server: Arc<Server>, caller: Caller) {
 fn breaking_off(answer: Response, ended: AbortOnDropHandle<()>) -> Response {
     answer.map(|body| {
         let begun = Some((body.into_data_stream(), ended));
-        Body::from_stream(stream::unfold(begun, async |state| {
+        let pieces = stream::unfold(begun, async |state| {
             let (mut pieces, mut ended) = state?;
             tokio::select! {
                 biased;
                 _ = &mut ended => Some((Err(BoxError::from(Ended)), None)),
                 piece = pieces.next() => Some((piece?.map_err(BoxError::from), Some((pieces, ended)))),
             }
-        }))
+        });
+        // Compression asks again after the end.
+        Body::from_stream(pieces.fuse())
     })
 }
