@@ -42,7 +42,7 @@ pub use diagnosis::impose::{Imposed, ride as simulate};
 pub use document::{seen, unseen};
 pub use error::{Divergence, EngineError, ImposedProblem, RideProblem, SettingProblem};
 pub use pipeline::{
-    Ridden, assemble, best_method, conclude, diagnose, identify, observe, read, result_of, study,
+    Ridden, assemble, conclude, diagnose, identify, observe, read, result_of, study,
 };
 pub use progress::{Progress, Silent};
 pub use report::Report;

@@ -11,9 +11,10 @@ use crate::unique::shown;
 const EPOCH: Date = date(1970, 1, 1);
 const DAY_MS: i64 = 86_400_000;
 
-/// As RFC 3339 in UTC.
+/// As RFC 3339 in UTC, always with three digits of the second's fraction: as texts, times sort as they passed.
 pub fn text(epoch_ms: i64) -> String {
-    Timestamp::from_millisecond(epoch_ms).map_or_else(|_| epoch_ms.to_string(), |t| t.to_string())
+    let time = Timestamp::from_millisecond(epoch_ms);
+    time.map_or_else(|_| epoch_ms.to_string(), |t| format!("{t:.3}"))
 }
 
 /// An RFC 3339 time as epoch milliseconds.
@@ -118,9 +119,9 @@ mod tests {
     fn a_day_is_meant_whole() {
         let ms = |text, bound| parse("from", text, bound).ok().map(self::text);
         let [from, to] = [Bound::From, Bound::To].map(|bound| ms("2026-09-01", bound));
-        assert_eq!(from.as_deref(), Some("2026-09-01T00:00:00Z"));
-        assert_eq!(to.as_deref(), Some("2026-09-02T00:00:00Z"));
-        let time = "2026-09-01T12:00:00Z";
+        assert_eq!(from.as_deref(), Some("2026-09-01T00:00:00.000Z"));
+        assert_eq!(to.as_deref(), Some("2026-09-02T00:00:00.000Z"));
+        let time = "2026-09-01T12:00:00.000Z";
         assert_eq!(ms(time, Bound::From).as_deref(), Some(time));
         assert_eq!(ms(time, Bound::To).as_deref(), Some(time));
         for bad in [
@@ -134,6 +135,12 @@ mod tests {
         ] {
             assert_eq!(ms(bad, Bound::To), None, "{bad}");
         }
+    }
+
+    #[test]
+    fn texts_sort_as_times() {
+        let texts: Vec<String> = [-1, 0, 1, 10, 100, 250, 999, 1000].map(text).into();
+        assert!(texts.is_sorted(), "{texts:?}");
     }
 
     #[test]

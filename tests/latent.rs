@@ -29,6 +29,11 @@ fn is_found(report: &Value, truth: &str) {
         assert!(found[axle]["k_std_n_m"].as_f64().unwrap() > 0.0);
         assert!(report["output_error"][axle].is_null());
     }
+    for sensor in found["sensors"].as_array().unwrap() {
+        let count = |key: &str| sensor[key].as_array().map_or(0, Vec::len);
+        assert!(count("density") > 30, "{sensor}");
+        assert_eq!(count("density"), count("frequency_hz"));
+    }
     assert_eq!(found["road"]["class"], "C");
     let diagnosis = &report["diagnosis"];
     assert_eq!(diagnosis["verdict"], "cannot_tell");
@@ -76,6 +81,9 @@ async fn a_server_identifies_and_shows_it() {
         "Method: latent road",
         "ISO 8608 class C",
         "Latent road (none measured)",
+        "where both axles answer to the same road, of class C",
+        "id=\"sensors\"",
+        "id=\"road-spectrum\"",
     ] {
         assert!(page.contains(said), "{said}");
     }
@@ -86,6 +94,113 @@ async fn a_server_identifies_and_shows_it() {
         assert_eq!(answer.status(), 200, "{path}");
     }
     assert_eq!(server.get("/bikes/simulated").await.status(), 200);
+}
+
+/// The script simulates on a road that the user gives, and says so where there is none.
+#[test]
+fn a_model_without_a_road_needs_one() {
+    let folder = Folder::new();
+    let [ride, bike, _] = simulated(&folder);
+    let script = folder.0.join("veloid_model.py");
+    let found = [
+        "identify",
+        &ride,
+        "--bike",
+        &bike,
+        "--model",
+        script.to_str().unwrap(),
+    ];
+    assert!(veloid(&found).status.success());
+    let road = folder.0.join("road.csv");
+    let made = [
+        "simulate",
+        road.to_str().unwrap(),
+        "--bike",
+        &bike,
+        "--road",
+        "c",
+    ];
+    let bicycle = ["--stiffness", "110000:95000", "--damping", "1150:900"];
+    assert!(veloid(&[&made[..], &bicycle].concat()).status.success());
+    let scipy = ["-c", "import numpy, scipy"];
+    let has = std::process::Command::new("python3").args(scipy).output();
+    if !has.is_ok_and(|output| output.status.success()) {
+        return crate::skips::skip("no python3 with numpy and scipy to run the script");
+    }
+    let run = |code: &str| {
+        let mut python = std::process::Command::new("python3");
+        python
+            .args(["-c", code])
+            .current_dir(&folder.0)
+            .output()
+            .unwrap()
+    };
+    let on_its_own = run("import veloid_model as m; m.main('ride.csv')");
+    assert_eq!(on_its_own.status.code(), Some(1), "{on_its_own:?}");
+    let said = String::from_utf8(on_its_own.stderr).unwrap();
+    assert!(said.contains("u_f") && said.contains("a road"), "{said}");
+
+    let off = "import numpy as np, veloid_model as m; t, z = m.main('road.csv'); table = m.read('road.csv'); \
+        of = lambda name: np.array([float(cell) for cell in table[name]])[len(t) // 10:]; \
+        off = [np.std(z[axle][len(t) // 10:] - of(name)) / np.std(of(name)) for axle, name in (('front', 'z_f'), ('rear', 'z_r'))]; \
+        assert max(off) < 0.02, off";
+    let on_a_road = run(off);
+    assert!(on_a_road.status.success(), "{on_a_road:?}");
+    let said = String::from_utf8(on_a_road.stdout).unwrap();
+    assert!(
+        said.contains("front: displacement") && said.contains("rear: displacement"),
+        "{said}"
+    );
+}
+
+/// One accelerometer alone identifies nothing, so there is nothing to simulate.
+#[tokio::test]
+async fn without_a_model_there_is_no_script() {
+    let folder = Folder::new();
+    let [ride, bike, _] = simulated(&folder);
+    let whole = std::fs::read_to_string(&ride).unwrap();
+    let lines = whole.lines().filter(|line| !line.starts_with('#'));
+    let one = lines.map(|line| {
+        let cells: Vec<&str> = line.split(',').collect();
+        let header = whole.lines().find(|line| !line.starts_with('#')).unwrap();
+        let kept = header
+            .split(',')
+            .zip(cells)
+            .filter(|(name, _)| *name != "a_r");
+        kept.map(|(_, cell)| cell).collect::<Vec<_>>().join(",") + "\n"
+    });
+    let one: String = one.collect();
+    let path = folder.write("one.csv", &one);
+    let script = folder.0.join("model.py");
+    let said = veloid(&[
+        "identify",
+        path.to_str().unwrap(),
+        "--bike",
+        &bike,
+        "--model",
+        script.to_str().unwrap(),
+    ]);
+    assert_eq!(said.status.code(), Some(1), "{said:?}");
+    assert!(!script.exists());
+    let error = String::from_utf8(said.stderr).unwrap();
+    assert!(
+        error.contains("no model to simulate: one accelerometer alone"),
+        "{error}"
+    );
+
+    let server = Server::start();
+    let bicycle = std::fs::read_to_string(bike).unwrap();
+    let answer = server.upload(one.into_bytes(), &bicycle, &[]).await;
+    let job = answer.headers()["location"].to_str().unwrap().to_owned();
+    server.succeeded(&job).await;
+    for format in ["python", "matlab"] {
+        let answer = server.get(&format!("{job}/model?format={format}")).await;
+        assert_eq!(answer.status(), 409);
+        let problem: Value = answer.json().await.unwrap();
+        assert_eq!(problem["type"], "urn:veloid:problem:no-model");
+        let detail = problem["detail"].as_str().unwrap();
+        assert!(detail.contains("one accelerometer alone"), "{detail}");
+    }
 }
 
 #[test]
@@ -235,6 +350,89 @@ async fn a_server_says_what_was_done_to_a_clock() {
     }
     let series = server.get(&format!("{job}/series")).await;
     assert_eq!(series.status(), 200);
+}
+
+/// A ride of accelerometers on both axles and a laser on the front one, all on one logger, and its bike.
+fn laser_on_one_axle(folder: &Folder) -> [String; 2] {
+    let [ride, bike] =
+        ["ride.csv", "bike.json"].map(|name| folder.0.join(name).to_str().unwrap().to_owned());
+    let written = [
+        "simulate",
+        &ride,
+        "--bike",
+        &bike,
+        "--stiffness",
+        "110000:118000",
+    ];
+    let sensors = ["--accelerometers", "0.03", "--laser", "front:5e-5:0:0"];
+    let rates = ["--laser-rate", "200", "--rate", "200"];
+    let done = veloid(&[&written[..], &sensors, &rates].concat());
+    assert!(done.status.success(), "{done:?}");
+    [ride, bike]
+}
+
+/// The axle without a laser has the estimate that needs none, wherever results are shown.
+#[tokio::test]
+async fn a_laser_on_one_axle_loses_no_other() {
+    let folder = Folder::new();
+    let [ride, bike] = laser_on_one_axle(&folder);
+    let (report, summary) = harness::identify(ride.as_ref(), bike.as_ref(), &["--trials", "2"]);
+    assert_eq!(report["result"]["front"]["k"]["method"], "output_error");
+    let k = &report["result"]["rear"]["k"];
+    assert_eq!(k["method"], "latent_road");
+    let [low, high] = [0, 1].map(|i| k["interval"][i].as_f64().unwrap());
+    assert!(low < 118e3 && 118e3 < high && high - low < 2e3, "{k}");
+    assert_eq!(report["result"]["rear"]["mass"]["value"], 63.0);
+    assert!(!summary.contains("withheld"), "{summary}");
+    assert!(!summary.contains("only one axle"), "{summary}");
+    let said = "There is no verdict on the rear axle, whose road was not measured.";
+    assert!(summary.contains(said), "{summary}");
+
+    let server = Server::start();
+    let (ride, bike) = (
+        std::fs::read(ride).unwrap(),
+        std::fs::read_to_string(bike).unwrap(),
+    );
+    let answer = server.upload(ride, &bike, &[]).await;
+    let job = answer.headers()["location"].to_str().unwrap().to_owned();
+    let view = server.succeeded(&job).await;
+    let rows = server.json("/v1/parameters?method=result").await;
+    let rows = rows["items"].as_array().unwrap();
+    let rear = rows
+        .iter()
+        .find(|row| row["axle"] == "rear" && row["name"] == "k_n_m");
+    let value = rear.unwrap()["value"].as_f64().unwrap();
+    assert!(low < value && value < high, "{value}");
+    let course = server.json("/v1/bikes/simulated/course").await;
+    let courses = course["courses"].as_array().unwrap();
+    assert!(courses.iter().any(|c| c["axle"] == "rear"), "{course}");
+    let page = server.get(view["links"]["page"].as_str().unwrap()).await;
+    let page = page.text().await.unwrap();
+    let by = "front axle: output error (plain model); rear axle: latent road (none measured)";
+    assert!(page.contains(by), "{page}");
+}
+
+/// Where something acts on the axle with the laser, the other one's estimate, which rests on it, has no interval.
+#[test]
+fn physics_of_one_axle_takes_the_interval_of_the_other() {
+    let folder = Folder::new();
+    let [ride, bike] =
+        ["ride.csv", "bike.json"].map(|name| folder.0.join(name).to_str().unwrap().to_owned());
+    let written = [
+        "simulate", &ride, "--bike", &bike, "--rate", "1000", "--road", "c",
+    ];
+    let effect = ["--effect", "coulomb_friction:front:friction=20"];
+    let done = veloid(&[&written[..], &effect].concat());
+    assert!(done.status.success(), "{done:?}");
+    on_one_logger(&ride);
+    let text = std::fs::read_to_string(&ride).unwrap();
+    std::fs::write(&ride, text.replacen(",d_r,", ",other,", 1)).unwrap();
+    let (report, _) = harness::identify(ride.as_ref(), bike.as_ref(), &["--trials", "2"]);
+    assert_eq!(report["diagnosis"]["where"]["front"]["mismatch"], true);
+    let k = &report["result"]["rear"]["k"];
+    assert!(k["value"].is_number() && k["interval"].is_null(), "{k}");
+    let why = k["why"].as_str().unwrap();
+    assert!(why.contains("acts on the other axle"), "{why}");
 }
 
 #[test]

@@ -53,6 +53,7 @@ mod ride;
 mod scale;
 mod season;
 mod several;
+mod shown;
 mod silent_hosts;
 mod simulate;
 mod skips;

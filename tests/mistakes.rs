@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::harness::{Folder, identify, veloid};
+use crate::harness::{Folder, Server, identify, veloid};
 
 const QUICK: [&str; 6] = ["--trials", "1", "--iterations", "3", "--particles", "6"];
 
@@ -271,4 +271,170 @@ fn val_times_that_are_too_short_are_named() {
     let mistakes = report["mistakes"].to_string();
     assert!(mistakes.contains("1000 times larger"), "{mistakes}");
     assert!(report["result"]["front"]["k"]["value"].is_null());
+}
+
+/// A ride of accelerometers alone, its bike, and the folder in which both were written.
+fn sensed() -> (Folder, String, String) {
+    let folder = Folder::new();
+    let [ride, bike] = ["ride.csv", "bike.json"].map(|name| folder.0.join(name));
+    let paths = [&ride, &bike].map(|path| path.to_str().unwrap());
+    let args = ["simulate", paths[0], "--bike", paths[1]];
+    let made = veloid(&[&args[..], &["--accelerometers", "0.03"]].concat());
+    assert!(made.status.success(), "{made:?}");
+    let [ride, bike] = [ride, bike].map(|path| std::fs::read_to_string(path).unwrap());
+    (folder, ride, bike)
+}
+
+/// A bike file with another value of a field.
+fn with(bike: &str, fields: &[(&str, Value)]) -> String {
+    let mut bike: Value = serde_json::from_str(bike).unwrap();
+    for (name, value) in fields {
+        bike[name] = value.clone();
+    }
+    bike.to_string()
+}
+
+/// What has to be fixed comes before the missing road, at the command line, in the report and on the page.
+#[tokio::test]
+async fn val_what_is_wrong_with_accelerometers_comes_before_the_missing_road() {
+    let (folder, ride, bike) = sensed();
+    let scaled = |column: &str, by: f64| changed(&ride, column, |_, x| Some(by * x));
+    let late = {
+        let past = std::cell::RefCell::new(std::collections::VecDeque::from([0.0; 4]));
+        changed(&ride, "a_r", |_, x| {
+            past.borrow_mut().push_back(x);
+            past.borrow_mut().pop_front()
+        })
+    };
+    let masses = [
+        ("mass_front_kg", 63.0.into()),
+        ("mass_rear_kg", 23.0.into()),
+    ];
+    let no_lengths = [("l_front_m", Value::Null), ("l_rear_m", Value::Null)];
+    let server = Server::start();
+    for (csv, bike, words) in [
+        (
+            scaled("a_r", 1.0 / 9.806_65),
+            bike.clone(),
+            "its unit seems to be g",
+        ),
+        (
+            scaled("v", 3.6),
+            bike.clone(),
+            "the unit of v seems to be km/h",
+        ),
+        (
+            scaled("a_r", -1.0),
+            bike.clone(),
+            "a_f and a_r have opposite signs",
+        ),
+        (late, bike.clone(), "ms late relative to a_f"),
+        (
+            ride.replacen("a_f,a_r", "a_r,a_f", 1),
+            bike.clone(),
+            "a_f and a_r are swapped",
+        ),
+        (
+            ride.clone(),
+            with(&bike, &masses),
+            "or the two masses, seem to be swapped",
+        ),
+        (
+            ride.clone(),
+            with(&bike, &no_lengths),
+            "No result: the wheelbase",
+        ),
+        (
+            ride.replacen("a_r", "other", 1),
+            bike.clone(),
+            "No result: one accelerometer alone",
+        ),
+    ] {
+        let paths = [folder.write("r.csv", &csv), folder.write("b.json", &bike)];
+        let (report, text) = identify(&paths[0], &paths[1], &QUICK);
+        let sentence = report["diagnosis"]["sentence"].as_str().unwrap();
+        let at = |said: &str, words: &str| {
+            let found = said.find(words);
+            found.unwrap_or_else(|| panic!("{words}: {said}"))
+        };
+        let road = "needs the road as well";
+        assert!(at(sentence, words) < at(sentence, road), "{sentence}");
+        assert!(at(&text, words) < at(&text, road), "{text}");
+        let answer = server.upload(csv.into_bytes(), &bike, &[]).await;
+        let job = answer.headers()["location"].to_str().unwrap().to_owned();
+        let view = server.succeeded(&job).await;
+        let page = server.get(view["links"]["page"].as_str().unwrap()).await;
+        let page = page.text().await.unwrap();
+        let lead = &page[at(&page, "id=\"sentence\"")..];
+        assert!(at(lead, words) < at(lead, road), "{words}");
+        assert!(page.contains("No result: fix this first"), "{words}");
+    }
+}
+
+/// On a bench that only a force moves, a displacement that reads low and a mass that is too small in the bike file are alike.
+#[test]
+fn val_a_gain_that_a_mass_explains_as_well_has_no_stiffness() {
+    let folder = Folder::new();
+    let [ride, bike] = ["ride.csv", "bike.json"].map(|name| folder.0.join(name));
+    let paths = [&ride, &bike].map(|path| path.to_str().unwrap());
+    let args = ["simulate", paths[0], "--bike", paths[1], "--only", "front"];
+    let bench = ["--mass", "25:63", "--shaker", "200:1:20", "--noise", "3e-5"];
+    assert!(veloid(&[&args[..], &bench].concat()).status.success());
+    let given = r#"{"bike": "bench", "mass_front_kg": 18.0, "static_load_front_n": 176.6}"#;
+    let (report, text) = identify(&ride, &folder.write("given.json", given), &QUICK);
+    let diagnosis = &report["diagnosis"];
+    let gain = &diagnosis["effects"][0]["parameters"]["gain"]["value"];
+    assert!(
+        (gain.as_f64().unwrap() - 18.0 / 25.0).abs() < 0.01,
+        "{gain}"
+    );
+    let sentence = diagnosis["sentence"].as_str().unwrap();
+    assert!(sentence.contains("a mass of 25.0 kg"), "{sentence}");
+    let k = &report["result"]["front"]["k"];
+    assert!(k["value"].is_null() && k["interval"].is_null(), "{k}");
+    assert!(k["why"].as_str().unwrap().contains("weigh the axle"), "{k}");
+    assert!(text.starts_with("front  k withheld"), "{text}");
+    for method in ["least_squares", "instrumental", "output_error"] {
+        assert!(report[method]["front"]["k_std_n_m"].is_null(), "{method}");
+    }
+}
+
+/// A row of displacements beside roads that are so many rows later.
+fn early(recorded: &Recorded, rows: usize) -> Value {
+    let mut later: Vec<Vec<f64>> = recorded.rows[rows..].to_vec();
+    let row = std::cell::RefCell::new(later.drain(..));
+    recorded.report(
+        |now| {
+            if let Some(later) = row.borrow_mut().next() {
+                now[2] = later[2];
+                now[4] = later[4];
+            }
+        },
+        AS_IT_IS,
+    )
+}
+
+#[test]
+fn val_displacements_that_are_both_early_are_named_together() {
+    let recorded = Recorded::new();
+    let tie = early(&recorded, 1);
+    let effects = tie["diagnosis"].to_string();
+    for id in ["front", "rear"] {
+        let found = tie["diagnosis"]["effects"].as_array().unwrap();
+        assert!(found.iter().any(|e| e["axle"] == id), "{effects}");
+    }
+    let lost = early(&recorded, 2);
+    let sentence = lost["diagnosis"]["sentence"].as_str().unwrap();
+    assert!(
+        sentence.contains("z_f and z_r are both about 20 ms early"),
+        "{sentence}"
+    );
+    assert!(
+        sentence.contains("a wheelbase that is 0.10 m off"),
+        "{sentence}"
+    );
+    for axle in ["front", "rear"] {
+        let k = &lost["result"][axle]["k"];
+        assert!(k["value"].is_null(), "{k}");
+    }
 }

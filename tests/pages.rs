@@ -53,7 +53,7 @@ async fn the_plain_form_leads_to_the_result() {
     for part in [
         "lab-7: morning.csv",
         "Front axle",
-        "Table 1",
+        "table 1 of the paper",
         "Output error",
         "SHA-256",
         "id=\"displacement-front\"",

@@ -257,3 +257,61 @@ fn a_ride_of_the_papers_bench_is_identified() {
         "{warnings}"
     );
 }
+
+/// Simulates each ride of `rides` (arguments of `veloid simulate`) and diagnoses it with a swarm that is as small as it gets.
+fn diagnosed(rides: &[Vec<&str>]) -> Vec<Value> {
+    let diagnosed = |simulate: &Vec<&str>| {
+        let folder = Folder::new();
+        let [ride, bike, truth] = files(&folder);
+        let written = ["simulate", &ride, "--bike", &bike, "--truth", &truth];
+        let simulated = veloid(&[&written[..], simulate].concat());
+        assert!(simulated.status.success(), "{simulated:?}");
+        let mut declared = read(&bike);
+        declared["noise_displacement_m"] = read(&truth)["noise_displacement_m"].clone();
+        std::fs::write(&bike, declared.to_string()).unwrap();
+        let quick = ["--trials", "1", "--particles", "8", "--iterations", "4"];
+        harness::identify(ride.as_ref(), bike.as_ref(), &quick).0
+    };
+    rides.iter().map(diagnosed).collect()
+}
+
+const AXLES: [&str; 2] = ["front", "rear"];
+
+/// At walking pace nothing is faster than some hertz, so that the engine thins the record.
+#[test]
+fn clean_rides_at_walking_pace_leave_the_noise_of_their_sensors() {
+    let ride = |speed| vec!["--speed", speed, "--noise", "3e-5", "--seed", "1"];
+    for report in diagnosed(&["0.8", "1.0", "1.2", "1.5"].map(ride)) {
+        let diagnosis = &report["diagnosis"];
+        assert_eq!(
+            diagnosis["verdict"], "nothing_missing",
+            "{}",
+            diagnosis["sentence"]
+        );
+        for axle in AXLES {
+            let held = &diagnosis["held_out"][axle];
+            let [left, floor] =
+                ["plain_rms_m", "noise_floor_m"].map(|key| held[key].as_f64().unwrap());
+            assert!(
+                (0.9..1.1).contains(&(left / floor)),
+                "{axle}: {left} {floor}"
+            );
+            assert!(floor < 0.75 * 3e-5, "not thinned: {floor}");
+        }
+    }
+}
+
+#[test]
+fn effects_at_walking_pace_are_named() {
+    for (effect, id) in [
+        ("coulomb_friction:front:friction=20", "coulomb_friction"),
+        ("cubic_stiffness:front:k3=8e9", "cubic_stiffness"),
+    ] {
+        let ride = vec![
+            "--speed", "1.5", "--road", "E", "--noise", "3e-5", "--seed", "1", "--effect", effect,
+        ];
+        let diagnosis = &diagnosed(&[ride])[0]["diagnosis"];
+        assert_eq!(diagnosis["verdict"], "named", "{}", diagnosis["sentence"]);
+        assert_eq!(diagnosis["effects"][0]["id"], id);
+    }
+}

@@ -9,7 +9,7 @@ pub(super) const LONGEST_NAME: usize = 200;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BikeError {
     /// A value that no bicycle and no bench has.
-    #[error("{key} is {value:?}, expected {low} to {high}")]
+    #[error("{key} is {value:?}, expected {low} to {high}{}", in_thousandths(.key, *.value, [*.low, *.high]))]
     OutOfRange {
         /// Its key.
         key: String,
@@ -71,4 +71,19 @@ pub enum BikeError {
         /// Axle whose mass is null.
         axle: Axle,
     },
+}
+
+/// The unit that a value seems to be in, where a thousandth of it would be in range.
+fn in_thousandths(key: &str, value: f64, [low, high]: [f64; 2]) -> &'static str {
+    let unit = match key.rsplit('_').next() {
+        Some("m") => ": in millimetres or centimetres?",
+        Some("kg") => ": in grams?",
+        _ => return "",
+    };
+    let meant = 1e-3 * value;
+    if value > high && (low..=high).contains(&meant) {
+        unit
+    } else {
+        ""
+    }
 }

@@ -253,9 +253,11 @@ fn warnings(
             ));
         }
     }
-    if axles.front.is_none() || axles.rear.is_none() {
-        warnings
-            .push("only one axle was recorded: effects that need both are switched off".to_owned());
+    if let [only] = &record.tracks[..] {
+        warnings.push(format!(
+            "only the {} axle was recorded with what drives it: effects that need both axles are switched off",
+            only.axle
+        ));
     }
     warnings.extend(axles.iter().flat_map(|(_, on)| on.warnings.clone()));
     if decision.cost.is_spent {

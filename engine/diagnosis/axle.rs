@@ -153,20 +153,21 @@ impl AxleReporter<'_> {
         let judged = &decision.judged[t];
         let mut rounds = decision.rounds.iter().filter(|r| r.term.acts_on(axle));
         let accepted = rounds.find(|r| r.accepted);
-        let p_value = match (accepted, judged.remains) {
+        // What has no name lies at least where its nearest shape acts, and somewhere in any case.
+        let nowhere = decision.model.terms.is_empty() && !decision.judged.iter().any(|j| j.remains);
+        let shape = decision.verdict == Verdict::Unnamed
+            && (nowhere || decision.model.terms.iter().any(|term| term.acts_on(axle)));
+        let mismatch = accepted.is_some() || judged.remains || shape;
+        let p_value = match (accepted, mismatch) {
             (Some(round), _) => round.p_value,
             (None, true) => judged.p_value,
             (None, false) => {
                 (self.chance)(&self.prepared.dataset.tracks[t]).unwrap_or(judged.p_value)
             }
         };
-        // What has no name lies at least where its nearest shape acts, and somewhere in any case.
-        let nowhere = decision.model.terms.is_empty() && !decision.judged.iter().any(|j| j.remains);
-        let shape = decision.verdict == Verdict::Unnamed
-            && (nowhere || decision.model.terms.iter().any(|term| term.acts_on(axle)));
         let found = Location {
-            mismatch: accepted.is_some() || judged.remains || shape,
-            p_value: finite(p_value.max(FINEST)),
+            mismatch,
+            p_value: finite(p_value.max(FINEST)).filter(|p| !mismatch || *p < self.alpha),
             ..Location::default()
         };
         if !found.mismatch {

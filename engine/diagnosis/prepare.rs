@@ -45,11 +45,16 @@ impl Prepared {
         base: Base,
     ) -> Result<Self, EngineError> {
         let slower = slower(ride);
+        let recorded_step = ride.step_s;
         let ride = slower.as_ref().unwrap_or(ride);
+        // The density of white noise is that of the record, so a sample of several has less of it.
+        let quieter = (recorded_step / ride.step_s).sqrt();
         let split = Split::of(ride, settings);
         // Every axle for itself: what one pair for both cannot say is not missing physics.
         let separate = Bike {
             equal_axles: false,
+            noise_displacement_m: bike.noise_displacement_m.map(|noise| quieter * noise),
+            noise_road_m: bike.noise_road_m.map(|noise| quieter * noise),
             ..bike.clone()
         };
         let starts = [

@@ -1,5 +1,6 @@
 //! What was found, as the report shows it.
 
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use super::band::Band;
@@ -139,6 +140,7 @@ impl Ended<'_> {
         let densities = seen.map(|b| self.noise_density(i, b.omega / TAU));
         let (sum, count) = densities.fold((0.0, 0.0), |(s, n), d| (s + d, n + 1.0));
         let density = sum / f64::max(count, 1.0);
+        let (frequency_hz, shown) = self.shown(i);
         SensorFound {
             channel: channel_name(sensor.kind, sensor.axle).to_owned(),
             gain: self.layout.gain[i].and_then(|at| {
@@ -159,7 +161,25 @@ impl Ended<'_> {
                 "m"
             }
             .to_owned(),
+            frequency_hz,
+            density: shown,
         }
+    }
+
+    /// Frequencies (Hz) that a sensor reaches, and its mean density over the windows at each of them.
+    fn shown(&self, i: usize) -> (Vec<f64>, Vec<f64>) {
+        let mut sums: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
+        for bin in self.bins.all().filter(|bin| bin.active > i) {
+            let line = (bin.omega / self.bins.spacing).round() as usize;
+            let [sum, count] = sums.entry(line).or_default();
+            *sum += bin.x[i].norm_sqr() * self.bins.scale[i].powi(2);
+            *count += 1.0;
+        }
+        let hz = |line: usize| line as f64 * self.bins.spacing / TAU;
+        let shown = sums.into_iter();
+        shown
+            .map(|(line, [sum, count])| (hz(line), sum / count))
+            .unzip()
     }
 
     fn road(&self) -> Option<RoadSpectrum> {

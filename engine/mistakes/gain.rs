@@ -17,7 +17,7 @@ const FITTED: f64 = 0.6;
 /// Part of the squares of the acceleration that the right reading explains where nothing was fitted, at least, and that a
 /// wrong one may explain at most. No reading is suspected on any of 90 rides with and without concealed effects (`veloid-truth make`,
 /// every sixth of seeds 103 and 104).
-const RIGHT: f64 = 0.9;
+pub const RIGHT: f64 = 0.9;
 const WRONG: f64 = 0.5;
 /// How much less an exchange of road and displacement may explain than any gain, which has two coefficients more.
 const EQUAL: f64 = 0.05;
@@ -189,6 +189,22 @@ fn exchanged(record: &AxleRecord, half: usize) -> Option<Reading> {
         &record.valid,
         half,
     ))
+}
+
+/// Part of an axle's acceleration that the plain axle explains if its displacement is so many samples late.
+pub fn explained_when_late(ride: &Ride, record: &AxleRecord, late: isize) -> Option<f64> {
+    if !record.has_road() || record.prescribed || record.force.is_some() {
+        return None;
+    }
+    let from = [late.max(0), (-late).max(0)].map(isize::unsigned_abs);
+    let [z, u] = [&record.displacement, &record.road];
+    let (z, u) = (z.get(from[0]..)?, u.get(from[1]..)?);
+    let [z_valid, u_valid] = from.map(|from| &record.valid[from..]);
+    let valid: Vec<bool> = (z_valid.iter().zip(u_valid))
+        .map(|(z, u)| *z && *u)
+        .collect();
+    let readings = (widths(ride).into_iter()).filter_map(|half| reads(rows(z, u, &valid, half)));
+    readings.map(|r| r.stands).max_by(f64::total_cmp)
 }
 
 /// What the windows of an axle say.

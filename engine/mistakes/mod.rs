@@ -5,6 +5,7 @@
 mod balance;
 mod clock;
 mod course;
+mod delay;
 mod gain;
 mod mass;
 mod sensors;
@@ -29,6 +30,7 @@ pub fn mistakes(
     found.extend(balance::mistake(bike));
     found.extend(mass::mistakes(ride, bike, settings, fitted));
     found.extend(gain::mistakes(ride));
+    found.extend(delay::mistake(ride, fitted));
     found.extend(course::mistake(ride, bike));
     found.extend(sensors::mistake(ride, bike));
     found

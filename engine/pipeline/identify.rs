@@ -3,9 +3,10 @@
 
 use rayon::prelude::*;
 
+use super::gains;
 use super::result::result;
 use crate::EngineError;
-use crate::bicycle::{Bike, PerAxle};
+use crate::bicycle::{Axle, Bike, PerAxle};
 use crate::diagnosis;
 use crate::document::checked;
 use crate::mistakes::mistakes;
@@ -183,6 +184,7 @@ pub fn conclude(
         road_noise_error,
         interpolation_error,
         clock_unconfirmed,
+        unidentified: (observed.latent_road.as_ref()).and_then(|latent| latent.reason.clone()),
         comparison,
     };
     checked("conclude", conclusion)
@@ -236,6 +238,9 @@ fn skipped(ride: &Ride) -> Vec<String> {
 /// Why a ride without a road has no verdict.
 const NO_ROAD: &str = "No verdict: the road was not measured, and an unknown road can absorb missing physics. Record the road (u_f, u_r), \
     or a laser's distance to it (d_f, d_r) together with the accelerometers.";
+/// The same where something else comes first.
+const NO_ROAD_EITHER: &str = "A verdict on missing physics needs the road as well, which was not measured: record it (u_f, u_r), or a \
+    laser's distance to it (d_f, d_r) together with the accelerometers.";
 
 /// Stage `diagnose`: what physics the model leaves out.
 pub fn diagnose(
@@ -268,16 +273,47 @@ pub fn diagnose(
     let noise = &conclusion.road_noise_error;
     let noise = noise.filter_map(|axle, by| plain(axle).then(|| by.clone()));
     let extended = widened(&extended, &noise);
-    checked("diagnose", Diagnosis { extended, ..found })
+    let extended = gains::withheld(ride, &found, &extended);
+    let sentence = [
+        Some(found.sentence.clone()),
+        gains::tie(ride, bike, &found),
+        unjudged(ride),
+    ];
+    let sentence: Vec<String> = sentence.into_iter().flatten().collect();
+    checked(
+        "diagnose",
+        Diagnosis {
+            extended,
+            sentence: sentence.join(" "),
+            ..found
+        },
+    )
+}
+
+/// That an axle has no verdict beside one that has.
+fn unjudged(ride: &Ride) -> Option<String> {
+    let is_sensed = |axle| ride.sensors.iter().any(|sensor| sensor.axle == axle);
+    let axle = (Axle::BOTH.into_iter())
+        .find(|axle| ride.axles.get(*axle).is_none() && is_sensed(*axle))?;
+    Some(format!(
+        "There is no verdict on the {axle} axle, whose road was not measured."
+    ))
 }
 
 /// Why a ride carries no verdict, whatever the model; nothing where it may.
 fn no_verdict(ride: &Ride, conclusion: &Conclusion) -> Option<String> {
-    if ride.has_no_road() {
-        return Some(NO_ROAD.to_owned());
-    }
     let clocks = &ride.summary.clocks;
     let laser = || misleading(clocks, &conclusion.output_error, &conclusion.laser_error);
+    if ride.has_no_road() {
+        let unidentified = conclusion.unidentified.as_ref();
+        let first = to_be_mended(&conclusion.mistakes)
+            .or_else(|| unidentified.map(|why| format!("No result: {why}.")))
+            .or_else(laser);
+        return Some(match first {
+            Some(first) => format!("{first} {NO_ROAD_EITHER}"),
+            None => NO_ROAD.to_owned(),
+        });
+    }
     let noise = || decides(&conclusion.output_error, &conclusion.road_noise_error);
     let first = to_be_mended(&conclusion.mistakes)
         .or_else(laser)
@@ -303,9 +339,10 @@ pub fn assemble(
 ) -> Result<Report, EngineError> {
     let mistaken = to_be_mended(&conclusion.mistakes).map(|_| MISTAKEN);
     let unplaced = are_unplaced(&ride.summary.clocks).then_some(UNPLACED);
-    let reported = |estimates: PerAxle<Estimate>| match mistaken.or(unplaced) {
-        Some(why) => estimates.map(|_, e| e.clone().withheld(why)),
-        None => estimates,
+    let reported = |estimates: PerAxle<Estimate>| match (mistaken.or(unplaced), &diagnosis) {
+        (Some(why), _) => estimates.map(|_, e| e.clone().withheld(why)),
+        (None, Some(diagnosis)) => gains::withheld(ride, diagnosis, &estimates),
+        (None, None) => estimates,
     };
     let report = Report {
         veloid: env!("CARGO_PKG_VERSION").to_owned(),
@@ -338,7 +375,7 @@ pub fn assemble(
         result: PerAxle::default(),
     };
     let result = result(ride, &report);
-    checked("report", Report { result, ..report })
+    checked("report", report.with_result(result))
 }
 
 #[cfg(test)]

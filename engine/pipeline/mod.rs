@@ -1,5 +1,6 @@
 //! The order of the work: clocks are set right, the stages follow each other, several rides become a study.
 
+mod gains;
 #[cfg(test)]
 mod hostile;
 mod identify;
@@ -10,6 +11,6 @@ mod synchronise;
 mod validate;
 
 pub use identify::{assemble, conclude, diagnose, identify, observe};
-pub use result::{best_method, result_of};
+pub use result::result_of;
 pub use study::{Ridden, study};
 pub use synchronise::read;

@@ -4,7 +4,7 @@ use crate::bicycle::{Axle, PerAxle};
 use crate::document::format_number::WIDE;
 use crate::plant::{Axle as AxlePlant, Of, Plant, Quantity};
 use crate::report::diagnosis::{Base, Verdict};
-use crate::report::{AxleResult, Estimate, LatentRoad, Method, Report, ResultQuantity};
+use crate::report::{AxleResult, Estimate, Method, Report, ResultQuantity};
 use crate::ride::Ride;
 use crate::uncertainty::identifiable::NO_VERDICT;
 use crate::uncertainty::laser::misleading;
@@ -15,6 +15,10 @@ const GIVEN: &str = "given in the bike file";
 const NO_ESTIMATE: &str = "no method determined it from this record";
 /// Why there is no interval where something without a name acts.
 const UNNAMED: &str = "an effect missing from the model acts on this axle, and an interval would not include its influence";
+
+/// Why there is none by the road's own method, which knows the road from plain models of both axles.
+const OTHER_AXLE: &str = "an effect missing from the model acts on the other axle, on which the estimate without a road rests, and an interval \
+    would not include its influence";
 
 /// The result of every axle that the ride records.
 pub fn result(ride: &Ride, report: &Report) -> PerAxle<AxleResult> {
@@ -36,26 +40,30 @@ pub fn result_of(report: &Report) -> PerAxle<AxleResult> {
     if report.result.iter().next().is_some() {
         return report.result.clone();
     }
-    let estimates = report.estimates(best_method(report));
-    estimates.filter_map(|axle, estimate| {
-        let plant: &dyn Plant = match estimate.mass_kg > 0.0 {
-            true => &AxlePlant::MOVING,
-            false => &AxlePlant::DRIVEN,
-        };
-        Some(of_axle(report, axle, plant))
-    })
+    let mut found = PerAxle::default();
+    for axle in Axle::BOTH {
+        if let Some(estimate) = report.estimates(best_method(report, axle)).get(axle) {
+            let plant: &dyn Plant = match estimate.mass_kg > 0.0 {
+                true => &AxlePlant::MOVING,
+                false => &AxlePlant::DRIVEN,
+            };
+            found.set(axle, of_axle(report, axle, plant));
+        }
+    }
+    found
 }
 
-/// The road's own method where no other has an estimate or the recorded road misleads; else the model with the effects that
-/// the verdict names, or output error.
-pub fn best_method(report: &Report) -> Method {
+/// The road's own method where no other has an estimate of the axle or the recorded road misleads; else the model with the
+/// effects that the verdict names, or output error.
+fn best_method(report: &Report, axle: Axle) -> Method {
     let names = |verdict| {
         matches!(
             verdict,
             Verdict::Named | Verdict::NamedInPart | Verdict::Ambiguous
         )
     };
-    if without_road(report).is_some() {
+    let is_unrecorded = report.output_error.get(axle).is_none() && report.latent_road.is_some();
+    if is_unrecorded || road_misleads(report) {
         return Method::LatentRoad;
     }
     match &report.diagnosis {
@@ -64,8 +72,8 @@ pub fn best_method(report: &Report) -> Method {
     }
 }
 
-/// What identifies the ride without a road, where nothing else does or the recorded road misleads.
-fn without_road(report: &Report) -> Option<&LatentRoad> {
+/// Whether the recorded road misleads, and the ride is identified without it.
+fn road_misleads(report: &Report) -> bool {
     let misleads = || {
         misleading(
             &report.ride.clocks,
@@ -73,23 +81,23 @@ fn without_road(report: &Report) -> Option<&LatentRoad> {
             &report.laser_error,
         )
     };
-    (report.latent_road.as_ref())
-        .filter(|found| report.has_no_road() || found.reason.is_none() && misleads().is_some())
+    let identified = (report.latent_road.as_ref()).is_some_and(|found| found.reason.is_none());
+    identified && !report.has_no_road() && misleads().is_some()
 }
 
 fn of_axle(report: &Report, axle: Axle, plant: &dyn Plant) -> AxleResult {
-    let method = best_method(report);
+    let method = best_method(report, axle);
     let found = report.estimates(method).get(axle).cloned();
     let withheld = withheld(report, method);
     let base = report.diagnosis.as_ref().map(|diagnosis| diagnosis.base);
-    let unexplained = method == Method::OutputError && unnamed_on(report, axle);
+    let unexplained = unexplained(report, axle, method);
     let one = |quantity: &Quantity| {
         let reported = match (&found, &withheld) {
             (Some(estimate), None) => estimated(quantity, estimate, method, unexplained),
             (Some(e), Some(_)) if quantity.of == Of::Mass && e.mass_std_kg.is_none() => {
                 estimated(quantity, e, method, unexplained)
             }
-            (None, Some(_)) if given(report, axle, quantity).is_some() => ResultQuantity {
+            (None, _) if given(report, axle, quantity).is_some() => ResultQuantity {
                 value: given(report, axle, quantity),
                 ..without_value(quantity, method, GIVEN)
             },
@@ -114,28 +122,38 @@ fn given(report: &Report, axle: Axle, quantity: &Quantity) -> Option<f64> {
     report.bike.mass(axle).filter(|_| quantity.of == Of::Mass)
 }
 
-/// Why nothing is reported of the ride.
+/// Why nothing is reported by a method.
 fn withheld(report: &Report, method: Method) -> Option<String> {
-    if method == Method::LatentRoad {
-        return report.latent_road.as_ref().and_then(|l| l.reason.clone());
+    // Without a road there is no verdict to wait for.
+    let stands_alone = report.has_no_road() || road_misleads(report);
+    let unknown = report.latent_road.as_ref().and_then(|l| l.reason.clone());
+    match method {
+        Method::LatentRoad if stands_alone || unknown.is_some() => unknown,
+        _ => {
+            let verdict = report.diagnosis.as_ref().map(|d| d.verdict);
+            (verdict == Some(Verdict::CannotTell)).then(|| NO_VERDICT.to_owned())
+        }
     }
-    let verdict = report.diagnosis.as_ref().map(|d| d.verdict);
-    (verdict == Some(Verdict::CannotTell)).then(|| NO_VERDICT.to_owned())
 }
 
-/// Whether something without a name acts on the axle.
-fn unnamed_on(report: &Report, axle: Axle) -> bool {
-    report.diagnosis.as_ref().is_some_and(|d| {
-        let mismatch = d.location.get(axle).is_some_and(|place| place.mismatch);
-        d.verdict == Verdict::Unnamed && mismatch
-    })
+/// Why an estimate of an axle by a method has no interval: something that is not in its model acts on an axle that it rests on.
+fn unexplained(report: &Report, axle: Axle, method: Method) -> Option<&'static str> {
+    let diagnosis = report.diagnosis.as_ref()?;
+    let mut places = diagnosis.location.iter().filter(|(_, l)| l.mismatch);
+    match method {
+        Method::OutputError if diagnosis.verdict == Verdict::Unnamed => {
+            places.any(|(at, _)| at == axle).then_some(UNNAMED)
+        }
+        Method::LatentRoad => places.next().map(|_| OTHER_AXLE),
+        _ => None,
+    }
 }
 
 fn estimated(
     quantity: &Quantity,
     e: &Estimate,
     method: Method,
-    unexplained: bool,
+    unexplained: Option<&str>,
 ) -> ResultQuantity {
     let (value, std_error, why) = match quantity.of {
         Of::Stiffness => (e.k_n_m, e.k_std_n_m, &e.k_not_identifiable),
@@ -150,19 +168,39 @@ fn estimated(
     };
     match std_error {
         None => without_value(quantity, method, why.as_deref().unwrap_or(NO_ESTIMATE)),
-        Some(_) if unexplained => ResultQuantity {
-            value: Some(value),
-            ..without_value(quantity, method, UNNAMED)
-        },
-        Some(error) => ResultQuantity {
-            value: Some(value),
-            std_error: Some(error),
-            interval: Some([value - WIDE * error, value + WIDE * error]),
-            unit: quantity.unit.to_owned(),
-            method,
-            why: None,
+        Some(error) if quantity.of == Of::Stiffness && value + WIDE * error < 0.0 => {
+            without_value(quantity, method, &negative(e, error))
+        }
+        Some(error) => match unexplained {
+            Some(why) => ResultQuantity {
+                value: Some(value),
+                ..without_value(quantity, method, why)
+            },
+            None => ResultQuantity {
+                value: Some(value),
+                std_error: Some(error),
+                interval: Some([value - WIDE * error, value + WIDE * error]),
+                unit: quantity.unit.to_owned(),
+                method,
+                why: None,
+            },
         },
     }
+}
+
+/// Why a stiffness that its interval holds below zero is none.
+fn negative(e: &Estimate, error: f64) -> String {
+    let k = crate::document::format_number::Quantity::new(e.k_n_m, Some(error), "N/m");
+    let why = match e.mass_kg > 0.0 {
+        true => {
+            "no axle comes back to where it rests without a spring: check the signs of its channels"
+        }
+        false => {
+            "where a rig prescribes the motion k is the slope of the force, and a mass that moves along or a late force sensor \
+             lowers it: subtract the force of the mass, and record both channels on one clock"
+        }
+    };
+    format!("{k} is negative, which no spring is; {why}")
 }
 
 fn without_value(quantity: &Quantity, method: Method, why: &str) -> ResultQuantity {
@@ -196,15 +234,15 @@ mod tests {
                 .map(|q| estimated(q, &estimate, Method::OutputError, unexplained))
                 .collect()
         };
-        let [k, b, mass] = &of(false)[..] else {
-            panic!("{:?}", of(false));
+        let [k, b, mass] = &of(None)[..] else {
+            panic!("{:?}", of(None));
         };
         assert_eq!(k.interval, Some([60e3 - 196.0, 60e3 + 196.0]));
         assert_eq!((k.unit.as_str(), &k.why), ("N/m", &None));
         assert_eq!((b.value, b.why.as_deref()), (None, Some("it is noise")));
         assert_eq!((mass.value, mass.why.as_deref()), (Some(23.0), Some(GIVEN)));
 
-        let k = &of(true)[0];
+        let k = &of(Some(UNNAMED))[0];
         assert_eq!((k.value, k.std_error), (Some(60e3), None));
         assert_eq!(k.why.as_deref(), Some(UNNAMED));
     }

@@ -7,7 +7,7 @@ use super::Estimate;
 use super::simulation::Simulation;
 use super::windows::Windows;
 use crate::bicycle::{Axle, PerAxle};
-use crate::document::format_number::Quantity;
+use crate::document::format_number::{Quantity, significant};
 
 /// Verdict of the diagnosis on physics beyond the plain spring and damper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -340,7 +340,9 @@ impl ParameterReport {
 pub struct Location {
     /// Whether the plain model misses more than noise explains, at the significance level `alpha` and confirmed by the held-out part.
     pub mismatch: bool,
-    /// Probability (0 to 1) of a mismatch as large as this one by noise alone; null where it cannot be computed.
+    /// Probability (0 to 1) of a mismatch as large as this one by noise alone; null where it cannot be computed, or where a
+    /// mismatch is shown by something else, such as a resonance of what is left. Below `alpha` without a `mismatch`, the
+    /// held-out part did not confirm what the search found, or next to no force is missing.
     pub p_value: Option<f64>,
     /// Stretches of time, from and to (s from the first sample), where the error is significantly larger than the
     /// extended model's.
@@ -349,6 +351,29 @@ pub struct Location {
     pub bands_hz: Vec<[f64; 2]>,
     /// Regions of deflection, rate, speed, wheel and crank angle, in words.
     pub states: Vec<String>,
+}
+
+impl Location {
+    /// Whether there is a mismatch, in words, beside what its probability at the significance level `alpha` suggests.
+    pub fn in_words(&self, alpha: f64) -> String {
+        let p = |p: f64| format!("p = {}", significant(p, 2));
+        let suggested = self.p_value.filter(|p| *p < alpha);
+        match (self.mismatch, suggested) {
+            (true, Some(small)) => format!("yes ({})", p(small)),
+            (true, None) => {
+                "yes, although no test of noise alone gives a small probability".to_owned()
+            }
+            (false, Some(small)) => format!(
+                "not confirmed: noise alone would rarely show as much ({}), but the held-out part does not confirm it or next to no force \
+                 is missing",
+                p(small)
+            ),
+            (false, None) => match self.p_value {
+                Some(large) => format!("none ({})", p(large)),
+                None => "none".to_owned(),
+            },
+        }
+    }
 }
 
 /// Errors of the plain and the extended model on the part of one axle's record to which neither was fitted.
@@ -564,6 +589,27 @@ pub struct Surface {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+
+    /// Also of reports that earlier versions stored with numbers that did not agree.
+    #[test]
+    fn a_mismatch_is_worded_as_its_probability_is() {
+        let said = |mismatch, p_value, alpha| {
+            let place = Location {
+                mismatch,
+                p_value,
+                ..Location::default()
+            };
+            place.in_words(alpha)
+        };
+        assert_eq!(said(true, Some(5e-4), 0.01), "yes (p = 5.0e-4)");
+        for unshown in [Some(0.53), None] {
+            let words = said(true, unshown, 0.01);
+            assert!(words.starts_with("yes, although") && !words.contains("0.53"));
+        }
+        assert_eq!(said(false, Some(0.53), 0.01), "none (p = 0.53)");
+        assert!(said(false, Some(5e-4), 0.01).starts_with("not confirmed"));
+        assert_eq!(said(false, Some(5e-4), 1e-4), "none (p = 5.0e-4)");
+    }
 
     #[test]
     fn a_report_from_before_effects_were_affirmed_one_by_one_still_affirms_what_it_names() {

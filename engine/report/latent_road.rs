@@ -60,6 +60,12 @@ pub struct SensorFound {
     pub noise: f64,
     /// Unit of `noise`: m/s^2 for an accelerometer, m for a laser.
     pub unit: String,
+    /// Frequencies (Hz) of `density`.
+    #[serde(default)]
+    pub frequency_hz: Vec<f64>,
+    /// One-sided density (square of `unit` per Hz) of what it showed, noise included, over all windows that were used.
+    #[serde(default)]
+    pub density: Vec<f64>,
 }
 
 /// The road's estimated spectrum.

@@ -14,7 +14,7 @@ pub mod windows;
 
 use serde::{Deserialize, Serialize};
 
-use crate::bicycle::{Bike, PerAxle};
+use crate::bicycle::{Axle, Bike, PerAxle};
 use crate::ride::RideSummary;
 use crate::settings::Settings;
 
@@ -100,6 +100,37 @@ impl Report {
             },
             Method::Instrumental => self.instrumental.clone(),
             Method::LeastSquares => self.least_squares.clone(),
+        }
+    }
+
+    /// The same report with this result. No method has an interval of what the result withholds.
+    pub fn with_result(self, result: PerAxle<AxleResult>) -> Self {
+        let bound = |axle, estimate: Estimate| match result.get(axle) {
+            Some(of_axle) => of_axle.bound(estimate),
+            None => estimate,
+        };
+        let all = |estimates: PerAxle<Estimate>| estimates.map(|axle, e| bound(axle, e.clone()));
+        let one = |axle, estimate: Option<Estimate>| estimate.map(|e| bound(axle, e));
+        Self {
+            least_squares: all(self.least_squares),
+            instrumental: all(self.instrumental),
+            swarm: SwarmReport {
+                front: one(Axle::Front, self.swarm.front),
+                rear: one(Axle::Rear, self.swarm.rear),
+                ..self.swarm
+            },
+            output_error: all(self.output_error),
+            latent_road: self.latent_road.map(|latent| LatentRoad {
+                front: one(Axle::Front, latent.front),
+                rear: one(Axle::Rear, latent.rear),
+                ..latent
+            }),
+            diagnosis: self.diagnosis.map(|diagnosis| diagnosis::Diagnosis {
+                extended: all(diagnosis.extended),
+                ..diagnosis
+            }),
+            result,
+            ..self
         }
     }
 

@@ -3,7 +3,7 @@
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
-use super::Method;
+use super::{Estimate, Method};
 use crate::document::format_number::Quantity;
 
 /// The one answer of an axle: what its base model names (`k`, `B`, `mass`), in that order.
@@ -44,6 +44,25 @@ impl AxleResult {
     /// The quantity of this name.
     pub fn get(&self, name: &str) -> Option<&ResultQuantity> {
         self.0.get(name)
+    }
+
+    /// Why a quantity has no value; then no place shows what any method estimates of it.
+    pub fn withheld(&self, name: &str) -> Option<&str> {
+        let quantity = self.get(name).filter(|quantity| quantity.value.is_none())?;
+        quantity.why.as_deref()
+    }
+
+    /// A method's estimate, without an interval of what the result withholds.
+    pub fn bound(&self, estimate: Estimate) -> Estimate {
+        let (k, b) = (self.withheld("k"), self.withheld("B"));
+        let because = |own: Option<String>, why: Option<&str>| own.or(why.map(str::to_owned));
+        Estimate {
+            k_std_n_m: estimate.k_std_n_m.filter(|_| k.is_none()),
+            b_std_n_s_m: estimate.b_std_n_s_m.filter(|_| b.is_none()),
+            k_not_identifiable: because(estimate.k_not_identifiable, k),
+            b_not_identifiable: because(estimate.b_not_identifiable, b),
+            ..estimate
+        }
     }
 
     /// Every quantity with its name.

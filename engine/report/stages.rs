@@ -57,6 +57,9 @@ pub struct Conclusion {
     /// Why a sensor's clock that was set right may be physics that is missing.
     #[serde(default)]
     pub clock_unconfirmed: Option<String>,
+    /// Why sensors of an unknown road determine nothing.
+    #[serde(default)]
+    pub unidentified: Option<String>,
     /// Errors of the model with each method's parameters.
     pub comparison: Comparison,
 }

@@ -2,9 +2,19 @@
 
 use std::fmt::Write;
 
-use super::{Estimate, LatentRoad, Report, ResultQuantity};
-use crate::bicycle::{Axle, PerAxle};
+use super::{LatentRoad, Method, Report, ResultQuantity};
+use crate::bicycle::Axle;
 use crate::document::format_number::{Number, powers, significant};
+
+/// The methods in the order in which they run, with names that fit their column.
+const METHODS: [(&str, Method); 6] = [
+    ("least squares", Method::LeastSquares),
+    ("instrumental", Method::Instrumental),
+    ("swarm", Method::Swarm),
+    ("output error", Method::OutputError),
+    ("latent road", Method::LatentRoad),
+    ("extended", Method::Extended),
+];
 
 /// What was understood, every method's parameters, and the verdict.
 pub fn summary(report: &Report) -> String {
@@ -42,29 +52,8 @@ fn write(out: &mut String, report: &Report) -> std::fmt::Result {
         "{:<16}{:<7}{:>28}{:>28}",
         "method", "axle", "k (N/m)", "B (N s/m)"
     )?;
-    measured(out, "least squares", &report.least_squares)?;
-    measured(out, "instrumental", &report.instrumental)?;
-    for (axle, e) in [
-        (Axle::Front, &report.swarm.front),
-        (Axle::Rear, &report.swarm.rear),
-    ] {
-        if let Some(e) = e {
-            let k = Number::scattered(e.k_n_m, e.k_scatter_n_m);
-            row(
-                out,
-                "swarm",
-                axle,
-                k,
-                Number::scattered(e.b_n_s_m, e.b_scatter_n_s_m),
-            )?;
-        }
-    }
-    measured(out, "output error", &report.output_error)?;
-    if let Some(latent) = &report.latent_road {
-        measured(out, "latent road", &latent.axles())?;
-    }
-    if let Some(diagnosis) = &report.diagnosis {
-        measured(out, "extended", &diagnosis.extended)?;
+    for (name, method) in METHODS {
+        rows(out, report, name, method)?;
     }
     not_identifiable(out, report)?;
     if let Some(latent) = &report.latent_road {
@@ -121,21 +110,30 @@ fn quantity((name, quantity): (&str, &ResultQuantity)) -> String {
     }
 }
 
-fn measured(out: &mut String, method: &str, estimates: &PerAxle<Estimate>) -> std::fmt::Result {
+fn rows(out: &mut String, report: &Report, name: &str, method: Method) -> std::fmt::Result {
+    let number = match method {
+        Method::Swarm => Number::scattered,
+        _ => Number::measured,
+    };
+    let estimates = report.estimates(method);
     estimates.iter().try_for_each(|(axle, e)| {
-        let k = Number::measured(e.k_n_m, e.k_std_n_m);
-        row(
-            out,
-            method,
-            axle,
-            k,
-            Number::measured(e.b_n_s_m, e.b_std_n_s_m),
-        )
+        let [k_error, b_error] = match method {
+            Method::Swarm => [e.k_scatter_n_m, e.b_scatter_n_s_m],
+            _ => [e.k_std_n_m, e.b_std_n_s_m],
+        };
+        let shown = |quantity, number: Number| match withheld(report, axle, quantity) {
+            Some(_) => "withheld".to_owned(),
+            None => number.to_string(),
+        };
+        let k = shown("k", number(e.k_n_m, k_error));
+        let b = shown("B", number(e.b_n_s_m, b_error));
+        writeln!(out, "{name:<16}{:<7}{k:>28}{b:>28}", axle.name())
     })
 }
 
-fn row(out: &mut String, method: &str, axle: Axle, k: Number, b: Number) -> std::fmt::Result {
-    writeln!(out, "{method:<16}{:<7}{k:>28}{b:>28}", axle.name())
+/// Why the result withholds a quantity.
+fn withheld<'r>(report: &'r Report, axle: Axle, quantity: &str) -> Option<&'r str> {
+    report.result.get(axle)?.withheld(quantity)
 }
 
 /// What else was found out without a road.
@@ -173,21 +171,14 @@ fn without_road(out: &mut String, latent: &LatentRoad) -> std::fmt::Result {
         .try_for_each(|note| writeln!(out, "{note}"))
 }
 
-/// Why parameters have no interval.
+/// Why parameters that the result states have no interval by other methods.
 fn not_identifiable(out: &mut String, report: &Report) -> std::fmt::Result {
-    let extended = report.diagnosis.as_ref().map(|d| ("extended", &d.extended));
-    let latent = report.latent_road.as_ref().map(LatentRoad::axles);
-    let latent = latent.as_ref().map(|axles| ("latent road", axles));
-    let plain = [
-        ("least squares", &report.least_squares),
-        ("instrumental", &report.instrumental),
-        ("output error", &report.output_error),
-    ];
-    for (method, estimates) in plain.into_iter().chain(extended).chain(latent) {
-        for (axle, e) in estimates.iter() {
-            for (name, why) in [("k", &e.k_not_identifiable), ("B", &e.b_not_identifiable)] {
-                if let Some(why) = why {
-                    writeln!(out, "{method}, {axle}: {name} is not identifiable: {why}")?;
+    for (name, method) in METHODS {
+        for (axle, e) in report.estimates(method).iter() {
+            for (quantity, why) in [("k", &e.k_not_identifiable), ("B", &e.b_not_identifiable)] {
+                let Some(why) = why else { continue };
+                if withheld(report, axle, quantity).is_none() {
+                    writeln!(out, "{name}, {axle}: {quantity} is not identifiable: {why}")?;
                 }
             }
         }

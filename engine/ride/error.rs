@@ -152,6 +152,10 @@ pub enum Problem {
          if it is an amplitude"
     )]
     ComplexNumbers { variable: String },
+    #[error(
+        "{objects}: a table or object, which only MATLAB can read: save table2struct(T, 'ToScalar', true) of the table T"
+    )]
+    MatObjects { objects: String },
     #[error("MATLAB v7.3 (HDF5), expected v5 or v7: save it with the flag -v7")]
     MatV73,
     #[error("{}, expected {expected}", cells(*found))]
@@ -188,7 +192,9 @@ pub enum Problem {
     },
     #[error("rows {from}:{to} of {rows}, expected FROM before TO and both within the file")]
     BadRows { from: usize, to: usize, rows: usize },
-    #[error("there is no time: expected a column t or a rate in Hz (found {found})")]
+    #[error(
+        "there is no time: expected a column t, a mapping such as t=..., or a rate in Hz (found {found})"
+    )]
     TimeMissing { found: String },
     #[error(
         "'{cell}' is not in the form of the times before it, expected all numbers or all dates with times of day"
@@ -302,6 +308,7 @@ impl Problem {
             Self::GzipBomb { .. } => "gzip-bomb",
             Self::Corrupt { .. } => "corrupt-file",
             Self::ComplexNumbers { .. } => "complex-numbers",
+            Self::MatObjects { .. } => "mat-objects",
             Self::MatV73 => "mat-v73",
             Self::RaggedRow { .. } => "ragged-row",
             Self::CutShort => "cut-short",

@@ -11,6 +11,7 @@ use veloid_engine::EngineError;
 
 use crate::built::NotBuilt;
 use crate::exchanged::Exchanged;
+use crate::export::NoModel;
 use crate::facts::FactsError;
 use crate::files::FileError;
 use crate::jobs::{Fault, OverBudget, Unreadable};
@@ -79,6 +80,8 @@ pub enum Kind {
     IdempotencyKeyReused,
     #[serde(rename = "urn:veloid:problem:not-finished")]
     NotFinished,
+    #[serde(rename = "urn:veloid:problem:no-model")]
+    NoModel,
     #[serde(rename = "urn:veloid:problem:file-lost")]
     FileLost,
     #[serde(rename = "urn:veloid:problem:report-unreadable")]
@@ -132,6 +135,7 @@ impl Kind {
                 "The idempotency key belongs to another request",
             ),
             Kind::NotFinished => (StatusCode::CONFLICT, "The job has no report yet"),
+            Kind::NoModel => (StatusCode::CONFLICT, "The ride has no model to simulate"),
             Kind::FileLost => (
                 StatusCode::GONE,
                 "The stored file is missing or was altered",
@@ -435,6 +439,12 @@ impl From<Unreadable> for Problem {
             header,
         }));
         problem
+    }
+}
+
+impl From<NoModel> for Problem {
+    fn from(error: NoModel) -> Self {
+        Problem::new(Kind::NoModel, error.to_string())
     }
 }
 

@@ -1,6 +1,11 @@
 //! Where the centre of gravity lies between the wheels.
 
+use veloid_engine::bicycle::BikeError;
+
 use super::fields::WHEELBASE;
+
+/// Wheelbases (m) of all bicycles and test rigs: twice what either of its parts may be.
+const RANGE_M: [f64; 2] = [0.02, 10.0];
 
 /// What is known of an axle: its distance from the centre of gravity (m), static load (N) and mass (kg).
 #[derive(Clone, Copy, Default)]
@@ -13,6 +18,18 @@ pub struct Known {
 /// The distances of the centre of gravity from the front and the rear wheel (m) on this wheelbase: what one of them leaves to the
 /// other, or where the loads, or else the masses, balance.
 pub fn split(wheelbase: f64, front: Known, rear: Known) -> Result<[f64; 2], String> {
+    let [low, high] = RANGE_M;
+    if !(low..=high).contains(&wheelbase) {
+        let key = WHEELBASE.to_owned();
+        let value = wheelbase;
+        return Err(BikeError::OutOfRange {
+            key,
+            value,
+            low,
+            high,
+        }
+        .to_string());
+    }
     match (front.length_m, rear.length_m) {
         (Some(_), Some(_)) => Err(format!(
             "{WHEELBASE} is given together with l_front_m and l_rear_m, expected at most two of the three"

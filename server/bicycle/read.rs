@@ -198,7 +198,12 @@ mod tests {
             ("mass_front_kg", "1e999", "expected a number"),
             ("l_front_m", "808 mm", "'808 mm', expected a number of m"),
             ("l_front_m", "808", "l_front_m is 808.0, expected 0.01 to 5"),
-            ("wheelbase_m", "110", "wheelbase_m: l_"),
+            (
+                "wheelbase_m",
+                "1101",
+                "wheelbase_m is 1101.0, expected 0.02 to 10: in millimetres or centimetres?",
+            ),
+            ("wheelbase_m", "9.9", "wheelbase_m: l_front_m is 7.25"),
             ("wheelbase_m", "110 cm", "'110 cm', expected a number of m"),
             (
                 "mass_rear_std_kg",

@@ -7,6 +7,7 @@ use veloid_engine::ride::ReadError;
 
 use crate::built::NotBuilt;
 use crate::erasure::EraseError;
+use crate::export::NoModel;
 use crate::installation::InstallationError;
 use crate::jobs::{ChildError, Fault};
 use crate::options::OptionsError;
@@ -40,6 +41,9 @@ pub enum CliError {
     Bikes { bikes: usize, rides: usize },
     #[error(transparent)]
     Ride(#[from] ReadError),
+    /// The same, with options that name columns of the file.
+    #[error("{source}\ntry {options}")]
+    Unread { source: ReadError, options: String },
     #[error(transparent)]
     Options(#[from] OptionsError),
     #[error(transparent)]
@@ -103,6 +107,8 @@ pub enum CliError {
     Work(#[from] Fault),
     #[error(transparent)]
     Child(#[from] ChildError),
+    #[error(transparent)]
+    NoModel(#[from] NoModel),
     #[error("compute threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
     #[error(transparent)]
@@ -124,6 +130,7 @@ impl CliError {
             CliError::Bike { .. }
             | CliError::Bikes { .. }
             | CliError::Ride(_)
+            | CliError::Unread { .. }
             | CliError::Options(_) => 2,
             CliError::File { source, .. } => match source.kind() {
                 std::io::ErrorKind::NotFound | std::io::ErrorKind::InvalidData => 2,

@@ -9,6 +9,7 @@ use veloid_engine::ride::{Ride, RideFile};
 use super::CliError;
 use super::arguments::{Arguments, name, read_bike, set};
 use super::progress::ProgressLine;
+use super::unread::explained;
 use crate::export::{self, Format, IdentifiedModel};
 use crate::options::Options;
 
@@ -104,19 +105,20 @@ impl Identify {
         };
         let report = veloid_engine::identify(&ride, &bike, &options.settings, &progress)
             .inspect_err(doubts)?;
+        self.arguments.write(&report, &summary(&report))?;
         for (path, format) in &self.model {
             let text = self.model_text(*format, &report, &ride)?;
             std::fs::write(path, text).map_err(CliError::of_file(path))?;
         }
-        self.arguments.write(&report, &summary(&report))
+        Ok(())
     }
 
     fn model_text(&self, format: Format, report: &Report, ride: &Ride) -> Result<String, CliError> {
         let file = name(&self.rides[0], &self.rides);
         Ok(match format {
             Format::Json => serde_json::to_string_pretty(&IdentifiedModel::of(report.clone()))?,
-            Format::Matlab => export::matlab(report, &file),
-            Format::Python => export::python(report, &file),
+            Format::Matlab => export::matlab(report, &file)?,
+            Format::Python => export::python(report, &file)?,
             Format::Csv => export::table(ride),
         })
     }
@@ -132,7 +134,8 @@ impl Identify {
         let files: Vec<RideFile<'_>> = (files.iter())
             .map(|(name, bytes)| RideFile::new(name, bytes))
             .collect();
-        Ok(veloid_engine::read(&files, bike, &options.reading)?)
+        veloid_engine::read(&files, bike, &options.reading)
+            .map_err(|fault| explained(fault, &files, &options.reading))
     }
 
     fn options(&self) -> Result<Options, CliError> {

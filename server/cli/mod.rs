@@ -27,6 +27,7 @@ mod simulate;
 mod split;
 mod storage;
 mod study;
+mod unread;
 mod vault;
 mod webhook_options;
 mod worker;

@@ -20,6 +20,21 @@ pub fn lines(report: &Report, call: &str) -> Vec<String> {
     lines
 }
 
+/// Lines of a script that simulates what was identified without a road.
+pub fn roadless_lines(report: &Report, call: &str, input: &str) -> Vec<String> {
+    vec![
+        "Stiffness and damping that were identified without a road, simulated on a road."
+            .to_owned(),
+        format!(
+            "veloid {}, bike {}.",
+            report.veloid,
+            plain(&report.bike.bike)
+        ),
+        format!("  {call}"),
+        format!("It reads {input}."),
+    ]
+}
+
 /// Lines of a script that simulates the plain model.
 pub fn plain_lines(report: &Report, call: &str) -> Vec<String> {
     let mut lines = vec![

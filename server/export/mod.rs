@@ -7,6 +7,7 @@ mod head;
 mod json;
 mod matlab;
 mod motion;
+mod plain;
 mod plain_matlab;
 mod plain_python;
 mod python;
@@ -15,24 +16,27 @@ mod table;
 use veloid_engine::report::Report;
 use veloid_engine::report::simulation::Simulation;
 
+use plain::Plain;
+
 pub use format::Format;
 pub use json::IdentifiedModel;
+pub use plain::NoModel;
 pub use table::table;
 
 /// The model as a script for MATLAB and Octave; `file` is the ride's name. The plain model alone where no diagnosis has left another.
-pub fn matlab(report: &Report, file: &str) -> String {
-    match simulation(report) {
+pub fn matlab(report: &Report, file: &str) -> Result<String, NoModel> {
+    Ok(match simulation(report) {
         Some(simulation) => matlab::script(report, simulation, file),
-        None => plain_matlab::script(report, file),
-    }
+        None => plain_matlab::script(report, &Plain::of(report)?, file),
+    })
 }
 
 /// The same in Python.
-pub fn python(report: &Report, file: &str) -> String {
-    match simulation(report) {
+pub fn python(report: &Report, file: &str) -> Result<String, NoModel> {
+    Ok(match simulation(report) {
         Some(simulation) => python::script(report, simulation, file),
-        None => plain_python::script(report, file),
-    }
+        None => plain_python::script(report, &Plain::of(report)?, file),
+    })
 }
 
 fn simulation(report: &Report) -> Option<&Simulation> {

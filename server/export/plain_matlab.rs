@@ -8,6 +8,7 @@ use veloid_engine::report::diagnosis::Diagnosis;
 use veloid_engine::report::{Estimate, Report};
 
 use super::head;
+use super::plain::Plain;
 
 /// What does not depend on the ride: the exact solution for inputs that are cubic splines.
 const SIMULATE: &str = "
@@ -31,6 +32,11 @@ function z = simulate(t, u, F, zm, m, k, B, rest_point)
     for j = 1:3
       free(:, i + 1, j) = step(1:2, 1:2) * free(:, i, j) + (j == 3) * step(1:2, 3);
     end
+  end
+  if isempty(zm)
+    % From rest on the road.
+    z = x(1, :)' + u(1) * free(1, :, 1)';
+    return
   end
   % The initial state, and on a shaker the rest point, that suit the measurement best.
   G = squeeze(free(1, :, 1:2 + rest_point));
@@ -57,11 +63,56 @@ end
 ";
 
 /// The script; `file` is the ride's name.
-pub fn script(report: &Report, file: &str) -> String {
+pub fn script(report: &Report, plain: &Plain, file: &str) -> String {
     let mut out = String::new();
     // Writing to a String cannot fail.
-    let _ = write(&mut out, report, file);
+    let _ = match plain.needs_a_road {
+        true => on_a_road(&mut out, report, plain),
+        false => write(&mut out, report, file),
+    };
     out
+}
+
+/// A function that simulates on a road that the user gives.
+fn on_a_road(out: &mut String, report: &Report, plain: &Plain) -> std::fmt::Result {
+    writeln!(out, "function [t, z] = veloid_model(file)")?;
+    let call = "[t, z] = veloid_model('road.csv')";
+    for line in head::roadless_lines(report, call, plain.input()) {
+        writeln!(out, "% {line}")?;
+    }
+    let needs = quoted(&format!("This needs {}.", plain.input()));
+    writeln!(out, "  if nargin < 1, error({needs}); end")?;
+    writeln!(out, "  ride = importdata(file, ',', 1);")?;
+    writeln!(
+        out,
+        "  column = @(name) ride.data(:, strcmp(strtrim(ride.colheaders), name));"
+    )?;
+    writeln!(out, "  t = column('t');")?;
+    writeln!(out, "  z = [];")?;
+    for (axle, e) in plain.axles.iter() {
+        let road = match axle {
+            Axle::Front => "u_f",
+            Axle::Rear => "u_r",
+        };
+        writeln!(
+            out,
+            "  % {axle} axle: mass (kg), stiffness (N/m), damping (N s/m)"
+        )?;
+        writeln!(out, "  u = column('{road}');")?;
+        writeln!(out, "  if isempty(u) || isempty(t), error({needs}); end")?;
+        writeln!(
+            out,
+            "  z(:, end + 1) = simulate(t, u, 0 * t, [], {:?}, {:?}, {:?}, 0);",
+            e.mass_kg, e.k_n_m, e.b_n_s_m
+        )?;
+    }
+    writeln!(
+        out,
+        "  if nargout == 0, plot(t, z); xlabel('time (s)'); ylabel('displacement (m)'); end"
+    )?;
+    writeln!(out, "end")?;
+    out.write_str(SIMULATE)?;
+    out.write_str(include_str!("runtime/lifted.m"))
 }
 
 fn write(out: &mut String, report: &Report, file: &str) -> std::fmt::Result {

@@ -40,11 +40,15 @@ pub fn verdict_name(diagnosis: &Diagnosis) -> Option<String> {
     }
 }
 
-/// Every parameter that the report holds.
+/// Every parameter that the report holds; of what the result withholds, no method's.
 pub fn parameters(report: &Report) -> Vec<Parameter> {
     let mut found = of_result(report);
     for method in Method::ALL.into_iter().rev() {
-        found.extend(of_estimates(method, &report.estimates(method)));
+        found.extend(of_estimates(
+            method,
+            &report.estimates(method),
+            &report.result,
+        ));
     }
     if let Some(diagnosis) = &report.diagnosis {
         let in_part = diagnosis.verdict == Verdict::NamedInPart;
@@ -87,29 +91,30 @@ fn of_result(report: &Report) -> Vec<Parameter> {
     report.result.iter().flat_map(on_axle).collect()
 }
 
-fn of_estimates(method: Method, estimates: &PerAxle<Estimate>) -> Vec<Parameter> {
-    estimates
-        .iter()
-        .flat_map(|(axle, estimate)| {
-            let parameter = |name: &str, value, std_error, unit: &str| Parameter {
-                method: method.name(),
-                axle: axle.name(),
-                name: name.to_owned(),
-                value,
-                std_error,
-                unit: unit.to_owned(),
-            };
-            let mass = estimate
-                .mass_std_kg
-                .map(|std| parameter("mass_kg", estimate.mass_kg, Some(std), "kg"));
-            [
-                parameter("k_n_m", estimate.k_n_m, estimate.k_std_n_m, "N/m"),
-                parameter("b_n_s_m", estimate.b_n_s_m, estimate.b_std_n_s_m, "N s/m"),
-            ]
+fn of_estimates(
+    method: Method,
+    estimates: &PerAxle<Estimate>,
+    results: &PerAxle<AxleResult>,
+) -> Vec<Parameter> {
+    let on_axle = |(axle, e): (Axle, &Estimate)| {
+        let withheld = |name| results.get(axle).and_then(|result| result.withheld(name));
+        let parameter = |name: &str, value, std_error, unit: &str| Parameter {
+            method: method.name(),
+            axle: axle.name(),
+            name: name.to_owned(),
+            value,
+            std_error,
+            unit: unit.to_owned(),
+        };
+        let k = parameter("k_n_m", e.k_n_m, e.k_std_n_m, "N/m");
+        let b = parameter("b_n_s_m", e.b_n_s_m, e.b_std_n_s_m, "N s/m");
+        let mass = (e.mass_std_kg).map(|std| parameter("mass_kg", e.mass_kg, Some(std), "kg"));
+        let stated = [("k", Some(k)), ("B", Some(b)), ("mass", mass)]
             .into_iter()
-            .chain(mass)
-        })
-        .collect()
+            .filter(|(name, _)| withheld(name).is_none());
+        stated.filter_map(|(_, found)| found).collect::<Vec<_>>()
+    };
+    estimates.iter().flat_map(on_axle).collect()
 }
 
 #[cfg(test)]
@@ -127,7 +132,7 @@ mod tests {
             }),
             rear: Some(Estimate::default()),
         };
-        let found = of_estimates(Method::Swarm, &estimates);
+        let found = of_estimates(Method::Swarm, &estimates, &PerAxle::default());
         let keys: Vec<_> = found.iter().map(|p| (p.axle, p.name.as_str())).collect();
         assert_eq!(
             keys,

@@ -25,6 +25,8 @@ export async function drawAll(job) {
   };
   const present = AXLES.filter((axle) => report.output_error[axle]);
   const evidence = report.diagnosis?.evidence;
+  // No curve shows what the result withholds.
+  const stated = (axle) => ['k', 'B'].every((name) => report.result[axle]?.[name]?.value !== null);
   for (const axle of present) {
     const found = evidence?.[axle];
     const named = report.diagnosis?.effects.some((effect) => effect.axle === axle || effect.axle === 'both');
@@ -36,14 +38,41 @@ export async function drawAll(job) {
     }
     const free = report.diagnosis?.free_form[axle];
     if (free?.force_n.length) place(`free-form-${axle}`, () => heat(free.deflection_m, free.rate_m_s, free.force_n));
-    place(`scatter-${axle}`, () => scatter(report, axle));
+    if (stated(axle)) place(`scatter-${axle}`, () => scatter(report, axle));
   }
+  if (report.latent_road?.road) withoutRoad(report.latent_road, place);
   // A ride without a road has no axle to draw and nothing was searched.
   if (present.length) {
     place('cost', () => cost(report.swarm.trials));
-    place('position', () => position(report));
+    if (present.every(stated)) place('position', () => position(report));
   }
-  alongTheRide(job, report, present, place);
+  alongTheRide(job, report, present, place, stated);
+}
+
+/** The spectra that identified a ride without a road: of each axle's sensors, and of the road that explains them. */
+function withoutRoad({ sensors, road }, place) {
+  const inks = { a_f: 'series-extended', a_r: 'series-plain', d_f: 'series-measured', d_r: 'series-least-squares' };
+  const names = { a_f: 'front accelerometer', a_r: 'rear accelerometer', d_f: 'front laser', d_r: 'rear laser' };
+  const root = (values) => values.map(Math.sqrt);
+  const panel = (unit, label) => ({ label, log: true, traces: sensors
+    .filter((sensor) => sensor.unit === unit && sensor.frequency_hz?.length)
+    .map((sensor) => ({
+      name: names[sensor.channel] ?? sensor.channel, x: sensor.frequency_hz, y: root(sensor.density), ink: inks[sensor.channel],
+    })) });
+  const panels = [panel('m/s^2', 'm/s²/√Hz'), panel('m', 'm/√Hz')].filter((one) => one.traces.length);
+  if (panels.length) place('sensors', () => ({ x: { label: 'frequency (Hz)', log: true }, panels }), { eager: true });
+  place('road-spectrum', () => {
+    const x = road.cycles_per_m;
+    // Classes of ISO 8608 end at twice their mean: a straight line of slope -2, 0.1 cycles/m being where classes are named.
+    const line = (share) => x.map((n) => share * road.psd_m3 * (n / 0.1) ** -2);
+    return {
+      x: { label: 'cycles per metre', log: true },
+      panels: [{ label: 'm³', log: true, traces: [
+        { name: 'estimated road', x, y: road.density_m3, ink: 'series-measured' },
+        { name: `straight line of this roughness (class ${road.class})`, x, y: line(1), ink: 'series-plain', dash: 'dash' },
+      ] }],
+    };
+  }, { eager: true });
 }
 
 function worst({ t_s: t, measured_m: measured, plain_m: plain, extended_m: extended }, named, inForce) {
@@ -145,7 +174,7 @@ function scatter(report, axle) {
   };
 }
 
-function alongTheRide(job, report, present, place) {
+function alongTheRide(job, report, present, place, stated) {
   const timeline = new Timeline();
   const answers = new Map();
   const series = (quantity, range) => {
@@ -205,7 +234,7 @@ function alongTheRide(job, report, present, place) {
         ],
       };
     }, { timeline });
-    place(`recursive-${axle}`, () => {
+    if (stated(axle)) place(`recursive-${axle}`, () => {
       const path = report.recursive[axle];
       const reference = report.output_error[axle];
       if (!path?.t_s.length) return null;
@@ -227,14 +256,14 @@ function alongTheRide(job, report, present, place) {
   if (!roll) return;
   place('roll', () => {
     const degrees = (values) => values.map((value) => (value * 180) / Math.PI);
-    const angles = [{ name: 'steady, eq. (3)', x: roll.t_s, y: degrees(roll.steady_roll_rad), ink: 'series-plain' }];
+    const angles = [{ name: 'steady cornering', x: roll.t_s, y: degrees(roll.steady_roll_rad), ink: 'series-plain' }];
     if (roll.measured_roll_rad) angles.push({ name: 'measured', x: roll.t_s, y: degrees(roll.measured_roll_rad), ink: 'series-measured' });
     const panels = [{ label: 'roll (°)', traces: angles }];
     if (roll.roll_acceleration_rad_s2) {
       const observed = roll.observed_roll_acceleration_rad_s2;
       panels.push({ label: 'roll acceleration (rad/s²)', traces: [
         ...(observed ? [{ name: 'observed', x: roll.t_s, y: observed, ink: 'series-measured' }] : []),
-        { name: 'eq. (4)', x: roll.t_s, y: roll.roll_acceleration_rad_s2, ink: 'series-extended' },
+        { name: 'computed', x: roll.t_s, y: roll.roll_acceleration_rad_s2, ink: 'series-extended' },
       ] });
     }
     return { x: { label: 'time (s)' }, panels };

@@ -24,6 +24,8 @@ pub struct Offer {
     pub length: usize,
     /// Whether an imaginary part goes with it, which no channel has.
     pub complex: bool,
+    /// Whether it is a table, timetable or other object, whose numbers only MATLAB can read.
+    pub object: bool,
 }
 
 impl Offer {
@@ -33,6 +35,7 @@ impl Offer {
             name,
             length: 0,
             complex: false,
+            object: false,
         }
     }
 }
@@ -126,8 +129,11 @@ fn matrix(
             .next()?
             .map(|(_, name)| text(name))
             .unwrap_or_default();
-        let name = format!("{name} (an object or table: save table2struct(T, 'ToScalar', true))");
-        return visit(&Offer::other(name), &Numbers::none());
+        let offer = Offer {
+            object: true,
+            ..Offer::other(name)
+        };
+        return visit(&offer, &Numbers::none());
     }
     let shape: Vec<usize> = (parts.expect("its size")?.chunks_exact(4))
         .map(|b| parts.u32(b).unwrap_or(0) as usize)
@@ -171,6 +177,7 @@ fn matrix(
             name,
             length,
             complex,
+            object: false,
         };
         return visit(&offer, &numbers);
     }
@@ -179,6 +186,7 @@ fn matrix(
             name: format!("{name}#{}", column + 1),
             length: rows,
             complex,
+            object: false,
         };
         visit(&offer, &numbers.part(column * rows, rows))?;
     }

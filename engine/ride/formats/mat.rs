@@ -33,6 +33,10 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadError> {
     let file = File { bytes, big_endian };
     let offered = offered(&file, options)?;
     let recognised = recognised(&offered, options)?;
+    let objects = objects(&offered);
+    if !objects.is_empty() && !offered.iter().any(is_vector) {
+        return Err(Problem::MatObjects { objects }.into());
+    }
     let rows = rows(&offered, &recognised.specs)?;
     let most = options
         .limits
@@ -41,7 +45,7 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadError> {
     let taken = taken(rows, most, options)?;
     let mut table = Table {
         rows: taken.len(),
-        warnings: recognised.warnings,
+        warnings: [recognised.warnings, unread(objects)].concat(),
         unfound: recognised.unfound,
         format: "MATLAB level 5".to_owned(),
         ignored: (offered.iter().enumerate())
@@ -91,12 +95,30 @@ fn offered(file: &File, options: &ReadOptions) -> Result<Vec<Offer>, ReadError> 
     Ok(offered)
 }
 
+/// Whether it can be a channel. What MATLAB stores of its objects has no name.
+fn is_vector(offer: &Offer) -> bool {
+    offer.length > 1 && !offer.name.is_empty()
+}
+
+/// Names of the variables whose numbers only MATLAB can read.
+fn objects(offered: &[Offer]) -> String {
+    let objects = offered.iter().filter(|offer| offer.object);
+    let names: Vec<&str> = objects.map(|offer| offer.name.as_str()).take(5).collect();
+    names.join(", ")
+}
+
+fn unread(objects: String) -> Vec<String> {
+    let found = (!objects.is_empty()).then_some(objects);
+    let warning = |objects| Problem::MatObjects { objects }.to_string();
+    found.map(warning).into_iter().collect()
+}
+
 /// The columns that hold channels.
 fn recognised(offered: &[Offer], options: &ReadOptions) -> Result<Recognised, ReadError> {
     // Scalars and texts cannot be channels: unnamed, they are not recognised.
     let vectors: Vec<String> = (offered.iter())
         .map(|o| {
-            if o.length > 1 {
+            if is_vector(o) {
                 o.name.clone()
             } else {
                 String::new()
@@ -123,6 +145,7 @@ fn rows(offered: &[Offer], specs: &[Spec]) -> Result<usize, ReadError> {
             name,
             length: found,
             complex,
+            ..
         } = &offered[spec.number - 1];
         if *complex {
             let variable = name.split('#').next().unwrap_or(name).to_owned();

@@ -255,7 +255,10 @@ impl<R: Read> Read for Utf16<R> {
 pub fn binary(head: &[u8]) -> Option<String> {
     const KNOWN: &[(&[u8], &str)] = &[
         (b"PK\x03\x04", "a zip archive or a spreadsheet"),
-        (b"\x89HDF", "an HDF5 file"),
+        (
+            b"\x89HDF",
+            "an HDF5 file that MATLAB did not write (save it as CSV, or as .mat v7)",
+        ),
         (b"\x1f\x8b", "a gzip file inside another"),
         (b"\x28\xb5\x2f\xfd", "a zstd file inside another"),
         (b"MATLAB ", "a MATLAB file inside a compressed one"),

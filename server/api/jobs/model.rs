@@ -32,7 +32,7 @@ pub struct Params {
         (status = 200, description = "The model", content((IdentifiedModel = "application/json"), (String = "text/x-matlab"), (String = "text/x-python"), (String = "text/csv"))),
         (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
-        (status = 409, description = "The job has no report (yet)", body = Problem, content_type = "application/problem+json"),
+        (status = 409, description = "The job has no report (yet), or its report no model that a script could simulate", body = Problem, content_type = "application/problem+json"),
         (status = 410, description = "The ride's stored file is missing or was altered", body = Problem, content_type = "application/problem+json"),
         (status = 413, description = "It takes more memory than a job may have", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "Reading the ride takes too long, or ends the process that does it", body = Problem, content_type = "application/problem+json"),
@@ -52,8 +52,8 @@ pub async fn model(
     let format = params.format.unwrap_or_default();
     let body = match format {
         Format::Json => return Ok(Json(IdentifiedModel::of(report)).into_response()),
-        Format::Matlab => export::matlab(&report, &job.ride_name),
-        Format::Python => export::python(&report, &job.ride_name),
+        Format::Matlab => export::matlab(&report, &job.ride_name)?,
+        Format::Python => export::python(&report, &job.ride_name)?,
         Format::Csv => {
             let (reader, files) = server.rides.open(&job, Purpose::Request).await?;
             let sources = files.iter().map(|(source, _)| source.clone()).collect();

@@ -28,7 +28,7 @@ pub struct JobView {
     /// Name of the bike in the fleet.
     pub bike: String,
     pub options: Options,
-    /// The first estimate, available before the swarm has finished.
+    /// The first estimate, available before the swarm has finished; null where the diagnosis came to no verdict.
     pub least_squares: Option<PerAxle<Estimate>>,
     /// `nothing_missing`, `named`, `named_in_part`, `ambiguous`, `unnamed` or `cannot_tell`, at the end of a diagnosis.
     pub verdict: Option<String>,
@@ -87,6 +87,7 @@ pub struct Links {
 
 impl From<JobRow> for JobView {
     fn from(row: JobRow) -> Self {
+        let withheld = row.verdict.as_deref() == Some("cannot_tell");
         let job = format!("/v1/jobs/{}", row.id);
         Self {
             id: row.id,
@@ -105,7 +106,7 @@ impl From<JobRow> for JobView {
             },
             bike: row.bike,
             options: row.request.0.options,
-            least_squares: row.least_squares.map(|json| json.0),
+            least_squares: row.least_squares.filter(|_| !withheld).map(|json| json.0),
             verdict: row.verdict,
             failure: row.failure.map(|json| json.0),
             revision: row.revision,

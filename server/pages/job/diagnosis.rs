@@ -38,8 +38,8 @@ pub struct EffectView {
 /// What the diagnosis says of one axle.
 pub struct AxleView {
     pub axle: &'static str,
-    pub mismatch: bool,
-    pub p_value: String,
+    /// Whether the plain model misses something, in words.
+    pub mismatch: String,
     pub windows: Vec<String>,
     pub bands: Vec<String>,
     pub states: Vec<String>,
@@ -103,7 +103,7 @@ impl DiagnosisView {
             warnings: d.warnings.clone(),
             axles: Axle::BOTH
                 .into_iter()
-                .filter_map(|axle| AxleView::of(d, axle))
+                .filter_map(|axle| AxleView::of(d, axle, report.settings.alpha))
                 .collect(),
             next: d.next_ride.clone(),
             detectable: d.detectable.iter().map(detectable).collect(),
@@ -211,7 +211,7 @@ fn explained(held: &HeldOut) -> Option<String> {
 }
 
 impl AxleView {
-    fn of(d: &Diagnosis, axle: Axle) -> Option<Self> {
+    fn of(d: &Diagnosis, axle: Axle, alpha: f64) -> Option<Self> {
         let (held, place) = (d.held_out.get(axle)?, d.location.get(axle)?);
         let range = |[from, to]: &[f64; 2], unit: &str| {
             format!(
@@ -224,8 +224,7 @@ impl AxleView {
         let extended = d.effects.iter().any(here);
         Some(Self {
             axle: axle.name(),
-            mismatch: place.mismatch,
-            p_value: known(place.p_value, |p| significant(p, 2)),
+            mismatch: place.in_words(alpha),
             windows: place.windows_s.iter().map(|w| range(w, "s")).collect(),
             bands: place.bands_hz.iter().map(|b| range(b, "Hz")).collect(),
             states: place.states.clone(),

@@ -45,6 +45,16 @@ pub fn lines(latent: &LatentRoad) -> Vec<(String, String)> {
     lines
 }
 
+/// The band of which stiffness and damping are, and the road's class.
+pub fn band(latent: &LatentRoad) -> Option<String> {
+    let road = latent.road.as_ref()?;
+    let [low, high] = latent.band_hz.map(|hz| significant(hz, 3));
+    Some(format!(
+        "Identified from {low} Hz to {high} Hz, where both axles answer to the same road, of class {} (ISO 8608).",
+        road.class
+    ))
+}
+
 fn sensed(sensor: &SensorFound) -> String {
     let mut text = format!("noise {} {}", significant(sensor.noise, 2), sensor.unit);
     if let Some(gain) = &sensor.gain {

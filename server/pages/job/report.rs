@@ -1,10 +1,10 @@
 //! The report's numbers as tables.
 
-use veloid_engine::bicycle::Axle;
+use veloid_engine::bicycle::{Axle, PerAxle};
 use veloid_engine::document::format_number::{Quantity, fixed, significant};
 use veloid_engine::report::diagnosis::Verdict;
 use veloid_engine::report::{AxleResult, Estimate, Method, Report, ResultQuantity, RollReport};
-use veloid_engine::{best_method, result_of};
+use veloid_engine::result_of;
 
 use super::latent;
 use crate::pages::words;
@@ -12,8 +12,8 @@ use crate::pages::words;
 pub struct ReportView {
     pub version: String,
     pub result: Vec<ResultRow>,
-    /// The method that the result is by, in words.
-    pub by: &'static str,
+    /// The method that the result of each axle is by, in words.
+    pub by: String,
     pub methods: Vec<MethodRow>,
     pub comparison: Vec<[String; 8]>,
     /// Why rows are absent.
@@ -22,6 +22,8 @@ pub struct ReportView {
     pub roll: Option<Vec<String>>,
     /// What was found out without a road: terms and what they are.
     pub latent: Option<Vec<(String, String)>>,
+    /// From what part of the sensors' spectra k and B were identified, and on which road.
+    pub band: Option<String>,
     /// Mistakes that the verdict's sentence does not show.
     pub mistakes: Vec<String>,
     /// Whether a motion was simulated, which takes a road or a force.
@@ -53,8 +55,9 @@ pub struct Answer {
 pub struct MethodRow {
     pub method: String,
     pub axle: &'static str,
-    pub k: Quantity,
-    pub b: Quantity,
+    /// Absent where the result withholds it.
+    pub k: Option<Quantity>,
+    pub b: Option<Quantity>,
     /// What stands beside the values: the swarm's scatter, or why there is no interval.
     pub k_note: Option<&'static str>,
     pub b_note: Option<&'static str>,
@@ -64,18 +67,20 @@ pub struct MethodRow {
 
 impl ReportView {
     pub fn of(report: &Report) -> Self {
+        let result = result_of(report);
         Self {
             version: report.veloid.clone(),
-            result: (result_of(report).iter())
+            by: by(&result),
+            result: (result.iter())
                 .map(|(axle, result)| ResultRow::of(axle, result))
                 .collect(),
-            by: best_method(report).title(),
             methods: methods(report),
             comparison: comparison(report),
             comparison_notes: report.comparison.notes.clone(),
             observer: observer(report),
             roll: report.roll.as_ref().map(roll),
             latent: report.latent_road.as_ref().map(latent::lines),
+            band: report.latent_road.as_ref().and_then(latent::band),
             mistakes: (report.other_mistakes())
                 .map(|mistake| mistake.sentence.clone())
                 .collect(),
@@ -84,6 +89,22 @@ impl ReportView {
             seed: report.settings.seed,
             settings: settings(report),
         }
+    }
+}
+
+/// The method of the result, or of each axle's where they differ.
+fn by(result: &PerAxle<AxleResult>) -> String {
+    let of_axle = |(axle, result): (Axle, &AxleResult)| {
+        let (_, quantity) = result.iter().next()?;
+        Some((axle, quantity.method.title()))
+    };
+    let methods: Vec<(Axle, &str)> = result.iter().filter_map(of_axle).collect();
+    match methods[..] {
+        [(front, by_front), (rear, by_rear)] if by_front != by_rear => {
+            format!("{front} axle: {by_front}; {rear} axle: {by_rear}")
+        }
+        [(_, by), ..] => by.to_owned(),
+        [] => String::new(),
     }
 }
 
@@ -121,6 +142,7 @@ impl Answer {
 fn methods(report: &Report) -> Vec<MethodRow> {
     let percent =
         |bias: Option<f64>| bias.map_or_else(|| "–".to_owned(), |p| format!("{} %", fixed(p, 2)));
+    let results = result_of(report);
     let withheld = (report.diagnosis.as_ref()).is_none_or(|d| d.verdict == Verdict::CannotTell);
     (Method::ALL.into_iter().rev())
         .filter(|method| *method != Method::Extended || !withheld)
@@ -137,16 +159,21 @@ fn methods(report: &Report) -> Vec<MethodRow> {
                 ),
                 _ => (k(&e), b(&e)),
             };
+            let stated = |name| {
+                let result = results.get(axle);
+                result.and_then(|r| r.withheld(name)).is_none()
+            };
+            let (has_k, has_b) = (stated("k"), stated("B"));
             let note = |why: &Option<String>| why.is_some().then_some("not identifiable");
             MethodRow {
                 method: words::title(method.title()),
                 axle: axle.name(),
-                k,
-                b,
-                k_note: note(&e.k_not_identifiable),
-                b_note: note(&e.b_not_identifiable),
-                k_bias: percent(e.k_bias_percent),
-                b_bias: percent(e.b_bias_percent),
+                k: Some(k).filter(|_| has_k),
+                b: Some(b).filter(|_| has_b),
+                k_note: note(&e.k_not_identifiable).filter(|_| has_k),
+                b_note: note(&e.b_not_identifiable).filter(|_| has_b),
+                k_bias: percent(e.k_bias_percent.filter(|_| has_k)),
+                b_bias: percent(e.b_bias_percent.filter(|_| has_b)),
             }
         })
         .collect()
@@ -170,12 +197,12 @@ fn comparison(report: &Report) -> Vec<[String; 8]> {
     .collect()
 }
 
-/// How well eq. (4) fits, and what was lacking.
+/// How well the roll acceleration fits, and what was lacking.
 fn roll(roll: &RollReport) -> Vec<String> {
     let errors = (roll.acceleration_error_rms_rad_s2).zip(roll.acceleration_error_max_rad_s2);
     let fit = errors.map(|(rms, most)| {
         format!(
-            "Eq. (4) differs from the measured roll angle's second derivative by {} rad/s² (RMS), at most {} rad/s².",
+            "The computed roll acceleration (eq. 4 of the paper) differs from the measured roll angle's second derivative by {} rad/s² (RMS), at most {} rad/s².",
             significant(rms, 3),
             significant(most, 3)
         )

@@ -39,6 +39,10 @@ VALUES (#2, 'output_error', 'front', 'k_n_m', 'lab-7', 110000.0, NULL, 'N/m', 'n
 INSERT INTO parameter (job_id, method, axle, name, bike, value, std_error, unit, verdict, version, identified_at{group})
 VALUES (#2, 'extended', 'front', 'k_n_m', 'lab-7', 109000.0, 210.0, 'N/m', 'named', '0.1.0', 1700000000011{home});
 
+-- from 18
+INSERT INTO parameter (job_id, method, axle, name, bike, value, std_error, unit, verdict, version, identified_at{group})
+VALUES (#2, 'result', 'front', 'k_n_m', 'lab-7', 109000.0, 210.0, 'N/m', 'named', '0.1.0', 1700000000011{home});
+
 INSERT INTO idempotency_key (name, fingerprint, job_id, created_at{group})
 VALUES ('once', 'f2', #2, 1700000000012{home});
 

@@ -150,6 +150,42 @@ async fn a_database_of_every_schema_keeps_what_is_in_it() {
     }
 }
 
+/// Numbers of methods that no result states are gone; an axle that only the sensors identified keeps its own.
+#[tokio::test]
+async fn numbers_that_the_result_withholds_are_gone() {
+    const WITHHELD: &str = include_str!("withheld.sql");
+    const LEFT: &str = "SELECT method || ' ' || axle || ' ' || name FROM parameter \
+        WHERE verdict = 'cannot_tell' ORDER BY 1";
+    on_each_empty(async |db| {
+        migrate_to(&db, 19).await;
+        let row = fill(&db, 19).await;
+        let real = counts(&db).await;
+        let mut tx = db.begin().await.unwrap();
+        insert(&mut tx, WITHHELD, 19, row).await;
+        tx.commit().await.unwrap();
+        db.migrate().await.unwrap();
+        let left: Vec<String> =
+            on!(read &db, p => sqlx::query_scalar(LEFT).fetch_all(p).await).unwrap();
+        assert_eq!(
+            left,
+            [
+                "latent_road rear k_n_m",
+                "output_error front b_n_s_m",
+                "result front b_n_s_m"
+            ]
+        );
+        let mut tx = db.begin().await.unwrap();
+        execute(
+            &mut tx,
+            "DELETE FROM parameter WHERE verdict = 'cannot_tell'".to_owned(),
+        )
+        .await;
+        tx.commit().await.unwrap();
+        assert_eq!(counts(&db).await, real);
+    })
+    .await;
+}
+
 /// Rides that were made up go with all that is theirs, and nothing else does.
 #[tokio::test]
 async fn rides_that_were_made_up_are_gone() {

@@ -14,6 +14,8 @@ pub struct Class {
 enum Change {
     /// Between these (m/s).
     Speed(f64, f64),
+    /// The same on a road that ends at [`SIMULATED_PER_M`].
+    SmoothRoad(f64, f64),
     RateHz(f64),
     /// Density at 0.1 cycles/m (m^3).
     Road(f64),
@@ -22,11 +24,15 @@ enum Change {
     Stiffness(f64, f64),
 }
 
+/// Where the roads of `veloid simulate` end (cycles/m). At walking pace nothing is then faster than a few hertz, and the engine thins
+/// the record.
+const SIMULATED_PER_M: f64 = 4.0;
+
 const fn class(id: &'static str, name: &'static str, change: Change) -> Class {
     Class { id, name, change }
 }
 
-pub const CLASSES: [Class; 19] = [
+pub const CLASSES: [Class; 20] = [
     class("walking", "1 to 1.5 m/s", Change::Speed(1.05, 1.45)),
     class("speed3", "3 m/s", Change::Speed(3.0, 3.0)),
     class("speed6", "6 m/s", Change::Speed(6.0, 6.0)),
@@ -46,6 +52,11 @@ pub const CLASSES: [Class; 19] = [
     class("release", "release", Change::Bench(Setting::Decay)),
     class("stiff", "300 to 800 kN/m", Change::Stiffness(300e3, 800e3)),
     class("soft", "10 to 40 kN/m", Change::Stiffness(10e3, 40e3)),
+    class(
+        "smooth_walking",
+        "0.8 to 1.5 m/s, road to 4 cycles/m",
+        Change::SmoothRoad(0.8, 1.5),
+    ),
 ];
 
 impl Class {
@@ -64,6 +75,10 @@ impl Class {
         plan.case.noise = Noise::ALL[number as usize % Noise::ALL.len()];
         match self.change {
             Change::Speed(low, high) => plan.speed_m_s = chance.uniform(low, high),
+            Change::SmoothRoad(low, high) => {
+                plan.speed_m_s = chance.uniform(low, high);
+                plan.highest_per_m = SIMULATED_PER_M;
+            }
             Change::RateHz(rate) => plan.case.rate_hz = rate,
             Change::Road(density) => plan.density_m3 = density,
             Change::Bench(setting) => plan.case = plan::clean(setting, plan.case.noise),
@@ -85,6 +100,8 @@ mod tests {
         };
         assert_eq!(plan("rate500").case.rate_hz, 500.0);
         assert!(plan("walking").speed_m_s < 1.5);
+        let smooth = plan("smooth_walking");
+        assert!(smooth.speed_m_s < 1.5 && smooth.highest_per_m == SIMULATED_PER_M);
         assert!(plan("soft").bike.stiffness_n_m.iter().all(|k| *k < 40e3));
         let release = plan("release");
         assert_eq!(release.case.setting, Setting::Decay);

@@ -65,12 +65,13 @@ impl Ridden {
         }
     }
 
-    /// A ride at `speed` over a road without obstacles, of `density_m3` at 0.1 cycles/m (ISO 8608).
+    /// A ride at `speed` over a road without obstacles, of `density_m3` at 0.1 cycles/m (ISO 8608) up to `highest_per_m` (cycles/m),
+    /// as far as the log carries it.
     pub fn on_road(
         case: &Case,
         bike: &Bike,
         speed: Profile,
-        density_m3: f64,
+        (density_m3, highest_per_m): (f64, f64),
         chance: &mut Chance,
     ) -> Self {
         let cadence = Profile::wobble(chance.uniform(62.0, 92.0), 4.0, chance);
@@ -80,7 +81,7 @@ impl Ridden {
         let spectrum = Spectrum {
             density_m3,
             lowest_per_m: 0.05,
-            highest_per_m: case.fastest_hz() / fastest,
+            highest_per_m: highest_per_m.min(case.fastest_hz() / fastest),
         };
         let (from, to) = (travel.distance[0], travel.distance[2 * steps]);
         let behind_m = bike.wheelbase_m();

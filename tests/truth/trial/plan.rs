@@ -21,6 +21,8 @@ pub struct Plan {
     pub speed_m_s: f64,
     /// Density of the road at 0.1 cycles/m (m^3).
     pub density_m3: f64,
+    /// Where it ends (cycles/m), unless the log carries less.
+    pub highest_per_m: f64,
 }
 
 impl Plan {
@@ -31,6 +33,7 @@ impl Plan {
             bike,
             speed_m_s: 5.0 * chance.uniform(0.8, 1.25),
             density_m3: chance.log_uniform(32e-6, 256e-6),
+            highest_per_m: f64::INFINITY,
         }
     }
 }
@@ -89,7 +92,8 @@ impl Scene {
         let sensors = ride::draw_sensors(case.noise, chance);
         let ridden = if case.setting == Setting::Road {
             let speed = Profile::wobble(plan.speed_m_s, 0.04 * plan.speed_m_s, chance);
-            Ridden::on_road(case, bike, speed, plan.density_m3, chance)
+            let road = (plan.density_m3, plan.highest_per_m);
+            Ridden::on_road(case, bike, speed, road, chance)
         } else {
             let mut ridden = Ridden::draw(case, bike, chance);
             ride::resize(&mut ridden, case, bike, chance);
