@@ -175,6 +175,29 @@ fn the_command_line_writes_the_model_as_its_file_is_called() {
     assert_eq!(other.status.code(), Some(2), "{other:?}");
 }
 
+#[tokio::test]
+async fn a_rigs_deflection_is_read_without_its_mean() {
+    let server = Server::start();
+    let mut ride = "t,d_f,force_f\n".to_owned();
+    for i in 0..4000 {
+        let t = f64::from(i) * 0.005;
+        let waves = [(0.004, 0.7), (0.003, 1.9), (0.002, 4.3)]
+            .map(|(a, hz)| (a, std::f64::consts::TAU * hz));
+        let d: f64 = waves.iter().map(|(a, w)| a * (w * t).sin()).sum();
+        let rate: f64 = waves.iter().map(|(a, w)| a * w * (w * t).cos()).sum();
+        let force =
+            3000.0 * d + 200.0 * rate + 30.0 * rate.signum() + 2.0 * (f64::from(i) * 2.4).sin();
+        ride += &format!("{t:.3},{:.9},{force:.6}\n", d + 0.05);
+    }
+    let parts = [("trials", "1"), ("iterations", "2")];
+    let response = server.upload(ride.clone().into(), "{}", &parts).await;
+    let job = response.headers()["location"].to_str().unwrap().to_owned();
+    server.succeeded(&job).await;
+    server.folder.write("ride.csv", ride);
+    let acting = reproduced(&server, &job).await;
+    assert!(acting.contains("coulomb_friction"), "{acting:?}");
+}
+
 /// Runs both scripts on ride.csv and holds what they say against the report; the effects in the model.
 async fn reproduced(server: &Server, job: &str) -> BTreeSet<String> {
     let report = server.json(&format!("{job}/report")).await;
@@ -206,8 +229,11 @@ fn agrees(output: &Output, held_out: &Value) {
         let line = line.unwrap_or_else(|| panic!("{axle}: {output:?}"));
         let error: f64 = line.split(' ').next().unwrap().parse().unwrap();
         let reported = held["extended_rms_m"].as_f64().unwrap();
+        let unit = held["predicted"]
+            .as_str()
+            .map_or("m", |of| if of == "force" { "N" } else { "m" });
         assert!(
-            line.ends_with(&format!("in the report {reported:?} m")),
+            line.ends_with(&format!("in the report {reported:?} {unit}")),
             "{line}"
         );
         let off = error / reported - 1.0;

@@ -315,3 +315,51 @@ fn effects_at_walking_pace_are_named() {
         assert_eq!(diagnosis["effects"][0]["id"], id);
     }
 }
+
+/// Uniform p values are above 0.9 on a tenth of the axles, and on half of fourteen once in 3000 times.
+#[test]
+fn p_values_of_clean_rides_do_not_gather_at_one() {
+    let seeds = ["1", "2", "3", "4", "5", "6", "7"];
+    let ride = |seed| vec!["--road", "C", "--noise", "2e-5", "--seed", seed];
+    let reports = diagnosed(&seeds.map(ride));
+    let p_values: Vec<f64> = (reports.iter())
+        .flat_map(|report| AXLES.map(|axle| &report["diagnosis"]["where"][axle]["p_value"]))
+        .map(|p| p.as_f64().unwrap())
+        .collect();
+    let high = p_values.iter().filter(|p| **p > 0.9).count();
+    assert!(high < p_values.len() / 2, "{p_values:?}");
+}
+
+/// A second mode on the front axle, which no effect of the library explains.
+#[test]
+fn a_mismatch_has_a_small_p_value_or_none() {
+    let folder = Folder::new();
+    let [ride, bike, _] = files(&folder);
+    let simulated = veloid(&["simulate", &ride, "--bike", &bike, "--noise", "3e-5"]);
+    assert!(simulated.status.success(), "{simulated:?}");
+    let text = std::fs::read_to_string(&ride).unwrap();
+    let mut lines = text.lines();
+    let mut shaken = format!("{}\n", lines.next().unwrap());
+    let (mut z, mut v, mut state) = (0.0, 0.0, 1_u64);
+    for line in lines {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        let force = (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5;
+        // 7 Hz, damping ratio 0.15, some 0.1 mm.
+        v += 0.01 * (0.76 * force - 1934.0 * z - 13.2 * v);
+        z += 0.01 * v;
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        cells[2] = (cells[2].parse::<f64>().unwrap() + z).to_string();
+        shaken += &format!("{}\n", cells.join(","));
+    }
+    std::fs::write(&ride, shaken).unwrap();
+    let quick = ["--trials", "1", "--particles", "8", "--iterations", "4"];
+    let (report, _) = harness::identify(ride.as_ref(), bike.as_ref(), &quick);
+    let front = &report["diagnosis"]["where"]["front"];
+    assert_eq!(front["mismatch"], true, "{front}");
+    assert!(
+        front["p_value"].as_f64().is_none_or(|p| p <= 0.01),
+        "{front}"
+    );
+}

@@ -5,7 +5,7 @@ use crate::diagnosis::axle::{AxleReporter, OnAxle};
 use crate::diagnosis::dataset::Dataset;
 use crate::diagnosis::decide::Decision;
 use crate::diagnosis::explain::detectable::detectable;
-use crate::diagnosis::explain::{next_ride, show, simulation, windows, words};
+use crate::diagnosis::explain::{hidden, next_ride, show, simulation, windows, words};
 use crate::diagnosis::fit::{Fitted, Model, Term, motions};
 use crate::diagnosis::prepare::Prepared;
 use crate::diagnosis::search::Search;
@@ -94,7 +94,7 @@ pub fn assemble(
         None => diagnosis,
     };
     Diagnosis {
-        sentence: words::sentence(&diagnosis),
+        sentence: words::sentence(&diagnosis) + &hidden::sentence(prepared.record(), &diagnosis),
         ..diagnosis
     }
 }

@@ -75,6 +75,8 @@ impl Prepared {
         let mut dataset = Dataset::new(searched, &separate, fits, split.train.end);
         for track in &mut dataset.tracks {
             track.unresolved = (between.unresolved.get(track.axle).copied()).unwrap_or_default();
+            track.beyond_lifting =
+                (between.beyond_lifting.get(track.axle).copied()).unwrap_or_default();
         }
         if base == Base::Damper {
             dataset.remove_springs();

@@ -56,13 +56,17 @@ pub fn response(turns: f64) -> f64 {
 
 /// Part of a sine (turns a sample) that the spline through its lifted values has.
 pub fn passes(turns: f64) -> f64 {
+    lift(turns) * response(turns)
+}
+
+/// How many times larger [`lifted`] makes a sine (turns a sample).
+pub fn lift(turns: f64) -> f64 {
     let square = 2.0 - 2.0 * (2.0 * PI * turns).cos();
     let powers = LIFT
         .iter()
         .rev()
         .fold(0.0, |sum, weight| sum * square + weight);
-    let lift = 1.0 + square * square * powers;
-    lift * response(turns)
+    1.0 + square * square * powers
 }
 
 /// Elements above the diagonal after elimination; the last one repeats for ever.

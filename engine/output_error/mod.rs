@@ -7,6 +7,7 @@
 //! decays also a rest point (a constant force), and 1/m where the bike's mass is null.
 
 mod global;
+mod minima;
 mod split;
 pub(crate) mod start;
 
@@ -55,6 +56,8 @@ pub struct AxleFit {
     pub held_rms: f64,
     /// Whether the force answers to a prescribed motion, so that no mass is in it.
     pub prescribed: bool,
+    /// Why its k and B are none, although they have a covariance.
+    pub undetermined: Option<String>,
 }
 
 impl AxleFit {
@@ -67,6 +70,7 @@ impl AxleFit {
             train_rms: 0.0,
             held_rms: 0.0,
             prescribed: false,
+            undetermined: None,
         }
     }
 }
@@ -237,6 +241,7 @@ impl<'a> Problem<'a> {
             held_rms: rms(split.held.clone()),
             residual,
             prescribed: self.record.prescribed,
+            undetermined: None,
         }
     }
 }
@@ -335,7 +340,13 @@ fn globally_best(
         return near;
     }
     match (near, from_grid(problem, split)) {
-        (Ok(near), Ok(far)) if far.train_rms < near.train_rms => Ok(far),
+        (Ok(near), Ok(far)) => {
+            let (best, other) = match far.train_rms < near.train_rms {
+                true => (far, near),
+                false => (near, far),
+            };
+            Ok(problem.alone(best, &[other.plain], split))
+        }
         (Err(_), Ok(far)) => Ok(far),
         (near, _) => near,
     }
@@ -360,7 +371,7 @@ fn from_starts(problems: &[&Problem], starts: &[PerAxle<Start>]) -> Vec<Vec<Coef
     starts.iter().filter_map(at).collect()
 }
 
-/// Runs the fit from the starts in order of their cost until one converges to a physical model.
+/// The lowest of the minima to which the three starts with the least cost lead.
 fn best_of(
     problems: &[&Problem],
     equal: bool,
@@ -385,28 +396,27 @@ fn best_of(
         })
         .collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut best: Option<(f64, Vec<Coefficients>, DMatrix<f64>)> = None;
-    for (_, plains) in ranked.into_iter().take(3) {
-        if let Some(found) = descend(problems, &layout, split, plains)
-            && best.as_ref().is_none_or(|b| found.0 < b.0)
-        {
-            best = Some(found);
-        }
-    }
-    let (_, plains, bread) = best.ok_or(EngineError::Diverged {
+    let descended = ranked.into_iter().take(3);
+    let mut minima: Vec<Minimum> = descended
+        .filter_map(|(_, plains)| descend(problems, &layout, split, plains))
+        .collect();
+    minima.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let (best, others) = minima.split_first().ok_or(EngineError::Diverged {
         stage: STAGE,
         problem: Divergence::NoStart { starts: tried },
     })?;
-    Ok(problems
-        .iter()
-        .zip(plains)
-        .enumerate()
-        .map(|(i, (p, plain))| {
-            let t = &layout.to_local[i];
-            let local = t * &bread * t.transpose();
-            p.finish(plain, split, &LocalMatrix::from_fn(|a, b| local[(a, b)]))
-        })
-        .collect())
+    let finished = problems.iter().enumerate().map(|(i, p)| {
+        let t = &layout.to_local[i];
+        let local = t * &best.bread * t.transpose();
+        let bread = LocalMatrix::from_fn(|a, b| local[(a, b)]);
+        let fit = AxleFit {
+            undetermined: best.unsettled.clone(),
+            ..p.finish(best.plains[i], split, &bread)
+        };
+        let others: Vec<Coefficients> = others.iter().map(|other| other.plains[i]).collect();
+        p.alone(fit, &others, split)
+    });
+    Ok(finished.collect())
 }
 
 /// How the unknowns of the fit map to each axle's parameters: d(local)/d(unknown), constant.
@@ -521,13 +531,23 @@ impl Descent for Together<'_> {
     }
 }
 
-/// Gives cost, parameters and inverse of the Gauss-Newton matrix, or nothing when it leaves the numbers' range.
+/// Where a descent ends.
+struct Minimum {
+    cost: f64,
+    plains: Vec<Coefficients>,
+    /// Inverse of the Gauss-Newton matrix.
+    bread: DMatrix<f64>,
+    /// Why it is no minimum.
+    unsettled: Option<String>,
+}
+
+/// Where a descent ends, or nothing when it leaves the numbers' range.
 fn descend(
     problems: &[&Problem],
     layout: &Layout,
     split: &Split,
     plains: Vec<Coefficients>,
-) -> Option<(f64, Vec<Coefficients>, DMatrix<f64>)> {
+) -> Option<Minimum> {
     let step = problems.first().map_or(1.0, |p| p.input.step);
     let together = Together {
         problems,
@@ -540,7 +560,7 @@ fn descend(
         plains,
         cost,
         matrix: h,
-        ..
+        gradient,
     } = minimise(&together, start, DAMPING, MAX_ITERATIONS)?;
     cost.is_finite().then_some(())?;
     let scale = DVector::from_fn(layout.unknowns, |q, _| {
@@ -549,7 +569,19 @@ fn descend(
     let scaled = DMatrix::from_diagonal(&scale) * &h * DMatrix::from_diagonal(&scale);
     let inverse = scaled.cholesky()?.inverse();
     let bread = DMatrix::from_diagonal(&scale) * inverse * DMatrix::from_diagonal(&scale);
-    Some((cost, plains, bread))
+    let samples = split.train.len() * problems.len();
+    let measured = |p: &&Problem| -> f64 {
+        let output = &p.record.output()[..split.train.end];
+        output.iter().map(|z| z * z).sum()
+    };
+    let measured = problems.iter().map(measured).sum();
+    let gain = (gradient.transpose() * &bread * &gradient)[0];
+    Some(Minimum {
+        unsettled: minima::not_at_rest(gain, cost, samples, measured),
+        cost,
+        plains,
+        bread,
+    })
 }
 
 /// Least k/m (1/s^2). A drive without a spring is fitted with a k around zero, on either side: below
@@ -591,11 +623,14 @@ impl AxleFit {
             }
             std_error(sum)
         };
+        let known = |std: Option<f64>| std.filter(|_| self.undetermined.is_none());
         Estimate {
             k_n_m: p.kappa * m,
             b_n_s_m: p.beta * m,
-            k_std_n_m: error([m, 0.0, -p.kappa * m * m]),
-            b_std_n_s_m: error([0.0, m, -p.beta * m * m]),
+            k_std_n_m: known(error([m, 0.0, -p.kappa * m * m])),
+            b_std_n_s_m: known(error([0.0, m, -p.beta * m * m])),
+            k_not_identifiable: self.undetermined.clone(),
+            b_not_identifiable: self.undetermined.clone(),
             mass_kg: if self.prescribed { 0.0 } else { m },
             mass_std_kg: match weighed || self.prescribed {
                 true => None,

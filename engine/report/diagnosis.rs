@@ -340,9 +340,9 @@ impl ParameterReport {
 pub struct Location {
     /// Whether the plain model misses more than noise explains, at the significance level `alpha` and confirmed by the held-out part.
     pub mismatch: bool,
-    /// Probability (0 to 1) of a mismatch as large as this one by noise alone; null where it cannot be computed, or where a
-    /// mismatch is shown by something else, such as a resonance of what is left. Below `alpha` without a `mismatch`, the
-    /// held-out part did not confirm what the search found, or next to no force is missing.
+    /// Probability (0 to 1), at most, of a mismatch as large as this one by noise alone: what a record cannot show between its samples
+    /// counts as noise. Null where it cannot be computed, or where a mismatch is shown by something else, such as a resonance of what
+    /// is left. Below `alpha` without a `mismatch`, the held-out part did not confirm what the search found, or next to no force is missing.
     pub p_value: Option<f64>,
     /// Stretches of time, from and to (s from the first sample), where the error is significantly larger than the
     /// extended model's.

@@ -16,14 +16,18 @@ pub fn channels(report: &Report) -> Vec<(String, &str, f64)> {
     let mut found: Vec<(String, &str, f64)> = columns
         .map(|c| (c.channel.clone(), c.header.trim(), c.scale))
         .collect();
-    // On a rig the deflection is what is prescribed.
-    for (z, d) in [("z_f", "d_f"), ("z_r", "d_r")] {
-        let of = |name: &str| found.iter().find(|(channel, ..)| channel == name).cloned();
-        if let (None, Some((_, header, scale))) = (of(z), of(d)) {
-            found.push((z.to_owned(), header, scale));
-        }
+    for (z, d) in deflections(report) {
+        let of = found.iter().find(|(channel, ..)| channel == d).cloned();
+        found.extend(of.map(|(_, header, scale)| (z.to_owned(), header, scale)));
     }
     found
+}
+
+/// On a rig the deflection is what is prescribed: the displacements for which it stands, and its channels. veloid takes their mean off.
+pub fn deflections(report: &Report) -> impl Iterator<Item = (&'static str, &'static str)> {
+    let has = |name| report.ride.columns.iter().any(|c| c.channel == name);
+    let both = [("z_f", "d_f"), ("z_r", "d_r")].into_iter();
+    both.filter(move |(z, d)| !has(*z) && has(*d))
 }
 
 /// Channels of the bicycle that the laws ask for.

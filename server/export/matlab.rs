@@ -70,6 +70,9 @@ fn write(
             quoted(header)
         )?;
     }
+    let centred: Vec<String> = facts::deflections(report).map(|(z, _)| quoted(z)).collect();
+    writeln!(out, "  % Channels whose mean is taken off.")?;
+    writeln!(out, "  ride.centred = {{{}}};", centred.join(", "))?;
     let part = report
         .ride
         .part_s

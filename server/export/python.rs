@@ -48,6 +48,11 @@ fn write(
     writeln!(out, "\nFILE = {}", quoted(file))?;
     writeln!(out, "AS_READ = {}", quoted(AS_READ))?;
     channels(out, report)?;
+    let centred: Vec<&str> = facts::deflections(report).map(|(z, _)| z).collect();
+    writeln!(
+        out,
+        "# Channels whose mean is taken off.\nCENTRED = {centred:?}"
+    )?;
     let names: Vec<String> = (facts::needed(simulation).iter())
         .map(|name| quoted(name))
         .collect();

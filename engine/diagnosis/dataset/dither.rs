@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::bicycle::{Bike, PerAxle};
 use crate::numerics::random::normal;
 use crate::numerics::spectrum::{Spectrum, deviation, white_floor};
-use crate::numerics::spline::response;
+use crate::numerics::spline::{lift, response};
 use crate::numerics::statistics::variance;
 use crate::output_error::AxleFit;
 use crate::plant::Coefficients;
@@ -44,6 +44,17 @@ pub struct Between {
     pub noise: PerAxle<Vec<f64>>,
     /// Gain in log likelihood that a model of all of it would have on the fitted part, under the noise that there is then.
     pub unresolved: PerAxle<f64>,
+    /// The same of splines through lifted samples, which are what models have.
+    pub beyond_lifting: PerAxle<f64>,
+}
+
+/// What one axle's record lacks: noise (m, RMS) to hide what lies between its samples from a fit, and gains in log likelihood as in
+/// [`Between`].
+#[derive(Debug, Default, PartialEq)]
+struct Lacking {
+    noise: f64,
+    unresolved: f64,
+    beyond_lifting: f64,
 }
 
 /// Finds what lies between the samples, and the noise that hides it from a fit.
@@ -57,8 +68,13 @@ pub fn between(
     let mut found = Between::default();
     for (axle, record) in ride.axles.iter() {
         let Some(fit) = fits.get(axle) else { continue };
-        let (noise, unresolved) = lacking(record, fit, bike, ride.step_s, fitted);
+        let Lacking {
+            noise,
+            unresolved,
+            beyond_lifting,
+        } = lacking(record, fit, bike, ride.step_s, fitted);
         found.unresolved.set(axle, unresolved);
+        found.beyond_lifting.set(axle, beyond_lifting);
         if noise > 0.0 {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             rng.set_stream(u64::MAX - axle as u64);
@@ -81,22 +97,21 @@ pub fn lay_over(ride: &Ride, dither: &PerAxle<Vec<f64>>) -> Option<Ride> {
     noisy
 }
 
-/// Noise (m, RMS) that the record lacks to hide what lies between its samples from a fit, and what it does not hide.
-fn lacking(
-    record: &AxleRecord,
-    fit: &AxleFit,
-    bike: &Bike,
-    step: f64,
-    fitted: usize,
-) -> (f64, f64) {
+fn lacking(record: &AxleRecord, fit: &AxleFit, bike: &Bike, step: f64, fitted: usize) -> Lacking {
     if record.band.is_some() {
-        return (BANDED * fit.train_rms, 0.0);
+        return Lacking {
+            noise: BANDED * fit.train_rms,
+            ..Lacking::default()
+        };
     }
     let once = moved(record, &fit.plain, step, 1);
     let halves = by_halves(&once, record, &fit.plain, step);
-    let between = match record.prescribed {
-        true => halves,
-        false => by_spectrum(record, &fit.plain, step).max(halves),
+    let (between, lifted) = match record.prescribed {
+        true => (halves, halves),
+        false => {
+            let by = |lift: &dyn Fn(f64) -> f64| by_spectrum(record, &fit.plain, step, lift);
+            (by(&|_| 1.0).max(halves), by(&lift))
+        }
     };
     // From where nothing is known of its start, the motion may come from anywhere.
     let known = |x: &[f64]| -> Vec<f64> {
@@ -105,15 +120,22 @@ fn lacking(
     };
     let between = between.max(FINEST * rms(&known(&once)));
     if between == 0.0 {
-        return (0.0, 0.0);
+        return Lacking::default();
     }
     let own = (bike.noise_displacement_m.filter(|_| !record.prescribed))
         .unwrap_or_else(|| deviation(white_floor(record.output(), step), step));
     let own = own.min(fit.train_rms);
     let noise = |gain: f64| between * (fitted as f64 / (2.0 * gain)).sqrt();
-    let under = |noise: f64| 0.5 * fitted as f64 * (between / noise).powi(2);
+    let lacking = |added: f64, noise: f64| {
+        let under = |missed: f64| 0.5 * fitted as f64 * (missed / noise).powi(2);
+        Lacking {
+            noise: added,
+            unresolved: under(between),
+            beyond_lifting: under(lifted.min(between)),
+        }
+    };
     if own >= noise(BORNE) {
-        return (0.0, under(own));
+        return lacking(0.0, own);
     }
     let deflection: Vec<f64> = record.road.iter().zip(&once).map(|(u, z)| u - z).collect();
     // Without a mass the road is none, and this the force that answers to the deflection.
@@ -121,7 +143,7 @@ fn lacking(
     let least = noise(BORNE).min(MOST_EVER * moves);
     let wanted = noise(HIDDEN).min((MOST * moves).max(least));
     let added = (wanted * wanted - own * own).max(0.0).sqrt();
-    (added, under(wanted.max(own)))
+    lacking(added, wanted.max(own))
 }
 
 /// RMS of what is between the samples (m, or N), by Richardson's extrapolation from every second and fourth of them.
@@ -133,8 +155,14 @@ fn by_halves(once: &[f64], record: &AxleRecord, plain: &Coefficients, step: f64)
     near * (near / far).min(FOURTH)
 }
 
-/// RMS (m) of how the plain axle answers to the error of the splines that stand for what drives it.
-fn by_spectrum(record: &AxleRecord, plain: &Coefficients, step: f64) -> f64 {
+/// RMS (m) of how the plain axle answers to the error of the splines that stand for what drives it, through samples in which a sine
+/// (turns a sample) is so many times as large as in the record.
+fn by_spectrum(
+    record: &AxleRecord,
+    plain: &Coefficients,
+    step: f64,
+    lift: &dyn Fn(f64) -> f64,
+) -> f64 {
     let Coefficients {
         kappa,
         beta,
@@ -144,25 +172,31 @@ fn by_spectrum(record: &AxleRecord, plain: &Coefficients, step: f64) -> f64 {
     let road = |hz| road_answer(kappa, beta, hz);
     let push = |hz| per_mass * per_mass * force_answer(kappa, beta, hz);
     let of_road = Spectrum::new(&record.road, step).map_or(0.0, |spectrum| {
-        spline_error(&spectrum, step, &road) + folded(&spectrum, step, &road)
+        spline_error(&spectrum, step, &road, lift) + folded(&spectrum, step, &road)
     });
     let of_force = record
         .force
         .as_ref()
         .and_then(|force| Spectrum::new(force, step))
-        .map(|spectrum| spline_error(&spectrum, step, &push));
+        .map(|spectrum| spline_error(&spectrum, step, &push, lift));
     (of_road + of_force.unwrap_or_default()).sqrt()
 }
 
 /// Power of the error of a cubic spline through samples behind a filter of that power gain: what the spline damps, and the images
-/// that it leaves (Unser 1999, doi:10.1109/79.799930).
-fn spline_error(spectrum: &Spectrum, step: f64, gain: &dyn Fn(f64) -> f64) -> f64 {
+/// that it leaves (Unser 1999, doi:10.1109/79.799930), where a sine (turns a sample) in the samples is `lift` times as large.
+fn spline_error(
+    spectrum: &Spectrum,
+    step: f64,
+    gain: &dyn Fn(f64) -> f64,
+    lift: &dyn Fn(f64) -> f64,
+) -> f64 {
     let rate = step.recip();
     let floor = spectrum.white_floor();
     let error = |hz: f64| {
         let images = (1..=IMAGES).flat_map(|k| [k as f64 * rate - hz, k as f64 * rate + hz]);
         let images: f64 = images.map(|f| response(f * step).powi(2) * gain(f)).sum();
-        (1.0 - response(hz * step)).powi(2) * gain(hz) + images
+        let lift = lift(hz * step);
+        (1.0 - lift * response(hz * step)).powi(2) * gain(hz) + lift * lift * images
     };
     // A mass without a spring answers to what is constant without bound.
     let bins = spectrum.hz.iter().zip(&spectrum.density).skip(1);
@@ -221,13 +255,14 @@ fn rms(x: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::spline::{cubic, slopes};
+    use crate::numerics::spline::{cubic, lifted, slopes};
 
-    /// A wave between the samples, beside the spline through these.
-    fn missed(turns: f64) -> f64 {
+    /// A wave between the samples, beside the spline through them as `made` of these.
+    fn missed(turns: f64, made: fn(&[f64]) -> Vec<f64>) -> f64 {
         const PARTS: usize = 16;
         let wave = |at: f64| (std::f64::consts::TAU * turns * at).sin();
         let samples: Vec<f64> = (0..4000).map(|i| wave(i as f64)).collect();
+        let samples = made(&samples);
         let slope = slopes(&samples, 1.0);
         let inside = 100..samples.len() - 100;
         let errors = inside.flat_map(|i| {
@@ -272,13 +307,18 @@ mod tests {
         for turns in [0.1, 0.2, 0.3, 0.4] {
             let wave = |i: usize| (std::f64::consts::TAU * turns * i as f64).sin();
             let samples: Vec<f64> = (0..4000).map(wave).collect();
-            let expected = missed(turns);
             let spectrum = Spectrum::new(&samples, 1.0).expect("long enough");
-            let found = spline_error(&spectrum, 1.0, &|_| 1.0).sqrt();
-            assert!(
-                (found / expected - 1.0).abs() < 0.03,
-                "{turns}: {found} for {expected}"
-            );
+            let each: [(f64, &dyn Fn(f64) -> f64); 2] = [
+                (missed(turns, <[f64]>::to_vec), &|_| 1.0),
+                (missed(turns, lifted), &lift),
+            ];
+            for (expected, lift) in each {
+                let found = spline_error(&spectrum, 1.0, &|_| 1.0, lift).sqrt();
+                assert!(
+                    (found / expected - 1.0).abs() < 0.03,
+                    "{turns}: {found} for {expected}"
+                );
+            }
         }
     }
 
@@ -298,6 +338,6 @@ mod tests {
         };
         let fit = AxleFit::exact(plain, ride.samples);
         let found = lacking(&record, &fit, &Bike::default(), ride.step_s, ride.samples);
-        assert_eq!(found, (0.0, 0.0));
+        assert_eq!(found, Lacking::default());
     }
 }

@@ -40,6 +40,8 @@ pub struct Track {
     pub force_most: f64,
     /// Gain in log likelihood that what lies between the samples may bring to a model.
     pub unresolved: f64,
+    /// The same of what the lifted samples of the inputs leave.
+    pub beyond_lifting: f64,
     /// Deviations of height (m) and velocity (m/s) at the first sample from its measured height and none, where the
     /// record shows that it starts at rest.
     pub at_rest: Option<[f64; 2]>,
@@ -97,6 +99,7 @@ impl Track {
             has_road: record.has_road(),
             at_rest,
             unresolved: 0.0,
+            beyond_lifting: 0.0,
             free_mass: bike.mass(axle).is_none() && !record.prescribed,
             rest_point: record.force.is_some() || !record.has_road(),
             plant: record.base_model(),

@@ -3,6 +3,7 @@
 pub mod detectable;
 pub mod evidence;
 pub mod free_form;
+pub mod hidden;
 pub mod locate;
 pub mod next_ride;
 pub mod show;

@@ -76,6 +76,6 @@ impl Offered {
     pub fn chance(&self, track: &Track, seed: u64) -> Option<f64> {
         let place = Place::from(track.axle);
         let (_, scores) = self.scores.iter().find(|(p, _)| *p == place)?;
-        sign_flips::chance(scores, track.unresolved, seed)
+        sign_flips::chance(scores, track.beyond_lifting, seed)
     }
 }

@@ -1,15 +1,16 @@
 
 function x = channel(ride, name)
   % A channel in SI units; the table is the ride's file, or the ride as veloid read it.
-  header = name; scale = 1;
+  header = name; scale = 1; centred = false;
   if ~any(strcmp(ride.headers, 'veloid_sample'))
     known = strcmp(ride.channels(:, 1), name);
     if ~any(known), error('There is no column for %s: this needs %s', name, ride.as_read); end
-    header = ride.channels{known, 2}; scale = ride.channels{known, 3};
+    header = ride.channels{known, 2}; scale = ride.channels{known, 3}; centred = any(strcmp(ride.centred, name));
   end
   column = find(strcmp(ride.headers, header), 1);
   if isempty(column), error('There is no column for %s: this needs %s', name, ride.as_read); end
   x = scale * ride.data(:, column);
+  if centred, x = x - mean(x); end
 end
 
 function ride = completed(ride, needed)

@@ -42,7 +42,9 @@ class Ride:
         )
 
     def __getitem__(self, name):
-        return channel(self.table, name)[self.used]
+        values = channel(self.table, name)[self.used]
+        centred = name in CENTRED and "veloid_sample" not in self.table
+        return values - np.mean(values) if centred else values
 
 
 class Axle:
