@@ -260,7 +260,7 @@ async fn stamps_that_count_from_1970_date_a_ride() {
     assert_eq!(response.status(), 202);
     let job: Value = response.json().await.unwrap();
     assert_eq!(job["ride"]["facts"]["ridden_at"], "2026-05-01T09:40:00Z");
-    assert_eq!(job["dated_at"], "2026-05-01T09:40:00Z");
+    assert_eq!(job["dated_at"], "2026-05-01T09:40:00.000Z");
 }
 
 /// Dates of ISO 8601 in the time column, or in a track beside it, date a ride, unless the user does.
@@ -305,7 +305,7 @@ async fn dates_in_a_file_date_a_ride() {
     );
     let may = upload(&[("may.csv", iso("2026-05-01"))], &[]).await;
     assert_eq!(may["ride"]["facts"]["ridden_at"], "2026-05-01T07:40:00Z");
-    assert_eq!(may["dated_at"], "2026-05-01T07:40:00Z");
+    assert_eq!(may["dated_at"], "2026-05-01T07:40:00.000Z");
     let said = [("ridden_at", "2026-05-09")];
     let said = upload(&[("june.csv", iso("2026-05-02"))], &said).await;
     assert_eq!(said["ride"]["facts"]["ridden_at"], "2026-05-09");
