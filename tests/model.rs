@@ -223,7 +223,8 @@ async fn reproduced(server: &Server, job: &str) -> BTreeSet<String> {
 fn agrees(output: &Output, held_out: &Value) {
     let said = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{output:?}");
-    for (axle, held) in held_out.as_object().unwrap() {
+    let recorded = held_out.as_object().unwrap().iter();
+    for (axle, held) in recorded.filter(|(_, held)| !held.is_null()) {
         let begin = format!("{axle}: held-out error ");
         let line = said.lines().find_map(|line| line.strip_prefix(&begin));
         let line = line.unwrap_or_else(|| panic!("{axle}: {output:?}"));

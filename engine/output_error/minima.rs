@@ -1,6 +1,7 @@
 //! Whether a fit is the one answer of its record: at rest, and better than every other minimum that was found.
 
-use super::{AxleFit, Problem, Split};
+use super::problem::{AxleFit, Problem};
+use super::split::Split;
 use crate::document::format_number::{WIDE, significant};
 use crate::plant::{Coefficient, Coefficients};
 use crate::simulate::sensitivity::walk;

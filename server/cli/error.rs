@@ -42,7 +42,7 @@ pub enum CliError {
     #[error(transparent)]
     Ride(#[from] ReadError),
     /// The same, with options that name columns of the file.
-    #[error("{source}\ntry {options}")]
+    #[error("{source}; try {options}")]
     Unread { source: ReadError, options: String },
     #[error(transparent)]
     Options(#[from] OptionsError),

@@ -20,9 +20,10 @@ pub fn explained(source: ReadError, files: &[RideFile<'_>], options: &ReadOption
     }
     let preview = veloid_engine::ride::preview(files, options);
     let found = preview.map_or_else(|_| Vec::new(), |preview| guesses(&preview.tables));
-    // A column of distances would need its sign as well.
+    // A column of distances would need its sign as well, and a header with a separator in it is none.
+    let is_whole = |guess: &Guess| !guess.header.contains([',', ';', '\t', '\n']);
     let found: Vec<Guess> = (found.into_iter())
-        .filter(|guess| guess.deflection_sign.is_none())
+        .filter(|guess| guess.deflection_sign.is_none() && is_whole(guess))
         .collect();
     let mut options: Vec<String> = found.iter().map(option).collect();
     if source.kind() == "time-missing" && found.iter().all(|guess| guess.channel != "t") {
