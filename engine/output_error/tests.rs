@@ -105,7 +105,7 @@ fn noise_free_ride_gives_the_truth() {
 
 #[test]
 fn a_fit_beside_another_minimum_that_fits_as_well_has_no_interval() {
-    let (ride, bike) = ride(3e-4);
+    let (ride, bike) = ride(1e-2);
     let settings = Settings::default();
     let fits = fit(&ride, &bike, &settings, &starts_at(2500.0, 60.0)).unwrap();
     let fit = fits.front.unwrap();
