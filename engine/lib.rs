@@ -6,47 +6,34 @@
 //!
 //! Everything is SI unless a name says otherwise. No HTTP, SQL or async code lives here.
 //!
-//! Who uses it as a library needs [`Ride::from_arrays`] or [`read`], [`Bike`], [`Settings`], [`identify`] with its [`Report`], and
+//! Who uses it as a library needs [`from_arrays`] or [`read`], [`Bike`], [`Settings`], [`identify`] with its [`Report`], and
 //! [`simulate()`]; `engine/examples/` shows each. The stages [`observe()`], [`conclude`], [`diagnose`] and [`assemble`] are what
 //! `identify` runs in a row.
 
 #![warn(missing_docs)]
 
-pub mod bicycle;
-pub mod diagnosis;
-pub mod document;
-mod error;
-mod latent_road;
-pub mod least_squares;
-mod mistakes;
-mod numerics;
-pub mod observer;
-pub mod output_error;
 mod pipeline;
-pub mod plant;
-mod progress;
 pub mod replay;
-pub mod report;
-pub mod ride;
-mod roll;
-mod settings;
-pub mod simulate;
 #[cfg(test)]
 #[path = "../tests/skips.rs"]
 mod skips;
-pub mod swarm;
-pub mod uncertainty;
 
-pub use bicycle::Bike;
-pub use diagnosis::impose::{Imposed, ride as simulate};
-pub use document::{seen, unseen};
-pub use error::{Divergence, EngineError, ImposedProblem, RideProblem, SettingProblem};
 pub use pipeline::{
-    Ridden, assemble, conclude, diagnose, identify, observe, read, result_of, study,
+    Ridden, assemble, conclude, diagnose, from_arrays, identify, observe, read, result_of, study,
+    validate,
 };
-pub use progress::{Progress, Silent};
-pub use report::Report;
-pub use report::diagnosis::Diagnosis;
-pub use report::stages::{Conclusion, Observed};
-pub use ride::Ride;
-pub use settings::{Objective, Settings};
+pub use veloid_core::document::{seen, unseen};
+pub use veloid_core::{
+    Bike, Divergence, EngineError, ImposedProblem, Objective, Progress, RideProblem,
+    SettingProblem, Settings, Silent,
+};
+pub use veloid_core::{bicycle, document, plant};
+pub use veloid_diagnosis as diagnosis;
+pub use veloid_diagnosis::impose::{Imposed, ride as simulate};
+pub use veloid_methods::{least_squares, observer, output_error, simulate, swarm, uncertainty};
+pub use veloid_report as report;
+pub use veloid_report::Report;
+pub use veloid_report::diagnosis::Diagnosis;
+pub use veloid_report::stages::{Conclusion, Observed};
+pub use veloid_ride as ride;
+pub use veloid_ride::Ride;

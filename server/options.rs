@@ -173,7 +173,7 @@ impl Options {
 
     /// Checks every range.
     pub fn validate(&self) -> Result<(), OptionsError> {
-        Ok(self.settings.validate()?)
+        Ok(veloid_engine::validate(&self.settings)?)
     }
 }
 

@@ -1,7 +1,11 @@
-//! Limits how often a loop logs the same warning: at its first turn, then every ten seconds.
+//! Limits how often a loop logs the same warning: at its first turn, then every ten seconds. A library's loops as well.
 
+use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
+
+use tracing::callsite::Identifier;
+use tracing::{Level, Metadata};
 
 const EVERY: Duration = Duration::from_secs(10);
 
@@ -25,6 +29,22 @@ impl Seldom {
             *last = Some(now);
         }
         is_due
+    }
+}
+
+/// The warnings of a library, by the line of its code that logs them.
+#[derive(Default)]
+pub struct Callsites(Mutex<HashMap<Identifier, Seldom>>);
+
+impl Callsites {
+    /// Whether an event is to be logged: always if it is no warning or error.
+    pub fn is_due(&self, metadata: &Metadata<'_>) -> bool {
+        if *metadata.level() > Level::WARN || !metadata.is_event() {
+            return true;
+        }
+        let mut lines = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let line = lines.entry(metadata.callsite());
+        line.or_insert_with(Seldom::new).is_due()
     }
 }
 

@@ -1,4 +1,4 @@
-//! The files of engine/ and server/ use each other in one direction only, and so do their folders at every level.
+//! The files of a crate use each other in one direction only, and so do their folders at every level. Between crates Cargo sees to it.
 //!
 //! What a file uses is read off its paths, in `use` lines and inline, each followed through re-exports to the file
 //! that defines the item. Not counted: declarations of modules, re-exports, crate roots and `#[cfg(test)]`. Not seen: methods
@@ -9,22 +9,36 @@ use std::path::{Path, PathBuf};
 
 use proc_macro2::{Delimiter, Spacing, TokenStream, TokenTree};
 
-/// The folders of engine/diagnosis, from the top down; each may use those before it.
-const DIAGNOSIS: [&str; 10] = [
-    "policy", "law", "effects", "dataset", "fit", "residual", "search", "verdict", "explain",
-    "study",
+const CRATES: [&str; 11] = [
+    "engine/core",
+    "engine/ride",
+    "engine/report",
+    "engine/methods",
+    "engine/latent_road",
+    "engine/mistakes",
+    "engine/model",
+    "engine/diagnosis",
+    "engine/fourier",
+    "engine",
+    "server",
+];
+
+/// The folders of crates, from the top down; each may use those before it.
+const MODEL: [&str; 5] = ["policy", "law", "effects", "dataset", "fit"];
+const DIAGNOSIS: [&str; 6] = [
+    "policy", "residual", "search", "verdict", "explain", "study",
 ];
 
 #[test]
 fn no_circle_of_files() {
-    let circles = ["engine", "server"].map(|root| Sources::read(root).circles());
+    let circles = CRATES.map(|root| Sources::read(root).circles());
     let circles = circles.concat();
     assert!(circles.is_empty(), "\n{}", circles.join("\n"));
 }
 
 #[test]
 fn no_circle_of_folders() {
-    let circles = ["engine", "server"].map(|root| Sources::read(root).circles_of_folders());
+    let circles = CRATES.map(|root| Sources::read(root).circles_of_folders());
     let circles = circles.concat();
     assert!(circles.is_empty(), "\n{}", circles.join("\n"));
 }
@@ -85,14 +99,19 @@ fn circles_of_folders_are_found_at_every_level() {
 }
 
 #[test]
-fn the_diagnosis_leads_one_way_down() {
-    let engine = Sources::read("engine");
-    let wrong = engine.upward("engine/diagnosis", &DIAGNOSIS);
-    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
-    let above: Vec<String> = engine
-        .uses()
-        .into_iter()
-        .filter(|(from, to)| within(from, "engine/numerics") && !within(to, "engine/numerics"))
+fn model_and_diagnosis_lead_one_way_down() {
+    for (folder, order) in [
+        ("engine/model", &MODEL[..]),
+        ("engine/diagnosis", &DIAGNOSIS),
+    ] {
+        let wrong = Sources::read(folder).upward(folder, order);
+        assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+    }
+    let above: Vec<String> = (Sources::read("engine/core").uses().into_iter())
+        .filter(|(from, to)| {
+            let numerics = "engine/core/numerics";
+            within(from, numerics) && !within(to, numerics)
+        })
         .map(|(from, to)| format!("{from} uses {to}"))
         .collect();
     assert!(above.is_empty(), "\n{}", above.join("\n"));
@@ -214,7 +233,7 @@ impl Sources {
             (path.to_str().unwrap().to_owned(), text)
         };
         let files: Vec<(String, String)> = files.into_iter().map(read).collect();
-        assert!(files.len() > 50, "{root} has {} files", files.len());
+        assert!(!files.is_empty(), "{root} has no files");
         let files: Vec<_> = files
             .iter()
             .map(|(p, t)| (p.as_str(), t.as_str()))
@@ -494,9 +513,10 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_name().unwrap().to_str().unwrap();
-        if path.is_dir() && name != "examples" {
+        let is_outside = ["examples", "tests"].contains(&name) || path.join("Cargo.toml").exists();
+        if path.is_dir() && !is_outside {
             collect(&path, files);
-        } else if path.extension().is_some_and(|e| e == "rs") {
+        } else if path.extension().is_some_and(|e| e == "rs") && name != "main.rs" {
             files.push(path);
         }
     }

@@ -1,26 +1,26 @@
 //! The decision as a report.
 
-use crate::bicycle::{Axle, Bike, PerAxle};
-use crate::diagnosis::axle::{AxleReporter, OnAxle};
-use crate::diagnosis::dataset::Dataset;
-use crate::diagnosis::decide::Decision;
-use crate::diagnosis::explain::detectable::detectable;
-use crate::diagnosis::explain::{hidden, next_ride, show, simulation, windows, words};
-use crate::diagnosis::fit::{Fitted, Model, Term, motions};
-use crate::diagnosis::prepare::Prepared;
-use crate::diagnosis::search::Search;
-use crate::diagnosis::search::null::FINEST;
-use crate::diagnosis::search::offered::Offered;
-use crate::diagnosis::verdict::carries::why_not;
-use crate::diagnosis::verdict::effect_report;
-use crate::diagnosis::verdict::judge::held_rms;
-use crate::document::format_number::significant;
-use crate::numerics::finite::finite;
-use crate::output_error::spread_valid;
-use crate::report::diagnosis::{Diagnosis, EffectName, EffectReport, SwitchedOff, Verdict};
-use crate::report::windows::Windows;
-use crate::settings::Settings;
-use crate::uncertainty::identifiable::NO_VERDICT;
+use crate::axle::{AxleReporter, OnAxle};
+use crate::decide::Decision;
+use crate::explain::detectable::detectable;
+use crate::explain::{hidden, next_ride, show, simulation, windows, words};
+use crate::prepare::Prepared;
+use crate::search::Search;
+use crate::search::null::FINEST;
+use crate::search::offered::Offered;
+use crate::verdict::carries::why_not;
+use crate::verdict::effect_report;
+use crate::verdict::judge::held_rms;
+use veloid_core::bicycle::{Axle, Bike, PerAxle};
+use veloid_core::document::format_number::significant;
+use veloid_core::numerics::finite::finite;
+use veloid_core::settings::Settings;
+use veloid_methods::output_error::spread_valid;
+use veloid_model::dataset::Dataset;
+use veloid_model::fit::{Fitted, Model, Term, motions};
+use veloid_report::diagnosis::{Diagnosis, EffectName, EffectReport, SwitchedOff, Verdict};
+use veloid_report::identifiable::NO_VERDICT;
+use veloid_report::windows::Windows;
 
 /// Share of an axle's samples that may be missing without a warning.
 const LOST: f64 = 0.1;

@@ -1,21 +1,20 @@
 //! What is reported of one axle: where the plain model fails, what is left, what the omission changes, k and B.
 
-use crate::bicycle::Axle;
-use crate::diagnosis::dataset::Track;
-use crate::diagnosis::decide::Decision;
-use crate::diagnosis::explain::free_form::free_form;
-use crate::diagnosis::explain::{locate, show};
-use crate::diagnosis::fit::Motion;
-use crate::diagnosis::fit::estimate::estimate;
-use crate::diagnosis::prepare::Prepared;
-use crate::diagnosis::search::null::FINEST;
-use crate::diagnosis::verdict::judge::Judged;
-use crate::numerics::finite::finite;
-use crate::output_error::rms_valid;
-use crate::report::Estimate;
-use crate::report::diagnosis::{
-    Consequences, Evidence, Excerpt, FreeForm, HeldOut, Location, ResidualSpectrum, Rest, Surface,
-    Verdict,
+use crate::decide::Decision;
+use crate::explain::free_form::free_form;
+use crate::explain::{evidence, locate, show};
+use crate::prepare::Prepared;
+use crate::search::null::FINEST;
+use crate::verdict::judge::Judged;
+use veloid_core::bicycle::Axle;
+use veloid_core::numerics::finite::finite;
+use veloid_methods::output_error::rms_valid;
+use veloid_model::dataset::Track;
+use veloid_model::fit::Motion;
+use veloid_model::fit::estimate::estimate;
+use veloid_report::Estimate;
+use veloid_report::diagnosis::{
+    Consequences, Evidence, FreeForm, HeldOut, Location, Rest, Verdict,
 };
 
 /// Why a stiffness has no interval.
@@ -213,9 +212,9 @@ impl AxleReporter<'_> {
         let estimate = estimate(record, &decision.shown_plain, t);
         Evidence {
             predicted: track.predicted(),
-            worst: Excerpt::of(track, &plain, &left),
-            spectrum: ResidualSpectrum::of(track, &plain, &left),
-            surface: Surface::of(track, &self.plain_motions[t], &plain, &estimate),
+            worst: evidence::excerpt(track, &plain, &left),
+            spectrum: evidence::residual_spectrum(track, &plain, &left),
+            surface: evidence::surface(track, &self.plain_motions[t], &plain, &estimate),
         }
     }
 }

@@ -2,32 +2,32 @@
 
 use rayon::prelude::*;
 
-use crate::EngineError;
-use crate::bicycle::PerAxle;
-use crate::diagnosis::dataset::{Dataset, Track};
-use crate::diagnosis::fit::physical::is_physical;
-use crate::diagnosis::fit::polish::polish;
-use crate::diagnosis::fit::refine::refined;
-use crate::diagnosis::fit::sandwich;
-use crate::diagnosis::fit::{FINE, Fitted, Fitter, Model, Motion, Term, motions};
-use crate::diagnosis::policy;
-use crate::diagnosis::prepare::Prepared;
-use crate::diagnosis::search::offered::Offered;
-use crate::diagnosis::search::{Round, Search};
-use crate::diagnosis::verdict::affirm::Claim;
-use crate::diagnosis::verdict::by_windows;
-use crate::diagnosis::verdict::carries::has_size;
-use crate::diagnosis::verdict::choose::{Chosen, choose};
-use crate::diagnosis::verdict::effect_report;
-use crate::diagnosis::verdict::general_laws::{dominates, is_curve, is_outgrown};
-use crate::diagnosis::verdict::input_noise;
-use crate::diagnosis::verdict::judge::{Candidate, Judged, judge};
-use crate::diagnosis::verdict::partly::{self, Partly, Rest, partly};
-use crate::diagnosis::verdict::twice::Sights;
-use crate::numerics::spectrum::most_white;
-use crate::output_error::rms_valid;
-use crate::report::diagnosis::{Place, SearchCost, Verdict};
-use crate::settings::Settings;
+use crate::policy;
+use crate::prepare::Prepared;
+use crate::search::offered::Offered;
+use crate::search::{Round, Search};
+use crate::verdict::affirm::Claim;
+use crate::verdict::by_windows;
+use crate::verdict::carries::has_size;
+use crate::verdict::choose::{Chosen, choose};
+use crate::verdict::effect_report;
+use crate::verdict::general_laws::{dominates, is_curve, is_outgrown};
+use crate::verdict::input_noise;
+use crate::verdict::judge::{Candidate, Judged, judge};
+use crate::verdict::partly::{self, Partly, Rest, partly};
+use crate::verdict::twice::Sights;
+use veloid_core::EngineError;
+use veloid_core::bicycle::PerAxle;
+use veloid_core::numerics::spectrum::most_white;
+use veloid_core::settings::Settings;
+use veloid_methods::output_error::rms_valid;
+use veloid_model::dataset::{Dataset, Track};
+use veloid_model::fit::physical::is_physical;
+use veloid_model::fit::polish::polish;
+use veloid_model::fit::refine::refined;
+use veloid_model::fit::sandwich;
+use veloid_model::fit::{FINE, Fitted, Fitter, Model, Motion, Term, motions};
+use veloid_report::diagnosis::{Place, SearchCost, Verdict};
 
 /// The verdict and the model that it speaks of.
 pub struct Decision {
@@ -562,9 +562,9 @@ fn is_swallowed(search: &Search, decision: &Decision, record: &Dataset) -> bool 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnosis::residual::omnibus::Remainder;
-    use crate::diagnosis::verdict::affirm;
-    use crate::report::diagnosis::HeldOut;
+    use crate::residual::omnibus::Remainder;
+    use crate::verdict::affirm;
+    use veloid_report::diagnosis::HeldOut;
 
     /// A model that leaves `extended` (m) of what the plain one leaves, which is 1.
     fn judged(remains: bool, share: f64, extended: Option<f64>) -> Judged {

@@ -2,21 +2,21 @@
 
 use std::sync::Arc;
 
-use crate::bicycle::{Bike, PerAxle};
-use crate::diagnosis::dataset::Dataset;
-use crate::diagnosis::dataset::dither::{between, lay_over};
-use crate::diagnosis::effects::users_law;
-use crate::diagnosis::fit::model::stable_substeps;
-use crate::diagnosis::fit::{Effort, FINE, Fitter, Model, Point, Unit};
-use crate::numerics::autoregressive::NoiseModel;
-use crate::numerics::spectrum;
-use crate::output_error::start::starts_from;
-use crate::output_error::{self, AxleFit, Split};
-use crate::report::diagnosis::Base;
-use crate::report::stages::Conclusion;
-use crate::ride::{AxleRecord, Ride, decimated};
-use crate::settings::Settings;
-use crate::{Divergence, EngineError};
+use veloid_core::bicycle::{Bike, PerAxle};
+use veloid_core::numerics::autoregressive::NoiseModel;
+use veloid_core::numerics::spectrum;
+use veloid_core::settings::Settings;
+use veloid_core::{Divergence, EngineError};
+use veloid_methods::output_error::start::starts_from;
+use veloid_methods::output_error::{self, AxleFit, Split};
+use veloid_model::dataset::Dataset;
+use veloid_model::dataset::dither::{between, lay_over};
+use veloid_model::effects::users_law;
+use veloid_model::fit::model::stable_substeps;
+use veloid_model::fit::{Effort, FINE, Fitter, Model, Point, Unit};
+use veloid_report::diagnosis::Base;
+use veloid_report::stages::Conclusion;
+use veloid_ride::{AxleRecord, Ride, decimated};
 
 /// A ride made ready for the search.
 pub struct Prepared {

@@ -1,21 +1,21 @@
 //! The diagnosis from start to finish.
 
-use super::dataset::Budget;
 use super::decide::decide;
 use super::prepare::Prepared;
 use super::search::Search;
 use super::search::extend::candidates;
-use crate::EngineError;
-use crate::bicycle::Bike;
-use crate::diagnosis::assemble::assemble;
-use crate::diagnosis::policy;
-use crate::output_error::spread_valid;
-use crate::progress::Progress;
-use crate::report::Estimate;
-use crate::report::diagnosis::{Base, Diagnosis, HeldOut, SearchCost, Verdict};
-use crate::report::stages::Conclusion;
-use crate::ride::Ride;
-use crate::settings::Settings;
+use crate::assemble::assemble;
+use crate::policy;
+use veloid_core::EngineError;
+use veloid_core::Progress;
+use veloid_core::bicycle::Bike;
+use veloid_core::settings::Settings;
+use veloid_methods::output_error::spread_valid;
+use veloid_model::dataset::Budget;
+use veloid_report::Estimate;
+use veloid_report::diagnosis::{Base, Diagnosis, HeldOut, SearchCost, Verdict};
+use veloid_report::stages::Conclusion;
+use veloid_ride::Ride;
 
 /// Says what physics the plain model leaves out of a ride.
 pub fn diagnose(
@@ -165,7 +165,7 @@ fn better(sprung: Diagnosis, bare: Diagnosis) -> Diagnosis {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bicycle::PerAxle;
+    use veloid_core::bicycle::PerAxle;
 
     fn diagnosed(base: Base, verdict: Verdict, left: f64) -> Diagnosis {
         let held = HeldOut {

@@ -2,9 +2,9 @@
 
 use std::borrow::Cow;
 
-use super::dataset::speed;
 use super::prepare::slower;
-use crate::ride::Ride;
+use veloid_model::dataset::speed;
+use veloid_ride::Ride;
 
 /// The ride on the samples of the diagnosis, and the rate of its speed (m/s^2) there, where it has one.
 pub fn as_diagnosed(ride: &Ride) -> (Cow<'_, Ride>, Option<Vec<f64>>) {
@@ -17,7 +17,7 @@ pub fn as_diagnosed(ride: &Ride) -> (Cow<'_, Ride>, Option<Vec<f64>>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulate::simulated_ride::SimulatedRide;
+    use veloid_methods::simulate::simulated_ride::SimulatedRide;
 
     #[test]
     fn a_ride_that_is_sampled_too_often_is_thinned() {

@@ -1,7 +1,7 @@
 //! Identifies a bicycle from arrays: `cargo run --workspace --example identify`.
 
 use veloid_engine::simulate::simulated_ride::SimulatedRide;
-use veloid_engine::{Bike, EngineError, Ride, Settings, Silent, identify, simulate};
+use veloid_engine::{Bike, EngineError, Settings, Silent, from_arrays, identify, simulate};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let bike = Bike {
@@ -16,7 +16,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let columns: Vec<(&str, &[f64])> = (logged.iter())
         .map(|(name, values)| (*name, values.as_slice()))
         .collect();
-    let ride = Ride::from_arrays(&columns, &bike, &Default::default())?;
+    let ride = from_arrays(&columns, &bike, &Default::default())?;
     let settings = Settings {
         diagnosis: false,
         ..Settings::default()

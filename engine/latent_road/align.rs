@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::ride::distance;
+use veloid_ride::distance;
 
 /// For every sample of the front wheel, the place (in samples, fractional) at which the rear wheel stood on the same
 /// road; nothing after the last that did.

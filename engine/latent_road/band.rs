@@ -181,10 +181,10 @@ fn falls(cells: &[Cell], i: usize) -> bool {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::bicycle::Axle;
-    use crate::latent_road::record::Lateness;
-    use crate::numerics::spectrum::tests::white;
-    use crate::ride::SensorKind;
+    use crate::record::Lateness;
+    use veloid_core::bicycle::Axle;
+    use veloid_core::numerics::example::white;
+    use veloid_ride::SensorKind;
 
     /// Two sensors at 5 m/s whose density and squared coherence are given by frequency (Hz).
     fn seen(of: impl Fn(f64) -> [f64; 2]) -> Result<Band, String> {

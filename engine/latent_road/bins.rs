@@ -7,7 +7,7 @@ use nalgebra::Complex;
 use super::band::Band;
 use super::record::Sensor;
 use super::windows::Windows;
-use crate::numerics::spectrum::hann;
+use veloid_core::numerics::spectrum::hann;
 
 /// Most sensors that one ride rests on.
 pub const MOST_SENSORS: usize = 4;

@@ -9,9 +9,9 @@ use std::f64::consts::TAU;
 use super::found::Ended;
 use super::record::{Record, Sensor};
 use super::{band, gather, solved, windows};
-use crate::bicycle::{Axle, Bike};
-use crate::report::Correction;
-use crate::ride::{ClockOffset, Ride, SensorClock, SensorKind, SensorRecord, channel_name};
+use veloid_core::bicycle::{Axle, Bike};
+use veloid_report::Correction;
+use veloid_ride::{ClockOffset, Ride, SensorClock, SensorKind, SensorRecord, channel_name};
 
 /// Standard errors that an offset or a drift must be, for time stamps to be changed by it, and the least share of B that it must pass
 /// for: a delay t of the deflection acts as a damping k t, and below the share no method is better.

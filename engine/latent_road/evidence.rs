@@ -11,8 +11,8 @@ use super::parameters::{Layout, index};
 use super::record::{Record, Sensor};
 use super::windows::Windows;
 use super::{KNOTS_PER_OCTAVE, search, windows};
-use crate::bicycle::{Axle, Bike};
-use crate::ride::{Ride, SensorKind};
+use veloid_core::bicycle::{Axle, Bike};
+use veloid_ride::{Ride, SensorKind};
 
 /// Windows on which readings are compared, about.
 const FEW: usize = 12;

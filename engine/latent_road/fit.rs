@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, Vector2};
 
 use super::likelihood::{Evaluation, Likelihood, Own, PATCHES, Part, UNSTEADY};
-use crate::numerics::levenberg_marquardt::{Damping, Descent, minimise};
+use veloid_core::numerics::levenberg_marquardt::{Damping, Descent, minimise};
 
 /// Where a fit ended.
 pub struct Fit {

@@ -10,12 +10,12 @@ use super::intervals::{RESTS_ON_ROAD, Spread};
 use super::parameters::{CLASS_C, GAIN, Layout, SPEED, index};
 use super::record::{Record, Sensor};
 use super::windows::WINDOW_S;
-use crate::bicycle::{Axle, Bike};
-use crate::document::format_number::significant;
-use crate::numerics::spectrum::deviation;
-use crate::report::{Correction, Estimate, LatentRoad, RoadSpectrum, SensorFound};
-use crate::ride::{SensorKind, channel_name};
-use crate::simulate::road::Roughness;
+use veloid_core::bicycle::{Axle, Bike};
+use veloid_core::document::format_number::significant;
+use veloid_core::numerics::spectrum::deviation;
+use veloid_methods::simulate::road::Roughness;
+use veloid_report::{Correction, Estimate, LatentRoad, RoadSpectrum, SensorFound};
+use veloid_ride::{SensorKind, channel_name};
 
 /// Part of what was known beforehand that a standard error may have, to count as determined by the ride.
 const TOLD: f64 = 0.5;

@@ -5,8 +5,8 @@ use super::bins::MOST_SENSORS;
 use super::record::{Lateness, Record, Sensor, since_middle_s};
 use super::rough::rough_lateness;
 use super::windows::SLOWEST;
-use crate::bicycle::{Axle, Bike};
-use crate::ride::{Ride, SensorKind, SensorRecord, channel_name};
+use veloid_core::bicycle::{Axle, Bike};
+use veloid_ride::{Ride, SensorKind, SensorRecord, channel_name};
 
 /// Part of a sensor's own rate up to which it is believed: beyond, what folds over and the logger's filter are near.
 const REACH: f64 = 0.4;

@@ -25,7 +25,7 @@ pub struct Spread {
 pub fn spread(fit: &Fit, bins: &Bins, sensors: &[Sensor], layout: &Layout) -> Option<Spread> {
     let model = fit.curvature.clone().cholesky()?.inverse();
     let scattered = &model * scatter(fit, layout) * &model;
-    let std_error: Vec<f64> = (0..layout.len())
+    let std_error: Vec<f64> = (0..layout.count())
         .map(|i| (0.5 * (model[(i, i)] + scattered[(i, i)])).sqrt())
         .collect();
     let free = freed(fit, bins, sensors, layout);
@@ -45,7 +45,7 @@ fn scatter(fit: &Fit, layout: &Layout) -> DMatrix<f64> {
     let scores: Vec<DVector<f64>> = windows
         .map(|part| &part.score - part.projected(&part.gradient))
         .collect();
-    let mut sum = DMatrix::zeros(layout.len(), layout.len());
+    let mut sum = DMatrix::zeros(layout.count(), layout.count());
     for (i, score) in scores.iter().enumerate() {
         sum.ger(1.0, score, score, 1.0);
         if i > 0 {

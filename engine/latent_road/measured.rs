@@ -10,13 +10,13 @@ use std::f64::consts::{PI, TAU};
 use std::time::Instant;
 
 use super::latent_road;
-use crate::bicycle::{Axle, Bike};
-use crate::numerics::random::Normal;
-use crate::numerics::spline::{cubic, slopes};
-use crate::report::Estimate;
-use crate::ride::{Ride, SensorKind, SensorRecord};
-use crate::simulate::linear::{Input, simulate};
-use crate::simulate::road::Roughness;
+use veloid_core::bicycle::{Axle, Bike};
+use veloid_core::numerics::random::Normal;
+use veloid_core::numerics::spline::{cubic, slopes};
+use veloid_methods::simulate::linear::{Input, simulate};
+use veloid_methods::simulate::road::Roughness;
+use veloid_report::Estimate;
+use veloid_ride::{Ride, SensorKind, SensorRecord};
 
 /// How a ride goes and what its sensors do.
 #[derive(Clone, Copy)]

@@ -3,8 +3,8 @@
 use nalgebra::DVector;
 
 use super::record::Sensor;
-use crate::bicycle::Axle;
-use crate::ride::SensorKind;
+use veloid_core::bicycle::Axle;
+use veloid_ride::SensorKind;
 
 /// What is known beforehand: mean and standard deviation of a normal distribution.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -154,12 +154,12 @@ impl Layout {
         }
     }
 
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.priors.len()
     }
 
     pub fn start(&self) -> DVector<f64> {
-        DVector::from_iterator(self.len(), self.priors.iter().map(|p| p.mean))
+        DVector::from_iterator(self.count(), self.priors.iter().map(|p| p.mean))
     }
 
     /// Whether an unknown says how much the sensors do not share: of these little is known at the start.

@@ -1,7 +1,7 @@
 //! What the method is given: sensors on the axles, the speed, which samples may be trusted.
 
-use crate::bicycle::Axle;
-use crate::ride::SensorKind;
+use veloid_core::bicycle::Axle;
+use veloid_ride::SensorKind;
 
 /// One sensor's samples on the common clock.
 #[derive(Clone, Debug, PartialEq)]

@@ -117,8 +117,8 @@ fn rough_delay(early: &[f64], late: &[f64], step_s: f64) -> Option<f64> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::latent_road::align::interpolate;
-    use crate::numerics::spectrum::tests::{shaken, white};
+    use crate::align::interpolate;
+    use veloid_core::numerics::example::{shaken, white};
 
     #[test]
     fn a_shift_is_found_either_way() {

@@ -4,12 +4,12 @@
 use super::likelihood::{Likelihood, Own};
 use super::record::{Lateness, Sensor};
 use super::*;
-use crate::bicycle::Axle;
-use crate::numerics::random::Normal;
-use crate::report::Estimate;
-use crate::ride::SensorKind;
-use crate::simulate::road::Roughness;
-use crate::simulate::simulated_ride::{Excitation, SimulatedRide, SpeedChange, Spring};
+use veloid_core::bicycle::Axle;
+use veloid_core::numerics::random::Normal;
+use veloid_methods::simulate::road::Roughness;
+use veloid_methods::simulate::simulated_ride::{Excitation, SimulatedRide, SpeedChange, Spring};
+use veloid_report::Estimate;
+use veloid_ride::SensorKind;
 
 /// What is not as the ride's file says.
 #[derive(Clone, Copy)]
@@ -274,7 +274,7 @@ fn hostile_rides_do_no_harm() {
         let mut ride = plain.clone();
         way(&mut ride);
         let found = latent_road(&ride, &bike()).unwrap();
-        let gate = crate::document::checked::<_, crate::EngineError>("observe", found);
+        let gate = veloid_core::document::checked::<_, veloid_core::EngineError>("observe", found);
         assert!(gate.is_ok(), "{name}: {gate:?}");
     }
     let mut short = plain;

@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 
-use crate::ride::SensorKind;
+use veloid_ride::SensorKind;
 
 /// A sensor's response to the road's height, and its derivatives by ln(k/m) and ln(B/m).
 pub struct Response {

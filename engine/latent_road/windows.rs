@@ -7,8 +7,8 @@ use veloid_fourier::RealToComplex;
 
 use super::align::{interpolate, places};
 use super::record::Record;
-use crate::bicycle::Axle;
-use crate::numerics::spectrum::hann;
+use veloid_core::bicycle::Axle;
+use veloid_core::numerics::spectrum::hann;
 
 /// Length of a window (s): long beside an axle's memory (0.1 s), short beside what a speed needs to change.
 pub const WINDOW_S: f64 = 4.0;
@@ -181,9 +181,9 @@ impl Fourier {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::latent_road::record::{Lateness, Sensor};
-    use crate::numerics::spectrum::tests::white;
-    use crate::ride::SensorKind;
+    use crate::record::{Lateness, Sensor};
+    use veloid_core::numerics::example::white;
+    use veloid_ride::SensorKind;
 
     fn record(speed: Vec<f64>, sensors: &[(Axle, Vec<f64>)]) -> Record {
         Record {

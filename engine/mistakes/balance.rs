@@ -1,8 +1,8 @@
 //! Masses, lengths and static loads of a bicycle that contradict each other. On a rigid bicycle l_F m_F = l_R m_R (the centre of
 //! gravity stands where both balance), and an axle's static load is its mass times g.
 
-use crate::bicycle::{Axle, Bike, GRAVITY};
-use crate::report::{Mistake, MistakeKind};
+use veloid_core::bicycle::{Axle, Bike, GRAVITY};
+use veloid_report::{Mistake, MistakeKind};
 
 /// How near (ratio) two numbers must be to agree, and how near a known factor: what scales and tape measures show.
 const AGREES: f64 = 1.2;

@@ -1,8 +1,8 @@
 //! Times in another unit than was said.
 
-use crate::document::format_number::significant;
-use crate::report::{Mistake, MistakeKind};
-use crate::ride::Ride;
+use veloid_core::document::format_number::significant;
+use veloid_report::{Mistake, MistakeKind};
+use veloid_ride::Ride;
 
 /// Slowest rate (Hz) at which an axle's motion is recorded, and the fastest of any logger.
 const RATES_HZ: [f64; 2] = [2.0, 52e3];
@@ -107,7 +107,7 @@ mod tests {
     use std::f64::consts::TAU;
 
     use super::*;
-    use crate::simulate::simulated_ride::SimulatedRide;
+    use veloid_methods::simulate::simulated_ride::SimulatedRide;
 
     fn found(slower: f64) -> Option<String> {
         let mut ride = SimulatedRide::default().ride();

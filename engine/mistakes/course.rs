@@ -1,9 +1,9 @@
 //! Which wheel comes first, and how fast. The rear wheel meets the front wheel's road one wheelbase later; where it meets it
 //! earlier front and rear are swapped, and where it meets it after another distance by the speed channel that is in another unit.
 
-use crate::bicycle::Bike;
-use crate::report::{Mistake, MistakeKind};
-use crate::ride::{Ride, distance};
+use veloid_core::bicycle::Bike;
+use veloid_report::{Mistake, MistakeKind};
+use veloid_ride::{Ride, distance};
 
 /// Speeds that are reported in another unit, times what they are in m/s.
 pub const SPEEDS: [(f64, &str); 2] = [(3.6, "km/h"), (2.236_94, "mph")];
@@ -111,8 +111,8 @@ impl Roads<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bicycle::Axle;
-    use crate::simulate::simulated_ride::SimulatedRide;
+    use veloid_core::bicycle::Axle;
+    use veloid_methods::simulate::simulated_ride::SimulatedRide;
 
     fn bike() -> Bike {
         Bike {

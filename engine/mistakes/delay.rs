@@ -2,11 +2,11 @@
 //! its damping, and the diagnosis, which starts from there, then names what one axle alone suggests.
 
 use super::gain::{RIGHT, explained_when_late};
-use crate::bicycle::{Axle, PerAxle};
-use crate::document::format_number::significant;
-use crate::output_error::AxleFit;
-use crate::report::{Mistake, MistakeKind};
-use crate::ride::{AxleRecord, Ride};
+use veloid_core::bicycle::{Axle, PerAxle};
+use veloid_core::document::format_number::significant;
+use veloid_methods::output_error::AxleFit;
+use veloid_report::{Mistake, MistakeKind};
+use veloid_ride::{AxleRecord, Ride};
 
 /// Longest delay (s) that is looked for: as between accelerometers.
 const LONGEST_S: f64 = 0.06;
@@ -63,8 +63,8 @@ fn said(late_s: f64, speed: Option<f64>) -> Mistake {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::plant::Coefficients;
-    use crate::simulate::simulated_ride::SimulatedRide;
+    use veloid_core::plant::Coefficients;
+    use veloid_methods::simulate::simulated_ride::SimulatedRide;
 
     fn found(early: [usize; 2], beta: f64) -> Option<MistakeKind> {
         let simulated = SimulatedRide {

@@ -2,10 +2,10 @@
 //! eq. (1) becomes z'' = -k/m z - B/m z' + g (k/m u + B/m u'): a regression on z, z', u, u' in the weak form shows g as the ratio
 //! of two coefficients, and needs no start.
 
-use crate::bicycle::Axle;
-use crate::numerics::modulating::{Windows, regress};
-use crate::report::{Mistake, MistakeKind};
-use crate::ride::{AxleRecord, Ride};
+use veloid_core::bicycle::Axle;
+use veloid_core::numerics::modulating::{Windows, regress};
+use veloid_report::{Mistake, MistakeKind};
+use veloid_ride::{AxleRecord, Ride};
 
 /// Halves of the windows (s), from a fast to a slow axle's time.
 const HALVES_S: [f64; 4] = [0.05, 0.1, 0.2, 0.4];

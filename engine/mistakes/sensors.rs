@@ -1,14 +1,14 @@
 //! Accelerometers and lasers that are read wrongly: each reading that people get wrong is tried by the likelihood of the unknown
-//! road ([`crate::latent_road`]) on all sensors of the ride.
+//! road ([`veloid_latent_road`]) on all sensors of the ride.
 
 mod meant;
 
-use crate::bicycle::{Axle, Bike};
-use crate::latent_road::{Band, Evidence, Reading, beside};
-use crate::mistakes::course::SPEEDS;
-use crate::report::Mistake;
-use crate::ride::Ride;
+use crate::course::SPEEDS;
 use meant::{ACCELERATIONS, LENGTHS, Meant, is_accelerometer, is_near, scale, units_near};
+use veloid_core::bicycle::{Axle, Bike};
+use veloid_latent_road::{Band, Evidence, Reading, beside};
+use veloid_report::Mistake;
+use veloid_ride::Ride;
 
 /// Log likelihood (nats) by which another reading must explain the sensors better: odds of 1 to 5e8 against chance, far beyond
 /// what readings differ by that are both right (Kass and Raftery 1995 call 5 very strong).
@@ -171,9 +171,9 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::meant::{NEAR, in_unit, other_axle, shift};
     use super::*;
-    use crate::report::MistakeKind;
-    use crate::simulate::road::Roughness;
-    use crate::simulate::simulated_ride::{Excitation, SimulatedRide, SpeedChange};
+    use veloid_methods::simulate::road::Roughness;
+    use veloid_methods::simulate::simulated_ride::{Excitation, SimulatedRide, SpeedChange};
+    use veloid_report::MistakeKind;
 
     fn bike() -> Bike {
         Bike {

@@ -2,11 +2,11 @@
 //! becomes the same equation of an axle with m, B and k divided by g: the ride shows m/g, and only the bike file's mass
 //! makes a gain of that.
 
-use crate::bicycle::{Axle, Bike, PerAxle};
-use crate::document::format_number::significant;
-use crate::report::Estimate;
-use crate::report::diagnosis::Diagnosis;
-use crate::ride::Ride;
+use veloid_core::bicycle::{Axle, Bike, PerAxle};
+use veloid_core::document::format_number::significant;
+use veloid_report::Estimate;
+use veloid_report::diagnosis::Diagnosis;
+use veloid_ride::Ride;
 
 /// Gains of the verdict that another mass explains as well, by axle.
 fn gains(ride: &Ride, diagnosis: &Diagnosis) -> PerAxle<f64> {

@@ -8,12 +8,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use proptest::prelude::*;
 use proptest::sample::select;
 
-use crate::bicycle::Bike;
 use crate::pipeline::identify::identify;
-use crate::progress::Progress;
-use crate::ride::{RATES_HZ, ReadOptions, Ride, read};
-use crate::settings::Settings;
-use crate::simulate::simulated_ride::SimulatedRide;
+use veloid_core::Progress;
+use veloid_core::bicycle::Bike;
+use veloid_core::settings::Settings;
+use veloid_methods::simulate::simulated_ride::SimulatedRide;
+use veloid_ride::{RATES_HZ, ReadOptions, Ride, read};
 
 fn settings(diagnosis: bool) -> Settings {
     Settings {

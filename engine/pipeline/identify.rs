@@ -5,29 +5,30 @@ use rayon::prelude::*;
 
 use super::gains;
 use super::result::result;
-use crate::EngineError;
-use crate::bicycle::{Axle, Bike, PerAxle};
-use crate::diagnosis;
-use crate::document::checked;
-use crate::mistakes::mistakes;
-use crate::output_error;
-use crate::output_error::start::{start_from, starts_from};
-use crate::progress::Progress;
-use crate::report::Method;
-use crate::report::diagnosis::Diagnosis;
-use crate::report::stages::{Conclusion, Observed};
-use crate::report::{
+use super::validate::validate;
+use crate::replay::comparison;
+use veloid_core::EngineError;
+use veloid_core::Progress;
+use veloid_core::bicycle::{Axle, Bike, PerAxle};
+use veloid_core::document::checked;
+use veloid_core::settings::Settings;
+use veloid_methods::output_error;
+use veloid_methods::output_error::start::{start_from, starts_from};
+use veloid_methods::swarm::Swarm;
+use veloid_methods::uncertainty::interpolation::interpolation_error;
+use veloid_methods::uncertainty::laser::{are_unplaced, misleading, notes, unconfirmed, widened};
+use veloid_methods::uncertainty::laser_clock::laser_error;
+use veloid_methods::uncertainty::mass::mass_error;
+use veloid_methods::uncertainty::road_noise::{borne, decides, road_noise_error, worth_reporting};
+use veloid_mistakes::mistakes;
+use veloid_report::Method;
+use veloid_report::diagnosis::Diagnosis;
+use veloid_report::identifiable::{MISTAKEN, UNPLACED};
+use veloid_report::stages::{Conclusion, Observed};
+use veloid_report::{
     Comparison, Estimate, LatentRoad, Mistake, Parameters, Report, SwarmReport, Trial,
 };
-use crate::ride::Ride;
-use crate::settings::Settings;
-use crate::swarm::Swarm;
-use crate::uncertainty::identifiable::{MISTAKEN, UNPLACED};
-use crate::uncertainty::interpolation::interpolation_error;
-use crate::uncertainty::laser::{are_unplaced, misleading, notes, unconfirmed, widened};
-use crate::uncertainty::laser_clock::laser_error;
-use crate::uncertainty::mass::mass_error;
-use crate::uncertainty::road_noise::{borne, decides, road_noise_error, worth_reporting};
+use veloid_ride::Ride;
 
 /// Stiffness k and damping B of every axle by every method, and what physics the model leaves out. Trials of the swarm run
 /// in parallel on the current rayon pool.
@@ -71,7 +72,7 @@ pub fn identify(
     settings: &Settings,
     progress: &dyn Progress,
 ) -> Result<Report, EngineError> {
-    settings.validate()?;
+    validate(settings)?;
     progress.stage("observe");
     let observed = observe(ride, bike, settings)?;
     progress.stage("trials");
@@ -211,7 +212,7 @@ fn compared(
         front: swarm.front.clone(),
         rear: swarm.rear.clone(),
     };
-    let comparison = Comparison::of(
+    let comparison = comparison::of(
         ride,
         &[
             (Method::LeastSquares.name(), &observed.least_squares),
@@ -253,7 +254,7 @@ pub fn diagnose(
     if let Some(why) = no_verdict(ride, conclusion) {
         return checked("diagnose", Diagnosis::without_verdict(why));
     }
-    let found = match diagnosis::diagnose(ride, bike, settings, conclusion, progress) {
+    let found = match veloid_diagnosis::diagnose(ride, bike, settings, conclusion, progress) {
         // What the other methods found stands without it.
         Err(EngineError::Diverged { problem, .. }) => Diagnosis::without_verdict(format!(
             "No verdict: {problem}. Record what drives the axle, a road or a force, together with its motion; if a rig prescribes \

@@ -13,4 +13,5 @@ mod validate;
 pub use identify::{assemble, conclude, diagnose, identify, observe};
 pub use result::result_of;
 pub use study::{Ridden, study};
-pub use synchronise::read;
+pub use synchronise::{from_arrays, read};
+pub use validate::validate;

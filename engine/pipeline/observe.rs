@@ -1,20 +1,22 @@
 //! Stage `observe`: observer, least squares and instrumental variables on every axle of a ride.
 
-use crate::bicycle::load::wheel_load;
-use crate::bicycle::{Axle, Bike, GRAVITY, PerAxle};
-use crate::latent_road::latent_road;
-use crate::least_squares::{Deflection, Found, Record, estimates, instrumental, least_squares};
-use crate::mistakes::misread;
-use crate::numerics::spline::slopes;
-use crate::observer::{States, differentiate_all, jerk_bound};
 use crate::replay::accuracy;
-use crate::report::stages::Observed;
-use crate::report::{Estimate, Mistake, ObserverReport};
-use crate::ride::{AxleRecord, Ride};
-use crate::roll::roll;
-use crate::settings::Settings;
-use crate::simulate::linear::Input;
-use crate::{EngineError, RideProblem};
+use veloid_core::bicycle::load::wheel_load;
+use veloid_core::bicycle::{Axle, Bike, GRAVITY, PerAxle};
+use veloid_core::numerics::spline::slopes;
+use veloid_core::settings::Settings;
+use veloid_core::{EngineError, RideProblem};
+use veloid_latent_road::latent_road;
+use veloid_methods::least_squares::{
+    Deflection, Found, Record, estimates, instrumental, least_squares,
+};
+use veloid_methods::observer::{States, differentiate_all, jerk_bound};
+use veloid_methods::roll::roll;
+use veloid_methods::simulate::linear::Input;
+use veloid_mistakes::misread;
+use veloid_report::stages::Observed;
+use veloid_report::{Estimate, Mistake, ObserverReport};
+use veloid_ride::{AxleRecord, Ride};
 
 /// What is visible at once: paper section 3 and 4 on every axle.
 ///

@@ -1,13 +1,13 @@
 //! The one answer per axle and quantity.
 
-use crate::bicycle::{Axle, PerAxle};
-use crate::document::format_number::WIDE;
-use crate::plant::{Axle as AxlePlant, Of, Plant, Quantity};
-use crate::report::diagnosis::{Base, Verdict};
-use crate::report::{AxleResult, Estimate, Method, Report, ResultQuantity};
-use crate::ride::Ride;
-use crate::uncertainty::identifiable::NO_VERDICT;
-use crate::uncertainty::laser::misleading;
+use veloid_core::bicycle::{Axle, PerAxle};
+use veloid_core::document::format_number::WIDE;
+use veloid_core::plant::{Axle as AxlePlant, Of, Plant, Quantity};
+use veloid_methods::uncertainty::laser::misleading;
+use veloid_report::diagnosis::{Base, Verdict};
+use veloid_report::identifiable::NO_VERDICT;
+use veloid_report::{AxleResult, Estimate, Method, Report, ResultQuantity};
+use veloid_ride::Ride;
 
 /// Why a mass has no standard error.
 const GIVEN: &str = "given in the bike file";
@@ -190,7 +190,7 @@ fn estimated(
 
 /// Why a stiffness that its interval holds below zero is none.
 fn negative(e: &Estimate, error: f64) -> String {
-    let k = crate::document::format_number::Quantity::new(e.k_n_m, Some(error), "N/m");
+    let k = veloid_core::document::format_number::Quantity::new(e.k_n_m, Some(error), "N/m");
     let why = match e.mass_kg > 0.0 {
         true => {
             "no axle comes back to where it rests without a spring: check the signs of its channels"

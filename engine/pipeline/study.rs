@@ -2,18 +2,19 @@
 
 use rayon::prelude::*;
 
-use crate::bicycle::Bike;
-use crate::diagnosis::prepare::Prepared;
-use crate::diagnosis::study::{Ready, study as together};
-use crate::document::checked;
 use crate::pipeline::identify::{conclude, diagnose, observe};
-use crate::progress::Progress;
-use crate::report::diagnosis::{Base, Verdict};
-use crate::report::study::{LeftAside, StudyReport};
-use crate::ride::Ride;
-use crate::settings::Settings;
-use crate::uncertainty::interpolation::interpolation_error_of_many;
-use crate::{EngineError, SettingProblem};
+use crate::pipeline::validate::validate;
+use veloid_core::Progress;
+use veloid_core::bicycle::Bike;
+use veloid_core::document::checked;
+use veloid_core::settings::Settings;
+use veloid_core::{EngineError, SettingProblem};
+use veloid_diagnosis::prepare::Prepared;
+use veloid_diagnosis::study::{Ready, study as together};
+use veloid_methods::uncertainty::interpolation::interpolation_error_of_many;
+use veloid_report::diagnosis::{Base, Verdict};
+use veloid_report::study::{LeftAside, StudyReport};
+use veloid_ride::Ride;
 
 /// A ride with a name, and the bicycle as it was ridden.
 pub struct Ridden<'a> {
@@ -65,7 +66,7 @@ pub fn study(
     settings: &Settings,
     progress: &dyn Progress,
 ) -> Result<StudyReport, EngineError> {
-    settings.validate()?;
+    validate(settings)?;
     if let Some([first, second]) = given_twice(rides) {
         return Err(EngineError::Setting {
             name: "rides of a study",

@@ -1,15 +1,15 @@
 //! From the files of a ride to a ride whose sensors are on one clock.
 
-use crate::bicycle::{Axle, Bike, PerAxle};
-use crate::latent_road::{Compared, compare};
-use crate::mistakes::{agrees, contradicts, lasers_are_turned};
-use crate::ride::{
+use veloid_core::bicycle::{Axle, Bike, PerAxle};
+use veloid_latent_road::{Compared, compare};
+use veloid_methods::simulate::sensor_noise::noise;
+use veloid_mistakes::{agrees, contradicts, lasers_are_turned};
+use veloid_ride::{
     self, Arrays, ClockOffset, Column, Content, ReadError, ReadOptions, Ride, RideFile, RoadDoubt,
     SensorClock, SensorKind,
 };
-use crate::simulate::sensor_noise::noise;
 
-/// Reads the files of a ride ([`ride::read_on_clocks`]) and brings every laser, with all else that its file holds, to the clock of
+/// Reads the files of a ride ([`veloid_ride::read_on_clocks`]) and brings every laser, with all else that its file holds, to the clock of
 /// the accelerometer on its axle, as far as the ride shows how they go beside each other.
 ///
 /// # Errors
@@ -57,8 +57,9 @@ fn deflection_turned(
     bike: &Bike,
     options: &ReadOptions,
 ) -> Result<(Ride, Option<ReadOptions>), ReadError> {
-    let declared = ride::read_on_clocks(files, bike, options, &[])?;
-    let deflections = Axle::BOTH.map(|axle| ride::channel_name(SensorKind::Deflection, axle));
+    let declared = veloid_ride::read_on_clocks(files, bike, options, &[])?;
+    let deflections =
+        Axle::BOTH.map(|axle| veloid_ride::channel_name(SensorKind::Deflection, axle));
     let has_one = |c: &Column| deflections.contains(&c.channel.as_str());
     if !declared.summary.columns.iter().any(has_one) {
         return Ok((declared, None));
@@ -76,7 +77,7 @@ fn deflection_turned(
     if !is_doubted {
         return Ok((declared, None));
     }
-    let other = ride::read_on_clocks(files, bike, &turned, &[])?;
+    let other = veloid_ride::read_on_clocks(files, bike, &turned, &[])?;
     match by_road && !agrees(&other) {
         true => Ok((declared, None)),
         false => Ok((other, Some(turned))),
@@ -90,11 +91,11 @@ fn on_one_clock(
     bike: &Bike,
     options: &ReadOptions,
 ) -> Result<Ride, ReadError> {
-    let by = |clocks: &[SensorClock]| ride::read_on_clocks(files, bike, options, clocks);
+    let by = |clocks: &[SensorClock]| veloid_ride::read_on_clocks(files, bike, options, clocks);
     let mut lasers = compare(&ride, bike);
     one_for_each_file(&mut lasers);
     let mut clocks: Vec<SensorClock> = lasers.iter().map(|laser| laser.clock.clone()).collect();
-    clocks.extend(ride::unknown_clocks(&ride.summary, &clocks));
+    clocks.extend(veloid_ride::unknown_clocks(&ride.summary, &clocks));
     if clocks.is_empty() {
         return Ok(ride);
     }
@@ -128,47 +129,45 @@ fn on_one_clock(
     Ok(ride)
 }
 
-impl Ride {
-    /// Reads a ride from arrays of equal length, under names as a file's header has them: `t` (s), `u_f`, `u_r`, `z_f`, `z_r` (m)
-    /// and whatever else `docs/ride-format.md` lists, in another unit where the name says so (`z_f [mm]`). NaN is a missing
-    /// value. What a file with the same numbers would be warned of, this is warned of too.
-    ///
-    /// # Errors
-    /// Name the column, and the sample counted from 1.
-    ///
-    /// ```
-    /// use veloid_engine::{Bike, Ride};
-    ///
-    /// let t: Vec<f64> = (0..500).map(|i| f64::from(i) / 100.0).collect();
-    /// let road: Vec<f64> = t.iter().map(|t| 3e-3 * (9.0 * t).sin() + 1e-3 * (31.0 * t).cos()).collect();
-    /// let axle: Vec<f64> = t.iter().map(|t| 3.1e-3 * (9.0 * t - 0.02).sin() + 1.2e-3 * (31.0 * t - 0.1).cos()).collect();
-    /// let columns = [("t", &t[..]), ("u_f", &road), ("z_f", &axle)];
-    /// let ride = Ride::from_arrays(&columns, &Bike::default(), &Default::default())?;
-    /// assert_eq!((ride.samples, ride.summary.rate_hz.round()), (500, 100.0));
-    ///
-    /// let no_time = Ride::from_arrays(&columns[1..], &Bike::default(), &Default::default());
-    /// assert_eq!(no_time.unwrap_err().kind(), "time-missing");
-    /// # Ok::<(), veloid_engine::ride::ReadError>(())
-    /// ```
-    pub fn from_arrays(
-        columns: &[(&str, &[f64])],
-        bike: &Bike,
-        options: &ReadOptions,
-    ) -> Result<Self, ReadError> {
-        let arrays = Arrays {
-            columns,
-            epoch_s: None,
-        };
-        let content = Content::Arrays(arrays);
-        read(
-            &[RideFile {
-                name: "arrays",
-                content,
-            }],
-            bike,
-            options,
-        )
-    }
+/// Reads a ride from arrays of equal length, under names as a file's header has them: `t` (s), `u_f`, `u_r`, `z_f`, `z_r` (m)
+/// and whatever else `docs/ride-format.md` lists, in another unit where the name says so (`z_f [mm]`). NaN is a missing
+/// value. What a file with the same numbers would be warned of, this is warned of too.
+///
+/// # Errors
+/// Name the column, and the sample counted from 1.
+///
+/// ```
+/// use veloid_engine::{Bike, from_arrays};
+///
+/// let t: Vec<f64> = (0..500).map(|i| f64::from(i) / 100.0).collect();
+/// let road: Vec<f64> = t.iter().map(|t| 3e-3 * (9.0 * t).sin() + 1e-3 * (31.0 * t).cos()).collect();
+/// let axle: Vec<f64> = t.iter().map(|t| 3.1e-3 * (9.0 * t - 0.02).sin() + 1.2e-3 * (31.0 * t - 0.1).cos()).collect();
+/// let columns = [("t", &t[..]), ("u_f", &road), ("z_f", &axle)];
+/// let ride = from_arrays(&columns, &Bike::default(), &Default::default())?;
+/// assert_eq!((ride.samples, ride.summary.rate_hz.round()), (500, 100.0));
+///
+/// let no_time = from_arrays(&columns[1..], &Bike::default(), &Default::default());
+/// assert_eq!(no_time.unwrap_err().kind(), "time-missing");
+/// # Ok::<(), veloid_engine::ride::ReadError>(())
+/// ```
+pub fn from_arrays(
+    columns: &[(&str, &[f64])],
+    bike: &Bike,
+    options: &ReadOptions,
+) -> Result<Ride, ReadError> {
+    let arrays = Arrays {
+        columns,
+        epoch_s: None,
+    };
+    let content = Content::Arrays(arrays);
+    read(
+        &[RideFile {
+            name: "arrays",
+            content,
+        }],
+        bike,
+        options,
+    )
 }
 
 /// Whether two sensors stand in one file, and so on one clock.

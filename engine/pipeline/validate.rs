@@ -1,16 +1,14 @@
 //! What settings may say.
 
-use crate::EngineError;
-use crate::diagnosis::effects::users_law;
-use crate::settings::Settings;
+use veloid_core::EngineError;
+use veloid_core::settings::Settings;
+use veloid_model::effects::users_law;
 
-impl Settings {
-    /// Rejects values that are out of range or would take the machine hostage, and a law that is none.
-    ///
-    /// # Errors
-    /// [`EngineError::Setting`] with the key, the value and the range.
-    pub fn validate(&self) -> Result<(), EngineError> {
-        self.within_range()?;
-        users_law(self).map(|_| ())
-    }
+/// Rejects values that are out of range or would take the machine hostage, and a law that is none.
+///
+/// # Errors
+/// [`EngineError::Setting`] with the key, the value and the range.
+pub fn validate(settings: &Settings) -> Result<(), EngineError> {
+    settings.within_range()?;
+    users_law(settings).map(|_| ())
 }

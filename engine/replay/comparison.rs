@@ -1,59 +1,55 @@
 //! Table 1 of the paper: errors of the model simulated with each method's parameters.
 
-use crate::bicycle::{Axle, PerAxle};
 use crate::replay::motion::simulated;
-use crate::report::{Comparison, ComparisonRow, Estimate};
-use crate::ride::{AxleRecord, Ride};
+use veloid_core::bicycle::{Axle, PerAxle};
+use veloid_report::{Comparison, ComparisonRow, Estimate};
+use veloid_ride::{AxleRecord, Ride};
 
-impl Comparison {
-    /// One row per method and axle, methods in the order given.
-    ///
-    /// Measured velocity and acceleration are the central difference D z and D^2 z of the measured
-    /// displacement; the model's are the same differences of the simulated one, so that both sides
-    /// are seen through one differentiator. Only samples count whose neighbours (velocity: one,
-    /// acceleration: two on each side) are valid. The simulated motion begins as suits the measured
-    /// one best. A model that runs away along the ride has no row, but a note.
-    pub fn of(ride: &Ride, methods: &[(&str, &PerAxle<Estimate>)]) -> Self {
-        let mut found = Self::default();
-        let prescribed = ride.axles.iter().filter(|(_, record)| record.prescribed);
-        found.notes.extend(prescribed.map(|(axle, _)| {
-            format!(
-                "{axle} axle: a rig prescribes the motion, so there is none to predict; `output_error` is the least-squares fit of \
-                 the force to deflection and rate"
-            )
-        }));
-        for (method, estimates) in methods {
-            for (axle, estimate) in estimates.iter() {
-                let record = ride.axles.get(axle);
-                if let Some(record) = record.filter(|record| !record.prescribed) {
-                    let row = row(method, axle, record, ride.step_s, estimate);
-                    match row.is_finite() {
-                        true => found.rows.push(row),
-                        false => found.notes.push(format!(
-                            "{axle} axle: the model of {} diverges along the ride",
-                            method.replace('_', " ")
-                        )),
-                    }
+/// One row per method and axle, methods in the order given.
+///
+/// Measured velocity and acceleration are the central difference D z and D^2 z of the measured
+/// displacement; the model's are the same differences of the simulated one, so that both sides
+/// are seen through one differentiator. Only samples count whose neighbours (velocity: one,
+/// acceleration: two on each side) are valid. The simulated motion begins as suits the measured
+/// one best. A model that runs away along the ride has no row, but a note.
+pub fn of(ride: &Ride, methods: &[(&str, &PerAxle<Estimate>)]) -> Comparison {
+    let mut found = Comparison::default();
+    let prescribed = ride.axles.iter().filter(|(_, record)| record.prescribed);
+    found.notes.extend(prescribed.map(|(axle, _)| {
+        format!(
+            "{axle} axle: a rig prescribes the motion, so there is none to predict; `output_error` is the least-squares fit of \
+             the force to deflection and rate"
+        )
+    }));
+    for (method, estimates) in methods {
+        for (axle, estimate) in estimates.iter() {
+            let record = ride.axles.get(axle);
+            if let Some(record) = record.filter(|record| !record.prescribed) {
+                let row = row(method, axle, record, ride.step_s, estimate);
+                match is_finite(&row) {
+                    true => found.rows.push(row),
+                    false => found.notes.push(format!(
+                        "{axle} axle: the model of {} diverges along the ride",
+                        method.replace('_', " ")
+                    )),
                 }
             }
         }
-        found
     }
+    found
 }
 
-impl ComparisonRow {
-    fn is_finite(&self) -> bool {
-        [
-            self.position_max_m,
-            self.position_mse_m2,
-            self.velocity_max_m_s,
-            self.velocity_mse_m2_s2,
-            self.acceleration_max_m_s2,
-            self.acceleration_mse_m2_s4,
-        ]
-        .iter()
-        .all(|x| x.is_finite())
-    }
+fn is_finite(row: &ComparisonRow) -> bool {
+    [
+        row.position_max_m,
+        row.position_mse_m2,
+        row.velocity_max_m_s,
+        row.velocity_mse_m2_s2,
+        row.acceleration_max_m_s2,
+        row.acceleration_mse_m2_s4,
+    ]
+    .iter()
+    .all(|x| x.is_finite())
 }
 
 fn row(
@@ -103,7 +99,7 @@ fn row(
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::simulate::simulated_ride::SimulatedRide;
+    use veloid_methods::simulate::simulated_ride::SimulatedRide;
 
     fn estimate(k: f64, mass: f64) -> Estimate {
         Estimate {
@@ -129,7 +125,7 @@ mod tests {
         }
         .ride();
         let (a, b) = (both(110e3), both(100e3));
-        let rows = Comparison::of(&ride, &[("least_squares", &a), ("swarm", &b)]).rows;
+        let rows = of(&ride, &[("least_squares", &a), ("swarm", &b)]).rows;
         let names: Vec<_> = rows.iter().map(|r| (r.method.as_str(), r.axle)).collect();
         let want = ["least_squares", "swarm"].map(|m| Axle::BOTH.map(|a| (m, a)));
         assert_eq!(names, want.concat());
@@ -146,7 +142,7 @@ mod tests {
         }
         .ride();
         let methods = both(110e3);
-        for row in Comparison::of(&ride, &[("swarm", &methods)]).rows {
+        for row in of(&ride, &[("swarm", &methods)]).rows {
             let square = noise * noise;
             let near = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 0.1, "{a} {b}");
             near(row.position_mse_m2, square);
@@ -161,7 +157,7 @@ mod tests {
         let ride = SimulatedRide::default().ride();
         let mut methods = both(110e3);
         methods.front.as_mut().unwrap().b_n_s_m = -2000.0;
-        let found = Comparison::of(&ride, &[("output_error", &methods)]);
+        let found = of(&ride, &[("output_error", &methods)]);
         assert_eq!(found.rows.len(), 1, "{:?}", found.rows);
         assert_eq!(found.rows[0].axle, Axle::Rear);
         assert_eq!(
@@ -179,7 +175,7 @@ mod tests {
             front.valid[i] = false;
         }
         let methods = both(110e3);
-        let rows = Comparison::of(&ride, &[("swarm", &methods)]).rows;
+        let rows = of(&ride, &[("swarm", &methods)]).rows;
         assert!(rows[0].position_max_m < 1e-5 && rows[0].acceleration_max_m_s2 < 0.1);
     }
 }

@@ -1,6 +1,6 @@
 //! Measurement and identified models beside each other, sample by sample, and how far they lie apart.
 
-mod comparison;
+pub(crate) mod comparison;
 mod motion;
 mod observer_accuracy;
 mod series;

@@ -1,9 +1,9 @@
 //! The plain model's motion along a ride.
 
-use crate::report::Estimate;
-use crate::ride::AxleRecord;
-use crate::simulate::linear::{Input, simulate};
-use crate::simulate::start::start;
+use veloid_methods::simulate::linear::{Input, simulate};
+use veloid_methods::simulate::start::start;
+use veloid_report::Estimate;
+use veloid_ride::AxleRecord;
 
 /// Displacement (m) of the plain model with an estimate's parameters. The motion begins as suits
 /// the measured one best. Where it is prescribed, the force (N) that answers.

@@ -1,5 +1,5 @@
-use crate::observer::States;
-use crate::report::ObserverReport;
+use veloid_methods::observer::States;
+use veloid_report::ObserverReport;
 
 /// Errors within this many RMS of the ride's second half count as converged.
 const CONVERGED: f64 = 6.0;

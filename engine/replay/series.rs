@@ -7,11 +7,11 @@ use serde::{Deserialize, Serialize};
 
 use super::motion::simulated;
 use super::wheel_load::loads;
-use crate::bicycle::{Axle, PerAxle};
-use crate::observer::differentiate;
-use crate::report::Method;
-use crate::report::{Estimate, Report};
-use crate::ride::{AxleRecord, Ride};
+use veloid_core::bicycle::{Axle, PerAxle};
+use veloid_methods::observer::differentiate;
+use veloid_report::Method;
+use veloid_report::{Estimate, Report};
+use veloid_ride::{AxleRecord, Ride};
 
 /// Quantity of a series.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -276,7 +276,7 @@ mod tests {
     }
 
     fn series(quantity: Quantity) -> Series {
-        let mut ride = crate::simulate::simulated_ride::SimulatedRide {
+        let mut ride = veloid_methods::simulate::simulated_ride::SimulatedRide {
             duration_s: 5.0,
             ..Default::default()
         }

@@ -1,10 +1,10 @@
 //! Wheel load along the ride by each model, paper eq. (2).
 
 use super::motion::motion;
-use crate::bicycle::load::wheel_load;
-use crate::report::Estimate;
-use crate::ride::AxleRecord;
-use crate::simulate::linear::Input;
+use veloid_core::bicycle::load::wheel_load;
+use veloid_methods::simulate::linear::Input;
+use veloid_report::Estimate;
+use veloid_ride::AxleRecord;
 
 /// The load (N) that each model puts on the road; none where a rig prescribes the motion, on a resting ground or without a
 /// static load (N).
@@ -35,7 +35,7 @@ pub(super) fn loads(
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::simulate::simulated_ride::SimulatedRide;
+    use veloid_methods::simulate::simulated_ride::SimulatedRide;
 
     /// m z'' = k (u - z) + B (u' - z'): the load is the static one and m z''.
     #[test]

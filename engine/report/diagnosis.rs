@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 use super::Estimate;
 use super::simulation::Simulation;
 use super::windows::Windows;
-use crate::bicycle::{Axle, PerAxle};
-use crate::document::format_number::{Quantity, significant};
+use veloid_core::bicycle::{Axle, PerAxle};
+use veloid_core::document::format_number::{Quantity, significant};
 
 /// Verdict of the diagnosis on physics beyond the plain spring and damper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

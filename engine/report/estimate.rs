@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::numerics::finite::finite;
+use veloid_core::numerics::finite::finite;
 
 /// Stiffness and damping of one axle with their uncertainty.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Estimate;
-use crate::bicycle::PerAxle;
+use veloid_core::bicycle::PerAxle;
 
 /// k and B from sensors on the axles and the speed, with an unknown road.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

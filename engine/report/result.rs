@@ -4,7 +4,7 @@ use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
 use super::{Estimate, Method};
-use crate::document::format_number::Quantity;
+use veloid_core::document::format_number::Quantity;
 
 /// The one answer of an axle: what its base model names (`k`, `B`, `mass`), in that order.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

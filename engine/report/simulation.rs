@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::bicycle::PerAxle;
+use veloid_core::bicycle::PerAxle;
 
 /// All that simulates the extended model along the ride, from its first sample to its last: the classical Runge-Kutta method of fourth
 /// order, the road and the force as cubic splines through their samples (not-a-knot), lifted as docs/decisions/lifted-inputs.md says where the model moves, speed, distance, crank angle and the rate of the

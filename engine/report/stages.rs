@@ -6,7 +6,7 @@ use super::{
     Comparison, Estimate, LatentRoad, Mistake, ObserverReport, Parameters, RecursivePath,
     RollReport, SwarmReport, Trial,
 };
-use crate::bicycle::PerAxle;
+use veloid_core::bicycle::PerAxle;
 
 /// First stage: observer, least squares and instrumental variables.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use super::Estimate;
 use super::diagnosis::{EffectName, EffectReport, ParameterReport, SwitchedOff, Verdict};
-use crate::bicycle::{Axle, PerAxle};
-use crate::document::format_number::{Number, significant};
-use crate::settings::Settings;
+use veloid_core::bicycle::{Axle, PerAxle};
+use veloid_core::document::format_number::{Number, significant};
+use veloid_core::settings::Settings;
 
 /// Everything that one joint identification found out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use super::{LatentRoad, Method, Report, ResultQuantity};
-use crate::bicycle::Axle;
-use crate::document::format_number::{Number, powers, significant};
+use veloid_core::bicycle::Axle;
+use veloid_core::document::format_number::{Number, powers, significant};
 
 /// The methods in the order in which they run, with names that fit their column.
 const METHODS: [(&str, Method); 6] = [

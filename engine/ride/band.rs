@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
 
-use crate::numerics::filter::{Beyond, filter};
+use veloid_core::numerics::filter::{Beyond, filter};
 
 /// Limits (Hz); a missing one does not limit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::ride::clocks::rates::RATES;
+use crate::clocks::rates::RATES;
 
 /// A rejected ride file: where the fault lies and what was expected instead.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::{Deserialize, Serialize};
 
 use super::error::Problem;
-use crate::ride::clocks::rates::{RATES, RATES_HZ};
+use crate::clocks::rates::{RATES, RATES_HZ};
 
 /// How to read a ride file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -6,7 +6,7 @@ use std::io::Write as _;
 use proptest::prelude::*;
 
 use super::*;
-use crate::bicycle::Bike;
+use veloid_core::bicycle::Bike;
 
 /// A way to write a table.
 #[derive(Clone, Debug)]
@@ -114,7 +114,7 @@ impl Style {
         };
         match self.packing {
             1 => gzip(marked.as_bytes()),
-            2 => crate::ride::formats::zstd::tests::packed(marked.as_bytes()),
+            2 => crate::formats::zstd::tests::packed(marked.as_bytes()),
             3 => format!("\u{feff}{text}")
                 .encode_utf16()
                 .flat_map(u16::to_le_bytes)

@@ -8,12 +8,12 @@ use super::preview_table::PreviewTable;
 use super::recording::Recording;
 use super::several::{Opened, join, open};
 use super::{Column, ReadOptions, Ride, RideSummary, SensorClock};
-use crate::bicycle::{Axle, Bike};
-use crate::ride::channels::channel::Channel;
-use crate::ride::formats::format::of_bytes;
-use crate::ride::signals::clock_notes::{apart, note};
-use crate::ride::signals::common::{Common, basis, has_only_accelerometers};
-use crate::ride::signals::{axles, decay, sensed};
+use crate::channels::channel::Channel;
+use crate::formats::format::of_bytes;
+use crate::signals::clock_notes::{apart, note};
+use crate::signals::common::{Common, basis, has_only_accelerometers};
+use crate::signals::{axles, decay, sensed};
+use veloid_core::bicycle::{Axle, Bike};
 
 /// Reads a ride of one file.
 ///

@@ -5,12 +5,12 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 
 use super::{FileSummary, SensorClock, SensorRecord, channel_name};
-use crate::EngineError;
-use crate::bicycle::{Bike, PerAxle};
-use crate::numerics::statistics::variance;
-use crate::plant::{self, Plant, PlantRef};
-use crate::ride::band::Band;
-use crate::ride::channels::values;
+use crate::band::Band;
+use crate::channels::values;
+use veloid_core::EngineError;
+use veloid_core::bicycle::{Bike, PerAxle};
+use veloid_core::numerics::statistics::variance;
+use veloid_core::plant::{self, Plant, PlantRef};
 
 /// A ride after reading: SI units, one clock, no blanks.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -7,16 +7,16 @@ use super::error::{Problem, ReadError};
 use super::file::FileSummary;
 use super::options::ReadOptions;
 use super::stamps::{Known, Stamps};
-use crate::ride::channels::channel::Channel;
-use crate::ride::channels::table::{Places, Spec, Table};
-use crate::ride::channels::unit::Unit;
-use crate::ride::channels::values::{is_constant, size};
-use crate::ride::channels::{implausible, stuck};
-use crate::ride::clocks::clock::{Clock, Fit, Pace, drop_at};
-use crate::ride::clocks::rates::{RATES_HZ, USUAL_HZ};
-use crate::ride::clocks::resample::roughness;
-use crate::ride::clocks::sensor_clock::SensorClock;
-use crate::ride::formats::moment::EPOCHS_S;
+use crate::channels::channel::Channel;
+use crate::channels::table::{Places, Spec, Table};
+use crate::channels::unit::Unit;
+use crate::channels::values::{is_constant, size};
+use crate::channels::{implausible, stuck};
+use crate::clocks::clock::{Clock, Fit, Pace, drop_at};
+use crate::clocks::rates::{RATES_HZ, USUAL_HZ};
+use crate::clocks::resample::roughness;
+use crate::clocks::sensor_clock::SensorClock;
+use crate::formats::moment::EPOCHS_S;
 
 /// Largest share of a channel's samples that may be missing.
 const MOST_MISSING: f64 = 0.25;

@@ -4,8 +4,8 @@ use super::error::{Problem, ReadError};
 use super::file::{FileSummary, RideFile};
 use super::options::ReadOptions;
 use super::recording::{Recording, list};
-use crate::ride::channels::table::Table;
-use crate::ride::formats::format::table;
+use crate::channels::table::Table;
+use crate::formats::format::table;
 
 /// A file as a table.
 pub(super) struct Opened {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::ride::channels::table::Spec;
+use crate::channels::table::Spec;
 
 /// Times of the rows (s).
 pub(super) enum Stamps {

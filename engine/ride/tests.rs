@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
 use super::*;
-use crate::bicycle::Bike;
+use veloid_core::bicycle::Bike;
 
 fn bike() -> Bike {
     Bike {
@@ -233,7 +233,7 @@ fn laser_and_accelerometer_make_road_and_displacement() {
     );
     assert!(warned(&ride, "2.7 samples per cycle") && !warned(&ride, "sign"));
     // Both are the truth seen through one filter, so the model's equation holds between them.
-    let band = crate::ride::band::Band {
+    let band = crate::band::Band {
         low_hz: Some(0.5),
         high_hz: Some(0.42 * 30.0),
     };

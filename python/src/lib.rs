@@ -35,7 +35,7 @@ fn identify(
     let bike = Bike::from_json(bike).map_err(Failure::from)?;
     let reading = input::options(reading)?;
     let settings: Settings = input::options(settings)?;
-    settings.validate().map_err(Failure::from)?;
+    veloid_engine::validate(&settings).map_err(Failure::from)?;
     let sources = input::owned(py, sources)?;
     let pool = run::pool(threads)?;
     run::beside(py, &pool, &settings, progress, |heard| {

@@ -24,8 +24,6 @@ pub mod webhooks;
 use std::sync::Arc;
 use tokio_util::sync::CancellationToken;
 
-pub use crate::router::{document, router};
-
 use self::access::Access;
 use self::long_readers::LongReaders;
 use crate::erasure::Policy;

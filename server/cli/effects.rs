@@ -16,7 +16,7 @@ impl Effects {
         writeln!(
             std::io::stdout(),
             "# Effects\n\n\
-             The effects that the diagnosis can name, one file each in `engine/diagnosis/effects/`. This page is the output of \
+             The effects that the diagnosis can name, one file each in `engine/model/effects/`. This page is the output of \
              `veloid effects`, checked by a test; every server shows it under `/effects`.\n\n{}\n{}\n\
              # General laws\n\nNever named: general shapes that the named effects are compared with.\n{}",
             preface(),

@@ -37,9 +37,11 @@ use std::io::IsTerminal;
 use clap::{Parser, Subcommand};
 pub use error::CliError;
 use runtime::runtime;
-use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::dynamic_filter_fn;
+use tracing_subscriber::prelude::*;
+use tracing_subscriber::{EnvFilter, Layer};
 
-use crate::built;
+use crate::{built, seldom};
 
 /// Identifies a bicycle's stiffness and damping from a ride log, and names the physics the model leaves out.
 #[derive(Parser)]
@@ -107,14 +109,23 @@ impl Cli {
     }
 
     fn start_log(&self) {
-        let log = tracing_subscriber::fmt()
-            .with_env_filter(EnvFilter::new(&self.log))
+        let layer = tracing_subscriber::fmt::layer()
             .with_ansi(std::io::stderr().is_terminal())
             .with_writer(std::io::stderr);
-        if self.log_json {
-            log.json().init();
-        } else {
-            log.init();
-        }
+        let layer = match self.log_json {
+            true => layer.json().boxed(),
+            false => layer.boxed(),
+        };
+        let library = seldom::Callsites::default();
+        let is_due = dynamic_filter_fn(move |metadata, _| {
+            !metadata.target().starts_with("riverqueue") || library.is_due(metadata)
+        });
+        tracing_subscriber::registry()
+            .with(
+                layer
+                    .with_filter(is_due)
+                    .with_filter(EnvFilter::new(&self.log)),
+            )
+            .init();
     }
 }

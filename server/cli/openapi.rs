@@ -3,7 +3,6 @@ use std::io::Write;
 use clap::Args;
 
 use super::CliError;
-use crate::api;
 
 /// Prints the OpenAPI document.
 #[derive(Args)]
@@ -11,7 +10,7 @@ pub struct Openapi {}
 
 impl Openapi {
     pub fn run(self) -> Result<(), CliError> {
-        let text = serde_json::to_string_pretty(&api::document())?;
+        let text = serde_json::to_string_pretty(&crate::router::document())?;
         writeln!(std::io::stdout(), "{text}")?;
         Ok(())
     }

@@ -12,9 +12,9 @@ use super::demo;
 use super::keeping::{Keeping, keep_tidy};
 use super::storage::Storage;
 use super::worker::{WorkLimits, asked_to_stop, cores};
+use crate::api::Server;
 use crate::api::access::{Access, Limits, Mode};
 use crate::api::signs::Signs;
-use crate::api::{self, Server};
 use crate::cli::webhook_options::WebhookOptions;
 use crate::http::{self, HttpLimits};
 use crate::jobs::{self, Hub, Queue, RideCache};
@@ -159,7 +159,7 @@ impl Serve {
         println!("veloid listens on http://{address}");
         let served = http::serve(
             listener,
-            api::router(server),
+            crate::router::router(server),
             self.http.granted(),
             stop.clone(),
         );

@@ -2,16 +2,16 @@
 
 use rayon::prelude::*;
 
-use crate::diagnosis::fit::tangent::Tangent;
-use crate::diagnosis::fit::{COARSE, Model};
-use crate::diagnosis::law::{Scale, Spec, Values};
-use crate::diagnosis::search::Search;
-use crate::diagnosis::search::criteria::to_repeat;
-use crate::diagnosis::search::offered::Offered;
-use crate::diagnosis::search::score_test::{Prediction, Signatures};
-use crate::numerics::lanes::LANES;
-use crate::numerics::statistics::normal_tail;
-use crate::report::diagnosis::{Detectable, Place, Stronger};
+use crate::search::Search;
+use crate::search::criteria::to_repeat;
+use crate::search::offered::Offered;
+use crate::search::score_test::{Prediction, Signatures};
+use veloid_core::numerics::lanes::LANES;
+use veloid_core::numerics::statistics::normal_tail;
+use veloid_model::fit::tangent::Tangent;
+use veloid_model::fit::{COARSE, Model};
+use veloid_model::law::{Scale, Spec, Values};
+use veloid_report::diagnosis::{Detectable, Place, Stronger};
 
 /// Share of rides that show an effect of the size that is reported.
 pub const POWER: f64 = 0.9;
@@ -230,11 +230,11 @@ mod tests {
     use rand::SeedableRng;
 
     use super::*;
-    use crate::bicycle::Axle;
-    use crate::diagnosis::effects::Kind;
-    use crate::diagnosis::example;
-    use crate::diagnosis::law::MAX_PARAMETERS;
-    use crate::numerics::random::normal;
+    use crate::example;
+    use veloid_core::bicycle::Axle;
+    use veloid_core::numerics::random::normal;
+    use veloid_model::effects::Kind;
+    use veloid_model::law::MAX_PARAMETERS;
 
     fn ladder(first: [f64; 2], end: f64, amplitude: bool) -> Ladder {
         Ladder {

@@ -1,10 +1,10 @@
 //! The missing force where it has no name.
 
-use crate::diagnosis::dataset::Dataset;
-use crate::diagnosis::fit::Motion;
-use crate::diagnosis::residual::omnibus::Remainder;
-use crate::numerics::finite::finite;
-use crate::report::diagnosis::FreeForm;
+use crate::residual::omnibus::Remainder;
+use veloid_core::numerics::finite::finite;
+use veloid_model::dataset::Dataset;
+use veloid_model::fit::Motion;
+use veloid_report::diagnosis::FreeForm;
 
 /// The missing force without a name, on a grid of deflection and rate and along the ride. Empty where the model
 /// runs away.

@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
-use crate::diagnosis::dataset::{Dataset, Track};
-use crate::diagnosis::effects::Kind;
-use crate::document::format_number::{WIDE, significant};
-use crate::report::Estimate;
-use crate::report::diagnosis::{Diagnosis, Verdict};
+use veloid_core::document::format_number::{WIDE, significant};
+use veloid_model::dataset::{Dataset, Track};
+use veloid_model::effects::Kind;
+use veloid_report::Estimate;
+use veloid_report::diagnosis::{Diagnosis, Verdict};
 
 /// Damping (N s/m) that answers like dry friction (N) to a rate of this RMS (m/s), by statistical linearisation for a normal rate
 /// (Roberts & Spanos 1990, Random Vibration and Statistical Linearization).

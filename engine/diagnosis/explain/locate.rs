@@ -3,10 +3,10 @@
 
 use std::ops::Range;
 
-use crate::diagnosis::dataset::Dataset;
-use crate::diagnosis::fit::Motion;
-use crate::numerics::spectrum::adjoining_powers;
-use crate::numerics::statistics::normal_tail;
+use veloid_core::numerics::spectrum::adjoining_powers;
+use veloid_core::numerics::statistics::normal_tail;
+use veloid_model::dataset::Dataset;
+use veloid_model::fit::Motion;
 
 /// Times (s) where the excess of squared residual is significant, corrected for the number of windows.
 pub fn windows(

@@ -3,14 +3,14 @@
 
 use rayon::prelude::*;
 
-use crate::diagnosis::dataset::Dataset;
-use crate::diagnosis::dataset::planned::{Change, planned};
-use crate::diagnosis::fit::together::{Common, Together};
-use crate::diagnosis::fit::{COARSE, Effort, Fitted, Fitter, Model, Point};
-use crate::diagnosis::search::Search;
-use crate::numerics::autoregressive::NoiseModel;
-use crate::numerics::lanes::LANES;
-use crate::report::diagnosis::NextRide;
+use crate::search::Search;
+use veloid_core::numerics::autoregressive::NoiseModel;
+use veloid_core::numerics::lanes::LANES;
+use veloid_model::dataset::Dataset;
+use veloid_model::dataset::planned::{Change, planned};
+use veloid_model::fit::together::{Common, Together};
+use veloid_model::fit::{COARSE, Effort, Fitted, Fitter, Model, Point};
+use veloid_report::diagnosis::NextRide;
 
 /// A ride of the catalogue: what to do, and how the present ride changes by it.
 struct Plan {

@@ -1,16 +1,14 @@
 //! From the fitted models to the report: effects with their uncertainty, held-out errors, what the
 //! omission means.
 
-use crate::diagnosis::dataset::Dataset;
-use crate::diagnosis::fit::estimate::estimate;
-use crate::diagnosis::fit::{Model, Motion, Term};
-use crate::diagnosis::verdict::affirm::Claim;
-use crate::diagnosis::verdict::effect_report::{
-    HAS_TWIN, RESTS_ON_PRIOR, reported, twin, unlearned,
-};
-use crate::numerics::finite::finite;
-use crate::report::Estimate;
-use crate::report::diagnosis::{Consequences, EffectName, EffectReport};
+use crate::verdict::affirm::Claim;
+use crate::verdict::effect_report::{HAS_TWIN, RESTS_ON_PRIOR, reported, twin, unlearned};
+use veloid_core::numerics::finite::finite;
+use veloid_model::dataset::Dataset;
+use veloid_model::fit::estimate::estimate;
+use veloid_model::fit::{Model, Motion, Term};
+use veloid_report::Estimate;
+use veloid_report::diagnosis::{Consequences, EffectName, EffectReport};
 
 pub fn name(dataset: &Dataset, term: &Term) -> EffectName {
     EffectName {

@@ -2,14 +2,14 @@
 
 use std::ops::Range;
 
-use crate::bicycle::PerAxle;
-use crate::diagnosis::dataset::{Dataset, Track};
-use crate::diagnosis::effects::Kind;
-use crate::diagnosis::fit::{FINE, Fitted, Model, Point, Term, rest};
-use crate::numerics::lanes::LANES;
-use crate::output_error::AxleFit;
-use crate::plant::Coefficients;
-use crate::report::simulation::{ActingEffect, AxleSimulation, Pitch, Simulation};
+use veloid_core::bicycle::PerAxle;
+use veloid_core::numerics::lanes::LANES;
+use veloid_core::plant::Coefficients;
+use veloid_methods::output_error::AxleFit;
+use veloid_model::dataset::{Dataset, Track};
+use veloid_model::effects::Kind;
+use veloid_model::fit::{FINE, Fitted, Model, Point, Term, rest};
+use veloid_report::simulation::{ActingEffect, AxleSimulation, Pitch, Simulation};
 
 /// Largest angle (rad) through which an axle without effects turns in one step: the plain model's own solution is exact.
 const PLAIN: f64 = 0.05;
@@ -148,8 +148,8 @@ mod tests {
     #![allow(clippy::unwrap_used)]
 
     use super::*;
-    use crate::bicycle::Axle;
-    use crate::diagnosis::example;
+    use crate::example;
+    use veloid_core::bicycle::Axle;
 
     #[test]
     fn stretches_that_do_not_count_are_listed() {

@@ -1,11 +1,11 @@
 //! What windows of a record say, as it is reported.
 
-use crate::diagnosis::dataset::{Dataset, Track};
-use crate::diagnosis::fit::shooting::Prediction;
-use crate::diagnosis::verdict::twice::Sights;
-use crate::diagnosis::verdict::windows::{Sight, Supported};
-use crate::numerics::finite::finite;
-use crate::report::windows::{SingleEffect, WindowEffect, WindowStart, Windows};
+use crate::verdict::twice::Sights;
+use crate::verdict::windows::{Sight, Supported};
+use veloid_core::numerics::finite::finite;
+use veloid_model::dataset::{Dataset, Track};
+use veloid_model::fit::shooting::Prediction;
+use veloid_report::windows::{SingleEffect, WindowEffect, WindowStart, Windows};
 
 /// Single effects that are reported.
 const SINGLE: usize = 8;

@@ -1,8 +1,8 @@
 //! The verdict in plain words.
 
-use crate::bicycle::{Axle, PerAxle};
-use crate::document::format_number::Quantity;
-use crate::report::diagnosis::{Base, Diagnosis, HeldOut, Place, Support, Verdict};
+use veloid_core::bicycle::{Axle, PerAxle};
+use veloid_core::document::format_number::Quantity;
+use veloid_report::diagnosis::{Base, Diagnosis, HeldOut, Place, Support, Verdict};
 
 fn at(place: Place) -> &'static str {
     match place {
@@ -213,7 +213,7 @@ fn capitalised(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::diagnosis::EffectReport;
+    use veloid_report::diagnosis::EffectReport;
 
     fn reported(left: f64, floor: Option<f64>) -> String {
         let held = HeldOut {

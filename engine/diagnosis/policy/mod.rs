@@ -3,6 +3,8 @@
 //!
 //! Shares and ratios are of squares unless they are said to be of anything else; gains are differences in log likelihood (nats).
 
+pub use veloid_model::policy::*;
+
 // What the likelihood selects and chooses.
 
 /// Gain (nats) for each sample that a second effect must make. Fewer second effects where the noise is not what it is taken for; seeds 101 to 104.
@@ -37,16 +39,6 @@ pub const ADEQUATE: f64 = 0.98;
 pub const MISLEADS: f64 = 1.1;
 /// Nats by which a general curve must lead the named laws of which it is the general case.
 pub const CURVE_LEADS: f64 = 10.0;
-
-/// Share of the plain model's stiffness that stays beside an effect which takes a spring's place: a tyre does not relax to nothing.
-pub const SPRING_STAYS: f64 = 0.15;
-/// Static over relaxing stiffness of a tyre, at least: branches of 20 to 80 % of k are usual (../shared/effects.md; Dressel & Sadauckas 2020,
-/// Appl. Sci. 10:3156), and with next to no static stiffness it is a force that lags, and no tyre.
-pub const STATIC: f64 = 0.1;
-/// Standard errors by which a damping may be negative beside named effects.
-pub const PUSHES: f64 = 3.0;
-/// Share of the plain model's damping by which it may be in any case.
-pub const PUSHES_A_LITTLE: f64 = 0.02;
 
 // Whether anything is left.
 
@@ -113,23 +105,10 @@ pub const NEARER: f64 = 0.7;
 // What holds by windows of the record. Where no source is given: ../shared/research/windows/NOTE.md, in which the recordings of
 // ../shared/real were judged by these.
 
-/// Dominant periods in a window of ordinary length. With one, starting states absorb a hidden mass; in long windows phase comes back.
-pub const DOMINANT_PERIODS: f64 = 4.0;
-/// Natural periods in it, if that is longer.
-pub const NATURAL_PERIODS: f64 = 2.0;
-/// Windows in a record at least.
-pub const FEWEST_WINDOWS: usize = 6;
 /// Parts in which windows are held out from the search in turn: five to ten are customary (Kohavi 1995, IJCAI 2, 1137).
 pub const OUTER_FOLDS: usize = 5;
 /// Windows from which those beside a window that is held out from the search are left out of it too.
 pub const MANY_WINDOWS: usize = 20;
-/// Dominant periods that each of them holds at least.
-pub const SHORTEST_PERIODS: f64 = 1.0;
-/// Dominant periods in windows that follow one another without overlap, at least. Between two recordings of ../shared/real: encoder_swing,
-/// whose windows hold 1.1 and are right with overlap alone, and emps, whose windows hold 1.4 and are right without.
-pub const APART_PERIODS: f64 = 1.25;
-/// Part of the loudest window's deviation (RMS) below which a free decay has died away.
-pub const SWINGS: f64 = 0.05;
 /// Length of the windows that must support an effect again, beside the ordinary one.
 pub const SHORTER: f64 = 0.5;
 /// Share of what a model leaves of held-out windows, above the noise, that one more effect must take.
@@ -168,7 +147,7 @@ mod tests {
 
     use std::path::Path;
 
-    /// The text of every test of the diagnosis, whole files of tests and the modules at the ends of others.
+    /// The text of every test in a folder, whole files of tests and the modules at the ends of others.
     fn tests(folder: &Path, text: &mut String) {
         for entry in std::fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
@@ -185,17 +164,19 @@ mod tests {
     #[test]
     fn every_threshold_has_a_test_beside_its_use_that_is_built_with_it() {
         let mut text = String::new();
-        tests(
-            &Path::new(env!("CARGO_MANIFEST_DIR")).join("diagnosis"),
-            &mut text,
-        );
+        let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+        tests(here, &mut text);
+        tests(&here.join("../model"), &mut text);
         let named = |name: &str| {
             let used = format!("policy::{name}");
             let mut after = text.split(&used).skip(1);
             after.any(|rest| !rest.starts_with(|c: char| c.is_ascii_uppercase() || c == '_'))
         };
-        let thresholds: Vec<&str> = include_str!("mod.rs")
-            .lines()
+        let sources = [
+            include_str!("mod.rs"),
+            include_str!("../../model/policy/mod.rs"),
+        ];
+        let thresholds: Vec<&str> = (sources.iter().flat_map(|source| source.lines()))
             .filter_map(|line| line.strip_prefix("pub const ")?.split(':').next())
             .collect();
         assert!(thresholds.len() > 50);

@@ -145,10 +145,10 @@ fn normal_score(kurtosis: f64, n: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::autoregressive::NoiseModel;
-    use crate::numerics::random::normal;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
+    use veloid_core::numerics::autoregressive::NoiseModel;
+    use veloid_core::numerics::random::normal;
 
     const STEP: f64 = 0.01;
     static ALL: [bool; 6000] = [true; 6000];

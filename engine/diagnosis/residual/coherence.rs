@@ -3,10 +3,10 @@
 
 use veloid_fourier::Complex;
 
-use crate::diagnosis::dataset::Track;
-use crate::diagnosis::policy;
-use crate::numerics::autoregressive::NoiseModel;
-use crate::numerics::spectrum::hann;
+use crate::policy;
+use veloid_core::numerics::autoregressive::NoiseModel;
+use veloid_core::numerics::spectrum::hann;
+use veloid_model::dataset::Track;
 
 /// Longest and shortest stretch (s, samples) whose spectra are averaged, and the fewest that show anything.
 const STRETCH_S: f64 = 8.0;
@@ -137,9 +137,9 @@ fn bins(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::random::normal;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
+    use veloid_core::numerics::random::normal;
 
     const STEP: f64 = 0.01;
 

@@ -1,7 +1,7 @@
 //! Generic features of an axle's motion: what a force without a name, or a sensor's fault, could go with.
 
-use crate::diagnosis::dataset::Dataset;
-use crate::diagnosis::fit::Motion;
+use veloid_model::dataset::Dataset;
+use veloid_model::fit::Motion;
 
 /// A feature: its signal, and whether it acts as a force or on the sensor.
 pub struct Feature {

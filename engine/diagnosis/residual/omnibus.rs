@@ -4,14 +4,14 @@
 use std::ops::Range;
 
 use super::features::{Feature, features};
-use crate::diagnosis::dataset::{Dataset, Track};
-use crate::diagnosis::fit::tangent::Tangent;
-use crate::diagnosis::fit::{FINE, Fitted, Fitter, Model, Motion};
-use crate::diagnosis::policy;
-use crate::numerics::projection::{dot, orthonormal, without};
-use crate::numerics::statistics::chi_square_tail;
-use crate::plant::Coefficients;
-use crate::simulate::linear::{Input, simulate};
+use crate::policy;
+use veloid_core::numerics::projection::{dot, orthonormal, without};
+use veloid_core::numerics::statistics::chi_square_tail;
+use veloid_core::plant::Coefficients;
+use veloid_methods::simulate::linear::{Input, simulate};
+use veloid_model::dataset::{Dataset, Track};
+use veloid_model::fit::tangent::Tangent;
+use veloid_model::fit::{FINE, Fitted, Fitter, Model, Motion};
 
 /// What the omnibus test and the free form found on one track.
 pub struct Remainder {

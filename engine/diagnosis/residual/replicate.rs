@@ -5,11 +5,11 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use crate::diagnosis::dataset::{Dataset, Track};
-use crate::diagnosis::fit::{COARSE, Fitter, Model};
-use crate::diagnosis::policy;
-use crate::numerics::random::normal;
-use crate::numerics::spectrum::{Spectrum, deviation};
+use crate::policy;
+use veloid_core::numerics::random::normal;
+use veloid_core::numerics::spectrum::{Spectrum, deviation};
+use veloid_model::dataset::{Dataset, Track};
+use veloid_model::fit::{COARSE, Fitter, Model};
 
 /// Replicates of the ride.
 const REPLICATES: usize = 12;

@@ -3,10 +3,10 @@
 
 use std::ops::Range;
 
-use crate::diagnosis::policy;
-use crate::numerics::spectrum::Spectrum;
-use crate::ride::Band;
-use crate::simulate::linear::{force_answer, road_answer};
+use crate::policy;
+use veloid_core::numerics::spectrum::Spectrum;
+use veloid_methods::simulate::linear::{force_answer, road_answer};
+use veloid_ride::Band;
 
 /// Evidence that a force is left in a residual.
 #[derive(Clone, Copy, Debug, Default)]
@@ -198,8 +198,8 @@ mod tests {
     #![allow(clippy::unwrap_used)]
 
     use super::*;
-    use crate::numerics::autoregressive::NoiseModel;
-    use crate::numerics::spectrum::tests::{shaken, white};
+    use veloid_core::numerics::autoregressive::NoiseModel;
+    use veloid_core::numerics::example::{shaken, white};
 
     const QUIET: Inputs = Inputs {
         road: 0.0,

@@ -4,16 +4,16 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::EngineError;
-use crate::bicycle::Axle;
-use crate::diagnosis::dataset::Budget;
-use crate::diagnosis::fit::physical::is_physical;
-use crate::diagnosis::fit::polish::reduce;
-use crate::diagnosis::fit::{COARSE, Effort, FINE, Fitted, Fitter, Model, Term};
-use crate::diagnosis::policy;
-use crate::diagnosis::residual::replicate::is_noisy;
-use crate::numerics::autoregressive::NoiseModel;
-use crate::progress::Progress;
+use crate::policy;
+use crate::residual::replicate::is_noisy;
+use veloid_core::EngineError;
+use veloid_core::Progress;
+use veloid_core::bicycle::Axle;
+use veloid_core::numerics::autoregressive::NoiseModel;
+use veloid_model::dataset::Budget;
+use veloid_model::fit::physical::is_physical;
+use veloid_model::fit::polish::reduce;
+use veloid_model::fit::{COARSE, Effort, FINE, Fitted, Fitter, Model, Term};
 
 pub struct Search<'a> {
     pub fitter: Fitter<'a>,
@@ -238,8 +238,8 @@ pub fn added(model: &Model, larger: &Model) -> Term {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnosis::effects::Kind;
-    use crate::diagnosis::example;
+    use crate::example;
+    use veloid_model::effects::Kind;
 
     #[test]
     fn a_second_effect_gains_for_each_sample_or_removes_a_share_on_some_track() {

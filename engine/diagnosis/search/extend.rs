@@ -4,14 +4,14 @@ use rayon::prelude::*;
 
 use super::score_test::{Prediction, Signatures};
 use super::weak_form;
-use crate::bicycle::Axle;
-use crate::diagnosis::dataset::Dataset;
-use crate::diagnosis::effects::{ALL, Kind, Shape};
-use crate::diagnosis::fit::Model;
-use crate::diagnosis::fit::{Effort, Fitted, Fitter, Point, Term, Unit};
-use crate::diagnosis::law::{Acts, Values};
-use crate::numerics::autoregressive::NoiseModel;
-use crate::report::diagnosis::{Place, SwitchedOff};
+use veloid_core::bicycle::Axle;
+use veloid_core::numerics::autoregressive::NoiseModel;
+use veloid_model::dataset::Dataset;
+use veloid_model::effects::{ALL, Kind, Shape};
+use veloid_model::fit::Model;
+use veloid_model::fit::{Effort, Fitted, Fitter, Point, Term, Unit};
+use veloid_model::law::{Acts, Values};
+use veloid_report::diagnosis::{Place, SwitchedOff};
 
 /// Everything that may be named on this ride, and what may not, with the reason.
 pub fn candidates(dataset: &Dataset) -> (Vec<Term>, Vec<SwitchedOff>) {
@@ -244,7 +244,7 @@ pub fn unstopped(fitter: &Fitter, model: &Model, play: Term, effort: Effort) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnosis::example;
+    use crate::example;
 
     #[test]
     fn an_effect_acts_where_the_ride_has_what_it_needs() {

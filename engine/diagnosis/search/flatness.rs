@@ -2,7 +2,7 @@
 //! chance look like an event.
 
 use super::criteria::Search;
-use crate::diagnosis::fit::Model;
+use veloid_model::fit::Model;
 
 impl Search<'_> {
     /// Times the variance of a white residual that the whitened one of `larger` has along what sets it apart from `model`, and at
@@ -61,7 +61,7 @@ fn powers(mut x: Vec<f64>) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::weighed;
-    use crate::numerics::spectrum::tests::white;
+    use veloid_core::numerics::example::white;
 
     /// An event of one second at 6 Hz in 20 s at 100 Hz.
     fn event() -> Vec<f64> {

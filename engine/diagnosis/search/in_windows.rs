@@ -5,12 +5,12 @@ use rayon::prelude::*;
 
 use super::Search;
 use super::weak_form;
-use crate::diagnosis::dataset::Windows;
-use crate::diagnosis::fit::physical::has_physical_effects;
-use crate::diagnosis::fit::shooting::{Prediction, Shooting, Shot};
-use crate::diagnosis::fit::{Fitted, Point, Term, Unit};
-use crate::diagnosis::law::{MAX_PARAMETERS, Values};
-use crate::report::diagnosis::Place;
+use veloid_model::dataset::Windows;
+use veloid_model::fit::physical::has_physical_effects;
+use veloid_model::fit::shooting::{Prediction, Shooting, Shot};
+use veloid_model::fit::{Fitted, Point, Term, Unit};
+use veloid_model::law::{MAX_PARAMETERS, Values};
+use veloid_report::diagnosis::Place;
 
 /// Windows, spread evenly, on which starts are tried, and steps of each try.
 const TRIED_ON: usize = 10;

@@ -6,10 +6,10 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::score_test::Signatures;
-use crate::numerics::lanes::{LANES, Lanes, widest};
-use crate::numerics::projection::{dot, dots};
-use crate::numerics::random::normal;
-use crate::report::diagnosis::Place;
+use veloid_core::numerics::lanes::{LANES, Lanes, widest};
+use veloid_core::numerics::projection::{dot, dots};
+use veloid_core::numerics::random::normal;
+use veloid_report::diagnosis::Place;
 
 /// Replicates of the largest gain, a multiple of [`LANES`].
 const REPLICATES: usize = 2000;
@@ -156,10 +156,10 @@ fn of_axle(directions: &[(Place, &[f64])], axle: Place, samples: usize) -> DMatr
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnosis::effects::Kind;
-    use crate::diagnosis::fit::Term;
-    use crate::diagnosis::law::MAX_PARAMETERS;
-    use crate::diagnosis::search::score_test::Prediction;
+    use crate::search::score_test::Prediction;
+    use veloid_model::effects::Kind;
+    use veloid_model::fit::Term;
+    use veloid_model::law::MAX_PARAMETERS;
 
     fn offer(place: Place, basis: Vec<Vec<f64>>) -> Signatures {
         let start = Prediction {

@@ -4,11 +4,11 @@ use super::Search;
 use super::null::Null;
 use super::score_test::Signatures;
 use super::sign_flips::{self, Scores};
-use crate::diagnosis::dataset::Track;
-use crate::diagnosis::fit::tangent::Tangent;
-use crate::diagnosis::fit::{Model, Term};
-use crate::diagnosis::policy;
-use crate::report::diagnosis::Place;
+use crate::policy;
+use veloid_model::dataset::Track;
+use veloid_model::fit::tangent::Tangent;
+use veloid_model::fit::{Model, Term};
+use veloid_report::diagnosis::Place;
 
 /// The effects that a model does not hold, along it.
 pub struct Offered {

@@ -6,13 +6,13 @@ use super::criteria::{Search, added};
 use super::extend::{Reach, extend, is_far, joined, unstopped};
 use super::null::Null;
 use super::score_test::{Along, Signatures, signatures};
-use crate::diagnosis::effects::Kind;
-use crate::diagnosis::fit::physical::is_physical;
-use crate::diagnosis::fit::polish::polish;
-use crate::diagnosis::fit::tangent::{Tangent, tangent_for};
-use crate::diagnosis::fit::{COARSE, Fitted, Model, Term, Unit, motions};
-use crate::diagnosis::residual::omnibus::remainder;
-use crate::report::diagnosis::Place;
+use crate::residual::omnibus::remainder;
+use veloid_model::effects::Kind;
+use veloid_model::fit::physical::is_physical;
+use veloid_model::fit::polish::polish;
+use veloid_model::fit::tangent::{Tangent, tangent_for};
+use veloid_model::fit::{COARSE, Fitted, Model, Term, Unit, motions};
+use veloid_report::diagnosis::Place;
 
 /// Share of a significant gain below which a linear prediction is not followed up.
 pub const HOPE: f64 = 0.4;
@@ -278,9 +278,9 @@ fn new_units<'m>(model: &'m Model, larger: &'m Model) -> impl Iterator<Item = &'
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bicycle::Axle;
-    use crate::diagnosis::example;
-    use crate::numerics::autoregressive::NoiseModel;
+    use crate::example;
+    use veloid_core::bicycle::Axle;
+    use veloid_core::numerics::autoregressive::NoiseModel;
 
     #[test]
     fn an_axle_is_reached_by_candidates_of_its_own_only() {

@@ -9,12 +9,12 @@ use super::null::Null;
 use super::offered::Offered;
 use super::refit::{HOPE, LEADERS, SOME};
 use super::score_test::{Signatures, stands_out};
-use crate::EngineError;
-use crate::diagnosis::fit::polish::polish;
-use crate::diagnosis::fit::{Model, Term};
-use crate::diagnosis::policy;
-use crate::diagnosis::residual::coherence;
-use crate::report::diagnosis::Place;
+use crate::policy;
+use crate::residual::coherence;
+use veloid_core::EngineError;
+use veloid_model::fit::polish::polish;
+use veloid_model::fit::{Model, Term};
+use veloid_report::diagnosis::Place;
 
 /// What one round of the forward selection saw.
 #[derive(Clone, Debug)]
@@ -382,7 +382,7 @@ impl SearchState {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnosis::search::criteria::any_removed;
+    use crate::search::criteria::any_removed;
 
     #[test]
     fn merit_chooses_among_what_is_close_to_the_first() {

@@ -3,15 +3,14 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::diagnosis::dataset::Dataset;
-use crate::diagnosis::fit::COARSE;
-use crate::diagnosis::fit::normal_equations::whitened;
-use crate::diagnosis::fit::tangent::{Tangent, spread, tangent_for};
-use crate::diagnosis::fit::{Fitter, Model, Point, Term, Unit};
-use crate::diagnosis::law::{MAX_PARAMETERS, Values};
-use crate::diagnosis::residual::replicate::exceeds;
-use crate::numerics::lanes::{LANES, Lanes};
-use crate::numerics::projection::{dot, orthonormal, without};
+use crate::residual::replicate::exceeds;
+use veloid_core::numerics::lanes::LANES;
+use veloid_core::numerics::projection::{dot, orthonormal, without};
+use veloid_model::dataset::Dataset;
+use veloid_model::fit::COARSE;
+use veloid_model::fit::tangent::{Tangent, tangent_for};
+use veloid_model::fit::{Fitter, Model, Point, Term, Unit};
+use veloid_model::law::Values;
 
 /// Whitened, projected signatures of one candidate: what it would add to the residual.
 pub struct Signatures {
@@ -39,79 +38,6 @@ pub struct Prediction {
     /// Orthonormal columns that span what the start adds, orthogonal to the model's own derivatives,
     /// all axles of the unit one after the other.
     pub basis: Vec<Vec<f64>>,
-}
-
-impl Tangent {
-    /// The unit with `term` at zero added, and which of its terms that is.
-    pub fn with(&self, term: Term) -> (Unit, usize, Point) {
-        let mut terms = self.unit.terms.clone();
-        terms.push(term);
-        terms.sort();
-        let unit = Unit {
-            tracks: self.unit.tracks.clone(),
-            terms,
-        };
-        let at = unit.terms.iter().position(|t| *t == term).unwrap_or(0);
-        let mut base = self.point.clone();
-        base.values.insert(at, [0.0; MAX_PARAMETERS]);
-        base.initial.insert(at, [0.0; 2]);
-        (unit, at, base)
-    }
-
-    /// Length (deviations of the noise) of what `term` adds at each of some values and the model's own parameters
-    /// cannot do; infinite where the integrator does not follow.
-    pub fn lengths(
-        &self,
-        fitter: &Fitter,
-        term: Term,
-        values: &[Values],
-        substeps: usize,
-    ) -> Vec<f64> {
-        let (unit, at, base) = self.with(term);
-        let mut lengths = Vec::new();
-        for chunk in values.chunks(LANES) {
-            let mut points: [Point; LANES] = std::array::from_fn(|_| base.clone());
-            for (lane, values) in chunk.iter().enumerate() {
-                points[lane].values[at] = *values;
-            }
-            for column in self.departures(fitter, &unit, &points, substeps, chunk.len()) {
-                let left = without(&column, &self.basis);
-                let square = dot(&left, &left);
-                lengths.push(if square.is_finite() {
-                    square.sqrt()
-                } else {
-                    f64::INFINITY
-                });
-            }
-        }
-        lengths
-    }
-
-    /// Whitened departures of each lane from this model's own motion.
-    fn departures(
-        &self,
-        fitter: &Fitter,
-        unit: &Unit,
-        points: &[Point; LANES],
-        substeps: usize,
-        count: usize,
-    ) -> Vec<Vec<f64>> {
-        let moved = unit.simulate(fitter.dataset, points, None, 0..fitter.samples, substeps);
-        let mut columns = vec![Vec::new(); count];
-        for ((z, z0), (t, noise_model)) in moved
-            .iter()
-            .zip(&self.own)
-            .zip(unit.tracks.iter().zip(&self.noise_models))
-        {
-            let valid = &fitter.dataset.tracks[*t].valid;
-            let raw: Vec<Lanes> = (0..fitter.samples)
-                .map(|i| if valid[i] { z[i] - z0[i] } else { Lanes::ZERO })
-                .collect();
-            let white = whitened(&raw, &noise_model.a);
-            spread(&white, noise_model, 0, &mut columns);
-        }
-        columns
-    }
 }
 
 /// A fitted model of a ride, along which effects are looked for.

@@ -7,9 +7,9 @@ use rand_chacha::ChaCha8Rng;
 
 use super::null::FINEST;
 use super::score_test::Signatures;
-use crate::diagnosis::fit::tangent::Tangent;
-use crate::numerics::projection::dot;
-use crate::report::diagnosis::Place;
+use veloid_core::numerics::projection::dot;
+use veloid_model::fit::tangent::Tangent;
+use veloid_report::diagnosis::Place;
 
 /// Blocks of the fitted part, each longer than what whitening leaves of the noise's memory.
 const BLOCKS: usize = 40;
@@ -62,11 +62,11 @@ fn by_block(q: &[f64], residual: &[f64]) -> [f64; BLOCKS] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bicycle::Axle;
-    use crate::diagnosis::effects::Kind;
-    use crate::diagnosis::example;
-    use crate::diagnosis::fit::{COARSE, tangent::tangent_for};
-    use crate::numerics::random::normal;
+    use crate::example;
+    use veloid_core::bicycle::Axle;
+    use veloid_core::numerics::random::normal;
+    use veloid_model::effects::Kind;
+    use veloid_model::fit::{COARSE, tangent::tangent_for};
 
     /// Noise whose deviation grows tenfold along the ride is no effect, and one that goes with an effect is.
     #[test]

@@ -4,14 +4,14 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::diagnosis::dataset::{Dataset, Track};
-use crate::diagnosis::effects::Kind;
-use crate::diagnosis::fit::{Fitter, Point, Unit};
-use crate::diagnosis::law::{Crank, MAX_STATES, Motion, Values};
-use crate::numerics::lanes::Lanes;
-use crate::numerics::modulating::window;
-use crate::plant::{Coefficient, Coefficients};
-use crate::simulate::linear::Input;
+use veloid_core::numerics::lanes::Lanes;
+use veloid_core::numerics::modulating::window;
+use veloid_core::plant::{Coefficient, Coefficients};
+use veloid_methods::simulate::linear::Input;
+use veloid_model::dataset::{Dataset, Track};
+use veloid_model::effects::Kind;
+use veloid_model::fit::{Fitter, Point, Unit};
+use veloid_model::law::{Crank, MAX_STATES, Motion, Values};
 
 /// Half widths of the windows (s) that are tried, as parts of the plain axle's period.
 const WIDTHS: [f64; 2] = [0.12, 0.4];

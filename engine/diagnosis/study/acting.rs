@@ -3,15 +3,15 @@
 use rayon::prelude::*;
 
 use super::rounds::{Joint, Rides, settled, sum};
-use crate::diagnosis::fit::polish::reduce;
-use crate::diagnosis::fit::together::Common;
-use crate::diagnosis::fit::{Effort, FINE, Fitted, Model, Term};
-use crate::diagnosis::search::Search;
-use crate::diagnosis::search::criteria::cost;
-use crate::diagnosis::search::extend::joined;
-use crate::numerics::finite::finite;
-use crate::numerics::statistics::chi_square_tail;
-use crate::report::diagnosis::{EffectReport, Place};
+use crate::search::Search;
+use crate::search::criteria::cost;
+use crate::search::extend::joined;
+use veloid_core::numerics::finite::finite;
+use veloid_core::numerics::statistics::chi_square_tail;
+use veloid_model::fit::polish::reduce;
+use veloid_model::fit::together::Common;
+use veloid_model::fit::{Effort, FINE, Fitted, Model, Term};
+use veloid_report::diagnosis::{EffectReport, Place};
 
 /// How the rides, in their order, support an effect of their common model.
 pub struct Support {

@@ -2,24 +2,24 @@
 
 use std::collections::BTreeMap;
 
-use crate::EngineError;
-use crate::bicycle::PerAxle;
-use crate::diagnosis::explain::show;
-use crate::diagnosis::fit::together::Common;
-use crate::diagnosis::fit::{Model, Slot};
-use crate::diagnosis::search::Search;
-use crate::diagnosis::search::null::FINEST;
-use crate::diagnosis::study::acting::{Support, acting, effort, of_tracks};
-use crate::diagnosis::study::ready::Ready;
-use crate::diagnosis::study::rounds::{Found, Joint, Rides, settled, sum};
-use crate::diagnosis::verdict::effect_report;
-use crate::numerics::finite::finite;
-use crate::numerics::statistics::chi_square_tail;
-use crate::plant::Coefficient;
-use crate::report::diagnosis::{EffectName, EffectReport, ParameterReport, Verdict};
-use crate::report::study::{LeftAside, StudyAxle, StudyEffect, StudyReport, StudyRide};
-use crate::report::{Estimate, Parameters};
-use crate::settings::Settings;
+use crate::explain::show;
+use crate::search::Search;
+use crate::search::null::FINEST;
+use crate::study::acting::{Support, acting, effort, of_tracks};
+use crate::study::ready::Ready;
+use crate::study::rounds::{Found, Joint, Rides, settled, sum};
+use crate::verdict::effect_report;
+use veloid_core::EngineError;
+use veloid_core::bicycle::PerAxle;
+use veloid_core::numerics::finite::finite;
+use veloid_core::numerics::statistics::chi_square_tail;
+use veloid_core::plant::Coefficient;
+use veloid_core::settings::Settings;
+use veloid_model::fit::together::Common;
+use veloid_model::fit::{Model, Slot};
+use veloid_report::diagnosis::{EffectName, EffectReport, ParameterReport, Verdict};
+use veloid_report::study::{LeftAside, StudyAxle, StudyEffect, StudyReport, StudyRide};
+use veloid_report::{Estimate, Parameters};
 
 /// The report of a study.
 pub fn assemble(
@@ -306,7 +306,7 @@ fn sentence(report: &StudyReport) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::diagnosis::Place;
+    use veloid_report::diagnosis::Place;
 
     fn effect(affirmed: bool, only_in: Option<&str>) -> StudyEffect {
         StudyEffect {

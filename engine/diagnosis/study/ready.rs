@@ -1,11 +1,11 @@
 //! What a study begins with.
 
-use crate::bicycle::PerAxle;
-use crate::diagnosis::dataset::Dataset;
-use crate::diagnosis::fit::Model;
-use crate::output_error::Split;
-use crate::report::Parameters;
-use crate::report::diagnosis::Diagnosis;
+use veloid_core::bicycle::PerAxle;
+use veloid_methods::output_error::Split;
+use veloid_model::dataset::Dataset;
+use veloid_model::fit::Model;
+use veloid_report::Parameters;
+use veloid_report::diagnosis::Diagnosis;
 
 /// A ride that takes part.
 pub struct Ready {

@@ -2,22 +2,22 @@
 
 use rayon::prelude::*;
 
-use crate::EngineError;
-use crate::diagnosis::fit::model::CORNERS;
-use crate::diagnosis::fit::physical::is_physical;
-use crate::diagnosis::fit::polish::until_still;
-use crate::diagnosis::fit::tangent::Tangent;
-use crate::diagnosis::fit::together::{Common, Together};
-use crate::diagnosis::fit::{COARSE, Effort, FINE, Fitted, Fitter, Model, Point, Term, Unit};
-use crate::diagnosis::policy;
-use crate::diagnosis::search::Search;
-use crate::diagnosis::search::criteria::{cost, has_room, to_repeat};
-use crate::diagnosis::search::extend::{is_far, joined};
-use crate::diagnosis::search::null::Null;
-use crate::diagnosis::search::refit::{HOPE, LEADERS};
-use crate::diagnosis::search::score_test::{Along, Signatures, signatures, stands_out};
-use crate::numerics::autoregressive::NoiseModel;
-use crate::report::diagnosis::{Place, SwitchedOff};
+use crate::policy;
+use crate::search::Search;
+use crate::search::criteria::{cost, has_room, to_repeat};
+use crate::search::extend::{is_far, joined};
+use crate::search::null::Null;
+use crate::search::refit::{HOPE, LEADERS};
+use crate::search::score_test::{Along, Signatures, signatures, stands_out};
+use veloid_core::EngineError;
+use veloid_core::numerics::autoregressive::NoiseModel;
+use veloid_model::fit::model::CORNERS;
+use veloid_model::fit::physical::is_physical;
+use veloid_model::fit::polish::until_still;
+use veloid_model::fit::tangent::Tangent;
+use veloid_model::fit::together::{Common, Together};
+use veloid_model::fit::{COARSE, Effort, FINE, Fitted, Fitter, Model, Point, Term, Unit};
+use veloid_report::diagnosis::{Place, SwitchedOff};
 
 /// A model of every ride with the same effects.
 #[derive(Clone, Debug)]
@@ -328,9 +328,9 @@ pub fn sum(fits: &[Fitted]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bicycle::Axle;
-    use crate::diagnosis::effects::Kind;
-    use crate::diagnosis::example;
+    use crate::example;
+    use veloid_core::bicycle::Axle;
+    use veloid_model::effects::Kind;
 
     #[test]
     fn a_set_ties_by_what_was_fitted_or_by_all() {

@@ -2,15 +2,15 @@
 
 use super::ready::Ready;
 use super::rounds::Rides;
-use crate::diagnosis::dataset::Budget;
-use crate::diagnosis::fit::Fitter;
-use crate::diagnosis::search::Search;
-use crate::diagnosis::search::extend::candidates;
-use crate::diagnosis::study::assemble::assemble;
-use crate::progress::Progress;
-use crate::report::study::{LeftAside, StudyReport};
-use crate::settings::{Settings, within};
-use crate::{EngineError, SettingProblem};
+use crate::search::Search;
+use crate::search::extend::candidates;
+use crate::study::assemble::assemble;
+use veloid_core::Progress;
+use veloid_core::settings::{Settings, within};
+use veloid_core::{EngineError, SettingProblem};
+use veloid_model::dataset::Budget;
+use veloid_model::fit::Fitter;
+use veloid_report::study::{LeftAside, StudyReport};
 
 /// Rides that one study takes.
 const MOST: usize = 64;

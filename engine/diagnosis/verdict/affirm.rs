@@ -6,21 +6,21 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::bicycle::{Axle, PerAxle};
-use crate::numerics::autoregressive::NoiseModel;
-use crate::numerics::finite::finite;
-use crate::plant::Coefficient;
+use veloid_core::bicycle::{Axle, PerAxle};
+use veloid_core::numerics::autoregressive::NoiseModel;
+use veloid_core::numerics::finite::finite;
+use veloid_core::plant::Coefficient;
 
 use super::general_laws::generalised;
-use crate::diagnosis::dataset::Dataset;
-use crate::diagnosis::fit::polish::reduce;
-use crate::diagnosis::fit::{Effort, FINE, Fitted, Fitter, Model, Term};
-use crate::diagnosis::law::Family;
-use crate::diagnosis::policy;
-use crate::diagnosis::search::Search;
-use crate::diagnosis::search::extend::Reach;
-use crate::diagnosis::search::refit::SOME;
-use crate::report::diagnosis::Support;
+use crate::policy;
+use crate::search::Search;
+use crate::search::extend::Reach;
+use crate::search::refit::SOME;
+use veloid_model::dataset::Dataset;
+use veloid_model::fit::polish::reduce;
+use veloid_model::fit::{Effort, FINE, Fitted, Fitter, Model, Term};
+use veloid_model::law::Family;
+use veloid_report::diagnosis::Support;
 
 /// An effect of a model with the evidence for it, and whether that is enough.
 pub struct Claim {
@@ -382,8 +382,8 @@ impl Jackknife {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnosis::effects::Kind;
-    use crate::report::diagnosis::Place;
+    use veloid_model::effects::Kind;
+    use veloid_report::diagnosis::Place;
 
     #[test]
     fn a_general_law_outgrows_only_by_more_than_a_trifle() {
@@ -489,8 +489,8 @@ mod tests {
 
     #[test]
     fn each_half_of_the_blocks_is_left_out_in_turn() {
-        let dataset = crate::diagnosis::example::dataset();
-        let fitter = crate::diagnosis::example::fitter(&dataset);
+        let dataset = crate::example::dataset();
+        let fitter = crate::example::fitter(&dataset);
         let [quiet, loud] = halves(&fitter, Axle::Front);
         assert_eq!(quiet.len() + loud.len(), policy::BLOCKS);
         assert_eq!(loud.len(), policy::BLOCKS - policy::BLOCKS / 2);

@@ -4,18 +4,18 @@ use super::affirm::{Claim, reported};
 use super::partly::{Partly, Predictions, Rest, of_squares, search_by_squares};
 use super::twice::{Sights, is_little, look_twice};
 use super::windows::{Supported, parameters};
-use crate::EngineError;
-use crate::bicycle::PerAxle;
-use crate::diagnosis::dataset::Dataset;
-use crate::diagnosis::dataset::windows::dominant_period;
-use crate::diagnosis::fit::{Effort, Fitted, Model, Point, Term};
-use crate::diagnosis::policy;
-use crate::diagnosis::search::Search;
-use crate::diagnosis::search::in_windows::Seen;
-use crate::diagnosis::search::weak_form;
-use crate::numerics::finite::finite;
-use crate::plant::Coefficient;
-use crate::report::diagnosis::Support;
+use crate::policy;
+use crate::search::Search;
+use crate::search::in_windows::Seen;
+use crate::search::weak_form;
+use veloid_core::EngineError;
+use veloid_core::bicycle::PerAxle;
+use veloid_core::numerics::finite::finite;
+use veloid_core::plant::Coefficient;
+use veloid_model::dataset::Dataset;
+use veloid_model::dataset::windows::dominant_period;
+use veloid_model::fit::{Effort, Fitted, Model, Point, Term};
+use veloid_report::diagnosis::Support;
 
 /// What windows see of every track where something is left and that no road passes below: what a tyre does to a road is damped, so that one
 /// simulation of all of it does not drift.
@@ -259,12 +259,12 @@ fn base_error(models: &[Seen]) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnosis::example;
+    use crate::example;
 
     /// A model without effects that leaves so much of its windows.
     fn seen(left: f64) -> Seen {
         let dataset = example::dataset();
-        let unit = crate::diagnosis::fit::Unit {
+        let unit = veloid_model::fit::Unit {
             tracks: vec![0],
             terms: Vec::new(),
         };

@@ -1,10 +1,10 @@
 //! Whether a record carries a verdict at all.
 
-use crate::bicycle::Axle;
-use crate::diagnosis::effects::Kind;
-use crate::diagnosis::policy;
-use crate::document::format_number::Quantity;
-use crate::report::diagnosis::{Diagnosis, EffectReport, Verdict};
+use crate::policy;
+use veloid_core::bicycle::Axle;
+use veloid_core::document::format_number::Quantity;
+use veloid_model::effects::Kind;
+use veloid_report::diagnosis::{Diagnosis, EffectReport, Verdict};
 
 /// Why the record carries no verdict, and what to record instead; nothing where it does. `moves`: RMS of what each axle
 /// does (m), or of the force that answers (N).
@@ -19,7 +19,7 @@ pub fn why_not(d: &Diagnosis, moves: &dyn Fn(Axle) -> f64) -> Option<String> {
 
 /// That the plain model follows hardly anything of an axle and no effect does better.
 fn unfollowed(d: &Diagnosis, moves: &dyn Fn(Axle) -> f64) -> Option<String> {
-    let left = |(axle, held): (Axle, &crate::report::diagnosis::HeldOut)| {
+    let left = |(axle, held): (Axle, &veloid_report::diagnosis::HeldOut)| {
         let ([plain, ..], unit) = held.errors();
         let left = plain?;
         (left > policy::FOLLOWS * moves(axle)).then_some((axle, left, unit))
@@ -73,9 +73,9 @@ const MORE: &str = "Record a motion that passes through the axle's resonance at 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bicycle::PerAxle;
-    use crate::report::Estimate;
-    use crate::report::diagnosis::{HeldOut, ParameterReport, Place};
+    use veloid_core::bicycle::PerAxle;
+    use veloid_report::Estimate;
+    use veloid_report::diagnosis::{HeldOut, ParameterReport, Place};
 
     /// A diagnosis of a front axle that moves by 3 mm, of which `left` (m) is left, with an error of `k_std` (N/m).
     fn why(

@@ -1,13 +1,13 @@
 //! Which of the models that the search found is reported: one that a bicycle can be, and those that explain the ride as well.
 
-use crate::EngineError;
-use crate::diagnosis::fit::physical::is_physical;
-use crate::diagnosis::fit::polish::reduce;
-use crate::diagnosis::fit::refine::refined;
-use crate::diagnosis::fit::{Model, Term};
-use crate::diagnosis::policy;
-use crate::diagnosis::search::offered::Offered;
-use crate::diagnosis::search::{Named, Round, Search};
+use crate::policy;
+use crate::search::offered::Offered;
+use crate::search::{Named, Round, Search};
+use veloid_core::EngineError;
+use veloid_model::fit::physical::is_physical;
+use veloid_model::fit::polish::reduce;
+use veloid_model::fit::refine::refined;
+use veloid_model::fit::{Model, Term};
 
 /// The model that the search led to.
 pub struct Chosen {
@@ -102,10 +102,10 @@ fn ties(search: &Search, model: &Model, rival: &Model, within: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bicycle::Axle;
-    use crate::diagnosis::effects::Kind;
-    use crate::diagnosis::example;
-    use crate::diagnosis::search::criteria::cost;
+    use crate::example;
+    use crate::search::criteria::cost;
+    use veloid_core::bicycle::Axle;
+    use veloid_model::effects::Kind;
 
     #[test]
     fn as_well_is_within_a_tie_and_the_first_of_them_are_told() {

@@ -2,12 +2,12 @@
 
 use std::borrow::Cow;
 
-use crate::diagnosis::dataset::Dataset;
-use crate::diagnosis::fit::{Fitted, Model, Slot, Term};
-use crate::diagnosis::law::{Reported, Scale, Values};
-use crate::numerics::finite::{finite, std_error};
-use crate::report::diagnosis::{EffectReport, ParameterReport, Place};
-use crate::uncertainty::identifiable::identified;
+use veloid_core::numerics::finite::{finite, std_error};
+use veloid_model::dataset::Dataset;
+use veloid_model::fit::{Fitted, Model, Slot, Term};
+use veloid_model::law::{Reported, Scale, Values};
+use veloid_report::diagnosis::{EffectReport, ParameterReport, Place};
+use veloid_report::identifiable::identified;
 
 /// One named effect. `separation` is what the model without it lacks in log likelihood, where that could be fitted.
 pub fn effect(

@@ -3,17 +3,17 @@
 
 use rayon::prelude::*;
 
-use crate::bicycle::Axle;
-use crate::diagnosis::effects::Kind;
-use crate::diagnosis::fit::polish::{polish, reduce};
-use crate::diagnosis::fit::tangent::tangent_for;
-use crate::diagnosis::fit::{Effort, FINE, Model, Term};
-use crate::diagnosis::law::Family;
-use crate::diagnosis::policy;
-use crate::diagnosis::search::Search;
-use crate::diagnosis::search::criteria::explains_nearly_all;
-use crate::diagnosis::search::extend::{Reach, extend};
-use crate::diagnosis::search::score_test::{Along, signatures};
+use crate::policy;
+use crate::search::Search;
+use crate::search::criteria::explains_nearly_all;
+use crate::search::extend::{Reach, extend};
+use crate::search::score_test::{Along, signatures};
+use veloid_core::bicycle::Axle;
+use veloid_model::effects::Kind;
+use veloid_model::fit::polish::{polish, reduce};
+use veloid_model::fit::tangent::tangent_for;
+use veloid_model::fit::{Effort, FINE, Model, Term};
+use veloid_model::law::Family;
 
 /// Whether on every axle that has a name one effect alone takes nearly all off the held-out squares: what a
 /// general curve adds to that is physics of another size.
@@ -175,7 +175,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
 
     use super::*;
-    use crate::diagnosis::example;
+    use crate::example;
 
     #[test]
     fn a_curve_leads_clearly_and_on_the_held_out_part_too() {

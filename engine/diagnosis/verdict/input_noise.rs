@@ -7,11 +7,11 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use crate::diagnosis::dataset::Dataset;
-use crate::diagnosis::fit::{Effort, FINE, Fitted, Fitter, Model, Point};
-use crate::diagnosis::residual::resonance::{Inputs, road_noise};
-use crate::numerics::autoregressive::NoiseModel;
-use crate::numerics::spectrum::deviation;
+use crate::residual::resonance::{Inputs, road_noise};
+use veloid_core::numerics::autoregressive::NoiseModel;
+use veloid_core::numerics::spectrum::deviation;
+use veloid_model::dataset::Dataset;
+use veloid_model::fit::{Effort, FINE, Fitted, Fitter, Model, Point};
 
 /// Pairs of refits. The two of a pair see the same noise with opposite signs, so that only what does
 /// not average out is left: the bias.

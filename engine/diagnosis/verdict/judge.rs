@@ -1,21 +1,21 @@
 //! Judging what a model leaves on one axle: is it noise, or is a force still missing?
 
 use super::partly::Predictions;
-use crate::bicycle::PerAxle;
-use crate::diagnosis::dataset::{Dataset, Track};
-use crate::diagnosis::fit::{COARSE, Fitter, Model, Motion};
-use crate::diagnosis::policy;
-use crate::diagnosis::residual::omnibus::{Remainder, remainder};
-use crate::diagnosis::residual::replicate::{exceeds, is_noisy};
-use crate::diagnosis::residual::resonance::{Inputs, Resonance, resonance};
-use crate::diagnosis::residual::{bursts, coherence};
-use crate::numerics::finite::finite;
-use crate::numerics::spectrum::deviation;
-use crate::numerics::statistics::normal_tail;
-use crate::output_error::{self, Split, rms_valid};
-use crate::plant::Coefficients;
-use crate::report::diagnosis::HeldOut;
-use crate::settings::Settings;
+use crate::policy;
+use crate::residual::omnibus::{Remainder, remainder};
+use crate::residual::replicate::{exceeds, is_noisy};
+use crate::residual::resonance::{Inputs, Resonance, resonance};
+use crate::residual::{bursts, coherence};
+use veloid_core::bicycle::PerAxle;
+use veloid_core::numerics::finite::finite;
+use veloid_core::numerics::spectrum::deviation;
+use veloid_core::numerics::statistics::normal_tail;
+use veloid_core::plant::Coefficients;
+use veloid_core::settings::Settings;
+use veloid_methods::output_error::{self, Split, rms_valid};
+use veloid_model::dataset::{Dataset, Track};
+use veloid_model::fit::{COARSE, Fitter, Model, Motion};
+use veloid_report::diagnosis::HeldOut;
 
 /// Judges one track: is anything left, and what was the noise.
 pub struct Judged {

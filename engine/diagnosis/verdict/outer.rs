@@ -6,12 +6,12 @@
 use std::ops::Range;
 
 use super::windows::{Led, Sight, find, led, shortlist};
-use crate::EngineError;
-use crate::diagnosis::dataset::Windows;
-use crate::diagnosis::fit::Term;
-use crate::diagnosis::policy;
-use crate::diagnosis::search::Search;
-use crate::diagnosis::search::in_windows::{InWindows, Seen};
+use crate::policy;
+use crate::search::Search;
+use crate::search::in_windows::{InWindows, Seen};
+use veloid_core::EngineError;
+use veloid_model::dataset::Windows;
+use veloid_model::fit::Term;
 
 /// Single effects that the search is repeated among, beside what was found and its rivals.
 const AGAIN: usize = 3;

@@ -2,18 +2,18 @@
 //! takes off most leads, whatever its frequency. What is found then has to prove itself without any likelihood.
 
 use super::affirm::{self, Claim, Jackknife};
-use crate::EngineError;
-use crate::bicycle::PerAxle;
-use crate::diagnosis::dataset::Dataset;
-use crate::diagnosis::fit::physical::is_physical;
-use crate::diagnosis::fit::polish::reduce;
-use crate::diagnosis::fit::{Fitter, Model, Term};
-use crate::diagnosis::law::Family;
-use crate::diagnosis::policy;
-use crate::diagnosis::search::Search;
-use crate::diagnosis::search::criteria::explains_nearly_all;
-use crate::diagnosis::search::extend::Reach;
-use crate::diagnosis::search::refit::{SOME, first_of_each};
+use crate::policy;
+use crate::search::Search;
+use crate::search::criteria::explains_nearly_all;
+use crate::search::extend::Reach;
+use crate::search::refit::{SOME, first_of_each};
+use veloid_core::EngineError;
+use veloid_core::bicycle::PerAxle;
+use veloid_model::dataset::Dataset;
+use veloid_model::fit::physical::is_physical;
+use veloid_model::fit::polish::reduce;
+use veloid_model::fit::{Fitter, Model, Term};
+use veloid_model::law::Family;
 
 /// Models that are followed up in each round: the best of one alone often stands in for two others.
 const WIDTH: usize = 2;
@@ -298,10 +298,10 @@ fn without_curves(claims: &mut [Claim]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bicycle::Axle;
-    use crate::diagnosis::effects::Kind;
-    use crate::diagnosis::example;
-    use crate::report::diagnosis::Support;
+    use crate::example;
+    use veloid_core::bicycle::Axle;
+    use veloid_model::effects::Kind;
+    use veloid_report::diagnosis::Support;
 
     #[test]
     fn two_springs_alike_in_both_directions_are_a_curve() {

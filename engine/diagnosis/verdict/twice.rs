@@ -3,15 +3,15 @@
 use super::affirm::{self, is_material};
 use super::outer;
 use super::windows::{Sight, Supported, look, parameters, shortlist};
-use crate::EngineError;
-use crate::diagnosis::dataset::{Track, Windows};
-use crate::diagnosis::effects::Kind;
-use crate::diagnosis::fit::shooting::Prediction;
-use crate::diagnosis::fit::{Fitted, Term};
-use crate::diagnosis::law::Family;
-use crate::diagnosis::policy;
-use crate::diagnosis::search::Search;
-use crate::diagnosis::search::in_windows::{InWindows, Seen};
+use crate::policy;
+use crate::search::Search;
+use crate::search::in_windows::{InWindows, Seen};
+use veloid_core::EngineError;
+use veloid_model::dataset::{Track, Windows};
+use veloid_model::effects::Kind;
+use veloid_model::fit::shooting::Prediction;
+use veloid_model::fit::{Fitted, Term};
+use veloid_model::law::Family;
 
 /// Single effects that are tried again in other windows.
 const AGAIN: usize = 6;
@@ -247,7 +247,7 @@ mod tests {
 
     #[test]
     fn the_second_windows_are_shorter_or_lie_between() {
-        let mut track = crate::diagnosis::example::dataset().tracks[0].clone();
+        let mut track = crate::example::dataset().tracks[0].clone();
         let swing = |samples: u32| -> Vec<f64> {
             let at = |i| (std::f64::consts::TAU * f64::from(i) / 50.0).sin();
             (0..samples).map(at).collect()
@@ -255,7 +255,7 @@ mod tests {
         let mut of = |samples: u32| {
             track.set_road(&vec![0.0; samples as usize]);
             track.has_road = false;
-            track.plant = &crate::plant::Damper::MOVING;
+            track.plant = &veloid_core::plant::Damper::MOVING;
             track.measured = swing(samples);
             track.valid = vec![true; samples as usize];
             divided(&track, samples as usize).unwrap()

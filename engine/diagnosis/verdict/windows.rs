@@ -3,13 +3,13 @@
 use rayon::prelude::*;
 
 use super::affirm;
-use crate::EngineError;
-use crate::diagnosis::dataset::Windows;
-use crate::diagnosis::fit::Term;
-use crate::diagnosis::law::{MAX_PARAMETERS, Scale};
-use crate::diagnosis::policy;
-use crate::diagnosis::search::Search;
-use crate::diagnosis::search::in_windows::{InWindows, Seen};
+use crate::policy;
+use crate::search::Search;
+use crate::search::in_windows::{InWindows, Seen};
+use veloid_core::EngineError;
+use veloid_model::dataset::Windows;
+use veloid_model::fit::Term;
+use veloid_model::law::{MAX_PARAMETERS, Scale};
 
 /// Single effects that are tried beside others.
 const BESIDE: usize = 12;
@@ -251,9 +251,9 @@ fn blocks(errors: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 pub mod example {
     use super::*;
-    use crate::diagnosis::effects::Kind;
-    use crate::diagnosis::fit::{Point, Unit};
-    use crate::report::diagnosis::Place;
+    use veloid_model::effects::Kind;
+    use veloid_model::fit::{Point, Unit};
+    use veloid_report::diagnosis::Place;
 
     pub fn term(kind: Kind) -> Term {
         Term {
@@ -265,7 +265,7 @@ pub mod example {
     /// What single effects leave of a plain model that leaves 1.
     pub fn sight(single: &[(Kind, f64)]) -> Sight {
         let point = Point {
-            base: vec![crate::plant::Coefficients::default()],
+            base: vec![veloid_core::plant::Coefficients::default()],
             values: Vec::new(),
             initial: Vec::new(),
         };
@@ -296,7 +296,7 @@ pub mod example {
 mod tests {
     use super::example::{sight, term};
     use super::*;
-    use crate::diagnosis::effects::Kind;
+    use veloid_model::effects::Kind;
 
     /// What a model with some effects leaves of each of ten windows.
     fn seen(kinds: &[Kind], errors: [f64; 10]) -> Seen {

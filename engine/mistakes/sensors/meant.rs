@@ -1,11 +1,11 @@
 //! Ways in which sensors may be meant other than they were declared: the ride so read, and how to mend it.
 
-use crate::bicycle::{Axle, Bike};
-use crate::document::format_number::significant;
-use crate::latent_road::Reading;
-use crate::mistakes::course::too_late;
-use crate::report::{Mistake, MistakeKind};
-use crate::ride::{Ride, SensorKind, channel_name};
+use crate::course::too_late;
+use veloid_core::bicycle::{Axle, Bike};
+use veloid_core::document::format_number::significant;
+use veloid_latent_road::Reading;
+use veloid_report::{Mistake, MistakeKind};
+use veloid_ride::{Ride, SensorKind, channel_name};
 
 /// How near (ratio) to a unit's factor it must come.
 pub const NEAR: f64 = 1.4;

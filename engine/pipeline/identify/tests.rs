@@ -6,11 +6,11 @@ use proptest::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::bicycle::Axle;
 use crate::pipeline::identify::*;
-use crate::progress::Silent;
-use crate::ride::AxleRecord;
-use crate::simulate::simulated_ride::SimulatedRide;
+use veloid_core::Silent;
+use veloid_core::bicycle::Axle;
+use veloid_methods::simulate::simulated_ride::SimulatedRide;
+use veloid_ride::AxleRecord;
 
 fn bike() -> Bike {
     Bike {

@@ -3,11 +3,11 @@
 
 use std::collections::BTreeMap;
 
-use crate::diagnosis::impose;
 use crate::pipeline::study::*;
-use crate::progress::Silent;
-use crate::report::diagnosis::{Place, Verdict};
-use crate::simulate::simulated_ride::{SimulatedRide, Spring};
+use veloid_core::Silent;
+use veloid_diagnosis::impose;
+use veloid_methods::simulate::simulated_ride::{SimulatedRide, Spring};
+use veloid_report::diagnosis::{Place, Verdict};
 
 const K: f64 = 110e3;
 const FRONT: Spring = Spring {
@@ -294,7 +294,7 @@ fn a_tie_in_one_ride_is_nothing_that_two_have_in_common() {
 #[test]
 fn rides_that_cannot_take_part_are_left_aside_with_the_reason() {
     let mut roadless = simulated_ride(3, FRONT).ride();
-    roadless.axles = crate::bicycle::PerAxle::default();
+    roadless.axles = veloid_core::bicycle::PerAxle::default();
     let good = |seed| (simulated_ride(seed, FRONT).ride(), bike(23.0));
     let report = studied(&[good(1), (roadless.clone(), bike(23.0)), good(2)]).unwrap();
     assert_eq!((report.rides.len(), report.left_aside.len()), (2, 1));

@@ -1,7 +1,7 @@
 //! The channels that a ride file may hold, and how their names stand in a header.
 
-use crate::bicycle::Axle;
-use crate::ride::channels::unit::{Dimension, Unit};
+use crate::channels::unit::{Dimension, Unit};
+use veloid_core::bicycle::Axle;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Channel {

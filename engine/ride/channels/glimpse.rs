@@ -1,6 +1,6 @@
 //! What stands at the beginning of a column, for people to recognise it by.
 
-use crate::document::format_number::Number;
+use veloid_core::document::format_number::Number;
 
 /// Cells that are shown of a column.
 const CELLS: usize = 3;

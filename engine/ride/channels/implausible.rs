@@ -1,8 +1,8 @@
 //! Samples that no axle did: a logger's spikes, far outside of everything else that a channel holds.
 
-use crate::bicycle::Axle;
-use crate::ride::channels::channel::Channel;
-use crate::ride::channels::table::Spec;
+use crate::channels::channel::Channel;
+use crate::channels::table::Spec;
+use veloid_core::bicycle::Axle;
 
 /// Most samples in a row that a logger spoils at once.
 const LONGEST: usize = 3;

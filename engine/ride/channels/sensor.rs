@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::bicycle::Axle;
-use crate::ride::channels::channel::Channel;
+use crate::channels::channel::Channel;
+use veloid_core::bicycle::Axle;
 
 /// What a sensor measures of its axle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -1,8 +1,8 @@
 //! Samples that a sensor did not measure: the last value repeated while the axle moves on, and zeros in place of values that were lost.
 
-use crate::bicycle::Axle;
-use crate::ride::channels::channel::Channel;
-use crate::ride::channels::table::Spec;
+use crate::channels::channel::Channel;
+use crate::channels::table::Spec;
+use veloid_core::bicycle::Axle;
 
 /// Shortest time (s) and fewest samples for which a sensor that repeats one value is stuck: five swings of an axle at 10 Hz.
 const SHORTEST_S: f64 = 0.5;
@@ -162,7 +162,7 @@ impl<'a> Track<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ride::channels::unit::Unit;
+    use crate::channels::unit::Unit;
 
     fn spec(channel: Channel) -> Spec {
         Spec {

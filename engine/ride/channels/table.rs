@@ -1,9 +1,9 @@
 //! The recognised columns of a file as numbers, before anything is made of them.
 
-use crate::ride::channels::channel::Channel;
-use crate::ride::channels::glimpse::Glimpse;
-use crate::ride::channels::unit::Unit;
-use crate::ride::error::{Problem, ReadError};
+use crate::channels::channel::Channel;
+use crate::channels::glimpse::Glimpse;
+use crate::channels::unit::Unit;
+use crate::error::{Problem, ReadError};
 
 /// Largest magnitude that a measurement may have in the file's unit.
 pub const LARGEST: f64 = 1e15;

@@ -26,7 +26,7 @@ pub struct Unit {
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 const RPM: f64 = std::f64::consts::TAU / 60.0;
-const G: f64 = crate::bicycle::GRAVITY;
+const G: f64 = veloid_core::bicycle::GRAVITY;
 
 const UNITS: &[(Dimension, &[&str], f64)] = &[
     (Time, &["s", "sec", "secs", "second", "seconds"], 1.0),

@@ -1,7 +1,7 @@
 //! The values of a channel.
 
-use crate::document::format_number::significant;
-use crate::ride::channels::channel::Channel;
+use crate::channels::channel::Channel;
+use veloid_core::document::format_number::significant;
 
 pub fn is_constant(values: &[f64]) -> bool {
     values.iter().all(|v| *v == values[0])

@@ -1,7 +1,7 @@
 //! From one clock to another: cubic splines from uneven stamps, windowed sinc between even clocks.
 
-use crate::numerics::filter::mirrored;
-use crate::ride::clocks::clock::Grid;
+use crate::clocks::clock::Grid;
+use veloid_core::numerics::filter::mirrored;
 
 /// Longest run of missing samples that a spline goes through; longer ones are bridged straight.
 const SHORT_GAP: f64 = 4.0;

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::document::format_number::Quantity;
-use crate::ride::clocks::clock::Grid;
+use crate::clocks::clock::Grid;
+use veloid_core::document::format_number::Quantity;
 
 /// Offsets (s) and drifts (ppm) within which the clocks of two files are found, where the road is rough enough.
 const PROMISED_S: f64 = 1e-3;
@@ -98,7 +98,7 @@ impl ClockOffset {
         self.middle_s + late / (1.0 + 1e-6 * self.drift_ppm)
     }
 
-    pub(crate) fn set_grid_right(&self, grid: Grid) -> Grid {
+    pub fn set_grid_right(&self, grid: Grid) -> Grid {
         let start_s = self.set_right(grid.start_s);
         let steps = grid.count.saturating_sub(1).max(1) as f64;
         Grid {

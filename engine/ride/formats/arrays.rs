@@ -1,11 +1,11 @@
 //! Arrays in memory as a table.
 
-use crate::ride::channels::glimpse::Glimpse;
-use crate::ride::channels::table::{Table, measured};
-use crate::ride::error::{Problem, ReadError};
-use crate::ride::file::Arrays;
-use crate::ride::formats::header::Offered;
-use crate::ride::options::ReadOptions;
+use crate::channels::glimpse::Glimpse;
+use crate::channels::table::{Table, measured};
+use crate::error::{Problem, ReadError};
+use crate::file::Arrays;
+use crate::formats::header::Offered;
+use crate::options::ReadOptions;
 
 /// Recognises columns by their names and takes the rows that are asked for.
 pub fn read(arrays: &Arrays<'_>, options: &ReadOptions) -> Result<Table, ReadError> {
@@ -76,8 +76,8 @@ pub fn read(arrays: &Arrays<'_>, options: &ReadOptions) -> Result<Table, ReadErr
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::bicycle::Bike;
-    use crate::ride::{Content, Ride, RideFile, read, read_on_clocks};
+    use crate::{Content, Ride, RideFile, read, read_on_clocks};
+    use veloid_core::bicycle::Bike;
 
     /// A wave on a road at 100 Hz: t, u_f, z_f.
     fn waves() -> [Vec<f64>; 3] {

@@ -1,7 +1,7 @@
 //! The cells of a line of text, and whether they are numbers.
 
-use crate::ride::channels::unit::Unit;
-use crate::ride::formats::moment::Moment;
+use crate::channels::unit::Unit;
+use crate::formats::moment::Moment;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Separator {

@@ -1,8 +1,8 @@
 //! What a text file says in comments above its header.
 
-use crate::ride::formats::dialect::{decode, is_comment};
-use crate::ride::formats::source::Source;
-use crate::ride::options::Limits;
+use crate::formats::dialect::{decode, is_comment};
+use crate::formats::source::Source;
+use crate::options::Limits;
 
 /// Lines that are looked at, and the longest that is read (bytes).
 const LINES: usize = 100;
@@ -43,7 +43,7 @@ mod tests {
             (3, "road: caf\u{e9}".to_owned()),
         ];
         assert_eq!(comments(text), found);
-        let packed = crate::ride::formats::zstd::tests::packed(text);
+        let packed = crate::formats::zstd::tests::packed(text);
         assert_eq!(comments(&packed), found);
         for nothing in [&b""[..], b"t,z_f\n0,1\n", b"\x1f\x8b", b"MATLAB 5.0\0\x01"] {
             assert!(comments(nothing).is_empty());

@@ -1,15 +1,15 @@
 //! Rows of numbers in a text file, in one pass.
 
-use crate::ride::channels::table::{LARGEST, Spec, Table};
-use crate::ride::channels::unit::Unit;
-use crate::ride::error::{Problem, ReadError};
-use crate::ride::formats::cells::Separator;
-use crate::ride::formats::dialect::{Decimal, Dialect, is_comment, sniff};
-use crate::ride::formats::header::Offered;
-use crate::ride::formats::moment::Moment;
-use crate::ride::formats::source::{Source, binary};
-use crate::ride::formats::{spreadsheet, track};
-use crate::ride::options::{Limits, ReadOptions};
+use crate::channels::table::{LARGEST, Spec, Table};
+use crate::channels::unit::Unit;
+use crate::error::{Problem, ReadError};
+use crate::formats::cells::Separator;
+use crate::formats::dialect::{Decimal, Dialect, is_comment, sniff};
+use crate::formats::header::Offered;
+use crate::formats::moment::Moment;
+use crate::formats::source::{Source, binary};
+use crate::formats::{spreadsheet, track};
+use crate::options::{Limits, ReadOptions};
 
 /// Longest cell (bytes) that can be a number.
 const LONGEST_CELL: usize = 64;
@@ -105,7 +105,7 @@ struct Rows<'a> {
     beyond: Problem,
     kept: usize,
     line: usize,
-    places: crate::ride::channels::table::Places,
+    places: crate::channels::table::Places,
     limits: Limits,
     /// A fault that is forgiven if no row follows: the logger died while writing.
     pending: Option<ReadError>,
@@ -124,7 +124,7 @@ impl<'a> Rows<'a> {
             names: &dialect.names,
             time: specs
                 .iter()
-                .position(|s| s.channel == crate::ride::channels::channel::Channel::Time),
+                .position(|s| s.channel == crate::channels::channel::Channel::Time),
             first: None,
             plain: options.missing.is_empty(),
             options,

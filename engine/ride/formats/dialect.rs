@@ -2,13 +2,11 @@
 
 use std::borrow::Cow;
 
-use crate::ride::channels::channel::{Channel, heading, with_unit};
-use crate::ride::channels::glimpse::Glimpse;
-use crate::ride::error::{Problem, ReadError};
-use crate::ride::formats::cells::{
-    Separator, is_number, is_numeric, is_two_numbers, is_units, split,
-};
-use crate::ride::options::ReadOptions;
+use crate::channels::channel::{Channel, heading, with_unit};
+use crate::channels::glimpse::Glimpse;
+use crate::error::{Problem, ReadError};
+use crate::formats::cells::{Separator, is_number, is_numeric, is_two_numbers, is_units, split};
+use crate::options::ReadOptions;
 
 /// Data lines looked at before deciding.
 const SAMPLE: usize = 200;

@@ -4,11 +4,11 @@ use rustyfit::profile::typedef::MesgNum;
 use rustyfit::proto::{Message, Value};
 use rustyfit::{Decoder, DecoderEvent, StreamingIterator};
 
-use crate::ride::channels::glimpse::Glimpse;
-use crate::ride::channels::table::Table;
-use crate::ride::error::{Problem, ReadError};
-use crate::ride::formats::header::Offered;
-use crate::ride::options::{ReadOptions, most_numbers};
+use crate::channels::glimpse::Glimpse;
+use crate::channels::table::Table;
+use crate::error::{Problem, ReadError};
+use crate::formats::header::Offered;
+use crate::options::{ReadOptions, most_numbers};
 
 const TIMESTAMP: u8 = 253;
 /// What the fields of a record hold: number, name, units of the file in one of ours. Of two with one name the last goes before.

@@ -1,10 +1,10 @@
 //! Which format a file has: a table from any of them, or from arrays.
 
-use crate::ride::channels::table::Table;
-use crate::ride::error::{Problem, ReadError};
-use crate::ride::file::{Content, RideFile};
-use crate::ride::formats::{arrays, csv, fit, mat};
-use crate::ride::options::ReadOptions;
+use crate::channels::table::Table;
+use crate::error::{Problem, ReadError};
+use crate::file::{Content, RideFile};
+use crate::formats::{arrays, csv, fit, mat};
+use crate::options::ReadOptions;
 
 pub fn table(file: &RideFile<'_>, options: &ReadOptions) -> Result<Table, ReadError> {
     match file.content {

@@ -1,10 +1,10 @@
 //! From column names to channels and units.
 
-use crate::ride::channels::channel::{Channel, Heading, heading, with_unit};
-use crate::ride::channels::table::Spec;
-use crate::ride::channels::unit::Unit;
-use crate::ride::error::{Problem, ReadError};
-use crate::ride::options::ReadOptions;
+use crate::channels::channel::{Channel, Heading, heading, with_unit};
+use crate::channels::table::Spec;
+use crate::channels::unit::Unit;
+use crate::error::{Problem, ReadError};
+use crate::options::ReadOptions;
 
 /// Columns that a file offers. `names` are blank in a file without a header.
 pub struct Offered<'a> {

@@ -3,7 +3,7 @@
 
 use std::io::Read;
 
-use crate::ride::error::{Problem, ReadError};
+use crate::error::{Problem, ReadError};
 
 pub const HEADER: usize = 128;
 const DEEPEST: usize = 4;

@@ -1,8 +1,8 @@
 //! Looks through the XML of a workbook as it is unpacked, before a reader that takes up whole texts and tags sees it. What is
 //! not plain, well-nested UTF-8 is refused, so that no reader can understand it in another way.
 
-use crate::ride::error::Problem;
-use crate::ride::formats::spreadsheet::FORMAT;
+use crate::error::Problem;
+use crate::formats::spreadsheet::FORMAT;
 
 /// Most characters of a cell: Excel's own limit ("Excel specifications and limits"). A text elsewhere has no more.
 pub const TEXT: usize = 32_767;

@@ -6,12 +6,12 @@
 
 use std::ops::Range;
 
-use crate::ride::channels::glimpse::Glimpse;
-use crate::ride::channels::table::{Spec, Table, measured};
-use crate::ride::error::{Problem, ReadError};
-use crate::ride::formats::header::{Offered, Recognised};
-use crate::ride::formats::level5::{File, HEADER, Offer, corrupt};
-use crate::ride::options::{ReadOptions, most_numbers};
+use crate::channels::glimpse::Glimpse;
+use crate::channels::table::{Spec, Table, measured};
+use crate::error::{Problem, ReadError};
+use crate::formats::header::{Offered, Recognised};
+use crate::formats::level5::{File, HEADER, Offer, corrupt};
+use crate::options::{ReadOptions, most_numbers};
 
 pub fn is_mat(bytes: &[u8]) -> bool {
     bytes.starts_with(b"MATLAB ") && matches!(bytes.get(126..HEADER), Some(b"IM" | b"MI"))

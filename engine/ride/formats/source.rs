@@ -5,12 +5,12 @@
 
 use std::io::{self, Cursor, Read};
 
-use crate::ride::error::Problem;
+use crate::error::Problem;
 #[cfg(feature = "spreadsheets")]
-use crate::ride::formats::xlsx;
-use crate::ride::formats::zstd::Zstd;
-use crate::ride::formats::{spreadsheet, track};
-use crate::ride::options::{Limits, most_numbers};
+use crate::formats::xlsx;
+use crate::formats::zstd::Zstd;
+use crate::formats::{spreadsheet, track};
+use crate::options::{Limits, most_numbers};
 
 const BLOCK: usize = 1 << 20;
 
@@ -292,7 +292,7 @@ pub fn binary(head: &[u8]) -> Option<String> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::ride::formats::zstd::tests::packed as zstd;
+    use crate::formats::zstd::tests::packed as zstd;
     use std::io::Write;
 
     fn all(bytes: &[u8]) -> Result<Vec<u8>, Problem> {

@@ -5,7 +5,7 @@ use memchr::memmem;
 use quick_xml::events::Event;
 use quick_xml::{Reader, errors::Error};
 
-use crate::ride::error::Problem;
+use crate::error::Problem;
 
 /// What such a file is called.
 pub const FORMAT: &str = "GPX or TCX";

@@ -7,9 +7,9 @@ use memchr::memmem;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
-use crate::ride::error::Problem;
-use crate::ride::formats::markup::{Markup, corrupt};
-use crate::ride::options::{Limits, most_numbers};
+use crate::error::Problem;
+use crate::formats::markup::{Markup, corrupt};
+use crate::options::{Limits, most_numbers};
 
 /// Rows that a sheet can have.
 pub const ROWS: u32 = 1 << 20;

@@ -7,10 +7,10 @@ use std::io::Cursor;
 
 use calamine::{DataRef, ExcelDateTime, Reader, Xlsx, XlsxError};
 
-use crate::ride::error::Problem;
-use crate::ride::formats::markup::corrupt;
-use crate::ride::formats::workbook::{ROWS, sifted};
-use crate::ride::options::Limits;
+use crate::error::Problem;
+use crate::formats::markup::corrupt;
+use crate::formats::workbook::{ROWS, sifted};
+use crate::options::Limits;
 
 /// Excel's number of 1970-01-01 in its two calendars.
 const SINCE_1900: f64 = 25_569.0;
@@ -153,8 +153,8 @@ pub mod tests {
     use zip::write::SimpleFileOptions;
 
     use super::*;
-    use crate::ride::formats::spreadsheet::is_xlsx;
-    use crate::ride::options::most_numbers;
+    use crate::formats::spreadsheet::is_xlsx;
+    use crate::options::most_numbers;
 
     const RELATIONS: &str = "http://schemas.openxmlformats.org/officeDocument/2006/relationships";
     const MAIN: &str = "http://schemas.openxmlformats.org/spreadsheetml/2006/main";

@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use super::*;
-use crate::bicycle::Bike;
-use crate::ride::Ride;
-use crate::ride::formats::track;
+use crate::Ride;
+use crate::formats::track;
 #[cfg(feature = "spreadsheets")]
-use crate::ride::formats::{fit, xlsx};
-use crate::ride::options::FileOptions;
-use crate::ride::read::{preview, read, read_on_clocks};
+use crate::formats::{fit, xlsx};
+use crate::options::FileOptions;
+use crate::read::{preview, read, read_on_clocks};
+use veloid_core::bicycle::Bike;
 
 /// A column of waves at 100 Hz, time stamps written as reported.
 fn csv(header: &str, rows: usize, stamp: impl Fn(usize) -> String) -> String {

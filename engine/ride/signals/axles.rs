@@ -1,20 +1,20 @@
 //! What each axle did, on the common clock: measured, or made from what was measured.
 
-use crate::bicycle::{Axle, Bike, PerAxle};
-use crate::document::format_number::significant;
-use crate::plant::PlantRef;
-use crate::ride::AxleRecord;
-use crate::ride::band::Band;
-use crate::ride::channels::channel::Channel;
-use crate::ride::channels::values::is_constant;
-use crate::ride::clocks::rates::USUAL_HZ;
-use crate::ride::clocks::resample::FLAT;
-use crate::ride::error::{Problem, ReadError};
-use crate::ride::options::ReadOptions;
-use crate::ride::signals::checks::is_free_motion;
-use crate::ride::signals::common::{Common, Lapse, basis};
-use crate::ride::signals::delay::delayed;
-use crate::ride::signals::prescribed::{answer, power};
+use crate::AxleRecord;
+use crate::band::Band;
+use crate::channels::channel::Channel;
+use crate::channels::values::is_constant;
+use crate::clocks::rates::USUAL_HZ;
+use crate::clocks::resample::FLAT;
+use crate::error::{Problem, ReadError};
+use crate::options::ReadOptions;
+use crate::signals::checks::is_free_motion;
+use crate::signals::common::{Common, Lapse, basis};
+use crate::signals::delay::delayed;
+use crate::signals::prescribed::{answer, power};
+use veloid_core::bicycle::{Axle, Bike, PerAxle};
+use veloid_core::document::format_number::significant;
+use veloid_core::plant::PlantRef;
 
 /// Lowest frequency (Hz) that an accelerometer integrated twice is trusted at.
 const LOWEST_HZ: f64 = 0.5;

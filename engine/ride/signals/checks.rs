@@ -1,10 +1,10 @@
 //! What is doubtful about a channel: clipping, odd sizes, aliasing, nothing but noise.
 
-use crate::document::format_number::significant;
-use crate::numerics::statistics::variance;
-use crate::ride::channels::channel::Channel;
-use crate::ride::channels::values::{is_constant, size};
-use crate::ride::recording::{Recording, Track};
+use crate::channels::channel::Channel;
+use crate::channels::values::{is_constant, size};
+use crate::recording::{Recording, Track};
+use veloid_core::document::format_number::significant;
+use veloid_core::numerics::statistics::variance;
 
 /// Fewest equal samples at an extreme that count as clipped.
 const FLAT_RUN: usize = 3;

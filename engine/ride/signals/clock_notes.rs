@@ -1,10 +1,10 @@
 //! What is said of the clocks of a ride's sensors and files.
 
-use crate::ride::RideSummary;
-use crate::ride::channels::channel::Channel;
-use crate::ride::clocks::sensor_clock::SensorClock;
-use crate::ride::file::FileSummary;
-use crate::ride::recording::Recording;
+use crate::RideSummary;
+use crate::channels::channel::Channel;
+use crate::clocks::sensor_clock::SensorClock;
+use crate::file::FileSummary;
+use crate::recording::Recording;
 
 /// What clocks of files are compared by.
 const ONLY: &str = "only a laser and an accelerometer on the same axle determine it; time stamps and the offset option do not";

@@ -1,14 +1,14 @@
 //! The common clock, and channels brought to it.
 
-use crate::bicycle::Axle;
-use crate::ride::ReadOptions;
-use crate::ride::channels::channel::Channel;
-use crate::ride::channels::values::is_constant;
-use crate::ride::clocks::clock::{Clock, Grid};
-use crate::ride::clocks::resample::{convert, offset, spline_at, to_own_grid};
-use crate::ride::error::{Problem, ReadError};
-use crate::ride::recording::{Recording, Track, list, short};
-use crate::ride::signals::checks;
+use crate::ReadOptions;
+use crate::channels::channel::Channel;
+use crate::channels::values::is_constant;
+use crate::clocks::clock::{Clock, Grid};
+use crate::clocks::resample::{convert, offset, spline_at, to_own_grid};
+use crate::error::{Problem, ReadError};
+use crate::recording::{Recording, Track, list, short};
+use crate::signals::checks;
+use veloid_core::bicycle::Axle;
 
 /// Runs of missing samples up to this long leave no trace once they are over.
 const SHORT_GAP: usize = 3;

@@ -3,9 +3,9 @@
 
 use std::ops::Range;
 
-use crate::numerics::statistics::variance;
-use crate::ride::signals::checks::swings;
-use crate::ride::{AxleRecord, Ride};
+use crate::signals::checks::swings;
+use crate::{AxleRecord, Ride};
+use veloid_core::numerics::statistics::variance;
 
 /// Part of the largest swing below which a decay has faded: a hundredth of its energy is left. On a beam with magnets
 /// (../shared/real) a model with hardening errs by 18 % of the held-out swing where the record ends here, and by more than all
@@ -39,7 +39,7 @@ pub fn cut(ride: &mut Ride) -> Option<String> {
     );
     ride.start_s = ride.time_s(from);
     ride.samples = to - from;
-    for axle in crate::bicycle::Axle::BOTH {
+    for axle in veloid_core::bicycle::Axle::BOTH {
         if let Some(record) = ride.axles.get_mut(axle) {
             let AxleRecord {
                 road,

@@ -3,9 +3,9 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use crate::bicycle::PerAxle;
-use crate::numerics::filter::{Beyond, filter};
-use crate::ride::{AxleRecord, Ride, RoadDoubt};
+use crate::{AxleRecord, Ride, RoadDoubt};
+use veloid_core::bicycle::PerAxle;
+use veloid_core::numerics::filter::{Beyond, filter};
 
 /// Samples for each period of the fastest motion that are kept at least: cubic splines follow a sine of eight samples to 0.1 %.
 const KEPT: f64 = 8.0;
@@ -88,34 +88,8 @@ fn gain(cycles: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::spectrum::{Spectrum, measured_noise, tests::white};
-    use crate::simulate::simulated_ride::SimulatedRide;
-
-    #[test]
-    fn what_is_slow_keeps_its_shape_on_fewer_samples() {
-        let mut ride = SimulatedRide::default().ride();
-        let step = ride.step_s;
-        let swing = |t: f64| 1e-3 * (2.0 * t).sin();
-        for record in [&mut ride.axles.front, &mut ride.axles.rear]
-            .into_iter()
-            .flatten()
-        {
-            record.displacement = (0..ride.samples).map(|i| swing(i as f64 * step)).collect();
-            record.valid[1234] = false;
-        }
-        let fewer = decimated(&ride, 0.5).unwrap_or_else(|| unreachable!("0.5 Hz at 100 Hz"));
-        let factor = (fewer.step_s / step).round() as usize;
-        assert!(factor > 1 && fewer.samples >= LEAST, "{factor}");
-        for (_, record) in fewer.axles.iter() {
-            assert_eq!(record.displacement.len(), fewer.samples);
-            for i in 20..fewer.samples - 20 {
-                let error = record.displacement[i] - swing(i as f64 * fewer.step_s);
-                assert!(error.abs() < 1e-6, "{i}: {error}");
-            }
-            assert!(!record.valid[1234 / factor]);
-        }
-        assert!(decimated(&ride, 20.0).is_none());
-    }
+    use veloid_core::numerics::example::white;
+    use veloid_core::numerics::spectrum::{Spectrum, measured_noise};
 
     #[test]
     fn white_noise_stays_white_and_as_dense() {

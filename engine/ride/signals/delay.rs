@@ -1,10 +1,10 @@
 //! The rear wheel meets the front wheel's road one wheelbase later.
 
-use crate::bicycle::Bike;
-use crate::numerics::spline;
-use crate::ride::channels::channel::Channel;
-use crate::ride::error::{Problem, ReadError};
-use crate::ride::signals::common::Common;
+use crate::channels::channel::Channel;
+use crate::error::{Problem, ReadError};
+use crate::signals::common::Common;
+use veloid_core::bicycle::Bike;
+use veloid_core::numerics::spline;
 
 pub struct Delayed {
     pub road: Vec<f64>,
@@ -49,7 +49,7 @@ pub fn delayed(front: &[f64], common: &mut Common<'_>, bike: &Bike) -> Result<De
 }
 
 /// Distance ridden (m) at every sample: trapezoids of the speed, no faster than forward.
-pub(crate) fn distance(speed: &[f64], step_s: f64) -> Vec<f64> {
+pub fn distance(speed: &[f64], step_s: f64) -> Vec<f64> {
     let mut ridden = Vec::with_capacity(speed.len());
     let mut x = 0.0;
     for (i, v) in speed.iter().enumerate() {

@@ -2,7 +2,7 @@
 //! Told by the force that is measured, in the equation's weak form (smooth windows, integrated by parts, so that no record is
 //! differentiated; Shinbrot 1957, Trans. ASME 79:587-603): F = k z + B z' + c, or with m z'' beside them.
 
-use crate::numerics::modulating::{Windows, regress};
+use veloid_core::numerics::modulating::{Windows, regress};
 
 /// Halves of the windows (samples), and the fewest windows on either part.
 const HALVES: [usize; 6] = [4, 8, 16, 32, 64, 128];

@@ -1,9 +1,9 @@
 //! The sensors of a ride's file, on its clock.
 
-use crate::bicycle::Axle;
-use crate::ride::channels::channel::Channel;
-use crate::ride::channels::sensor::{SensorKind, SensorRecord, channel};
-use crate::ride::signals::common::{Common, Lapse};
+use crate::channels::channel::Channel;
+use crate::channels::sensor::{SensorKind, SensorRecord, channel};
+use crate::signals::common::{Common, Lapse};
+use veloid_core::bicycle::Axle;
 
 /// Accelerometers and lasers of a ride whose road, displacement and force were not recorded, where they determine k and B together with
 /// the speed, or each other's clock. The laser's sign is the options'.

@@ -1,4 +1,4 @@
-use crate::ride::formats::markup::*;
+use crate::formats::markup::*;
 
 fn kind(xml: &str) -> &'static str {
     let mut markup = Markup::new();

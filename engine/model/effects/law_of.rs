@@ -1,0 +1,88 @@
+//! What an effect does, as reports write it out.
+
+use std::collections::BTreeMap;
+
+use super::Kind;
+use crate::law::{Formula, OwnLaw, SIZES, Scale, Values};
+use veloid_report::simulation::{Law, LawState, names};
+
+impl Kind {
+    /// What the effect does, in expressions.
+    pub fn law(self, scale: &Scale) -> Law {
+        match (self, &scale.own) {
+            (Self::Own(_), Some(law)) => of_own(law),
+            _ => of_library(&self.spec().formula),
+        }
+    }
+
+    /// The numbers that these expressions name.
+    pub fn numbers(self, values: &Values, scale: &Scale) -> BTreeMap<String, f64> {
+        let spec = self.spec();
+        let parameters: Vec<&str> = match (self, &scale.own) {
+            (Self::Own(_), Some(law)) => law.parameters.iter().map(|p| p.name.as_str()).collect(),
+            _ => (spec.parameters.iter().map(|p| p.name))
+                .chain(spec.formula.choices.iter().copied())
+                .collect(),
+        };
+        let law = self.law(scale);
+        let is_named = |size: &str| {
+            let mut words = law.expressions().flat_map(names);
+            words.any(|word| word == size || (size == "wheel_radius" && word == "wheel"))
+        };
+        let sizes = SIZES.into_iter().zip(sizes(scale));
+        let sizes = sizes.filter(|(size, _)| is_named(size) && !parameters.contains(size));
+        (parameters.iter().copied().zip(values.iter().copied()))
+            .chain(sizes)
+            .map(|(name, value)| (name.to_owned(), value))
+            .collect()
+    }
+}
+
+/// The values of [`SIZES`].
+fn sizes(scale: &Scale) -> [f64; SIZES.len()] {
+    [
+        scale.d_rms,
+        scale.w_rms,
+        scale.mean_speed,
+        scale.wheel_radius,
+        scale.lift,
+    ]
+}
+
+fn of_own(law: &OwnLaw) -> Law {
+    let (force, states) = law.written();
+    let (tyre, body) = match law.is_on_body {
+        true => (String::new(), force.to_owned()),
+        false => (force.to_owned(), String::new()),
+    };
+    Law {
+        tyre,
+        body,
+        states: states.map(state).collect(),
+        ..Law::default()
+    }
+}
+
+fn of_library(formula: &Formula) -> Law {
+    Law {
+        tyre: formula.tyre.to_owned(),
+        body: formula.body.to_owned(),
+        acceleration: formula.acceleration.to_owned(),
+        states: formula.states.iter().copied().map(state).collect(),
+        shift: formula.shift.to_owned(),
+        half_window: formula.half_window.to_owned(),
+        height: formula.height.to_owned(),
+        slope: formula.slope.to_owned(),
+        delay: formula.delay.to_owned(),
+        gain: formula.gain.to_owned(),
+        offset: formula.offset.to_owned(),
+        lag: formula.lag.to_owned(),
+    }
+}
+
+fn state((name, rate): (&str, &str)) -> LawState {
+    LawState {
+        name: name.to_owned(),
+        rate: rate.to_owned(),
+    }
+}
