@@ -1,6 +1,7 @@
 //! The verdict: what was found is judged on every axle, and where that is not enough, looked for once more.
 
 use rayon::prelude::*;
+use tracing::debug;
 
 use crate::policy;
 use crate::prepare::Prepared;
@@ -69,6 +70,7 @@ pub fn decide(
     let every: Vec<usize> = (0..prepared.dataset.tracks.len()).collect();
     let first = by_likelihood(prepared, search, choose(search)?, &every, settings)?;
     let doubt = doubt(&first, prepared, search);
+    debug!(verdict = ?first.verdict, terms = ?first.model.terms, ?doubt, "judged by likelihood");
     let mut decision = match first.verdict == Verdict::Unnamed || doubt != Doubt::Not {
         true => {
             let found = second_look(first, doubt, prepared, search, settings)?;
@@ -85,6 +87,7 @@ pub fn decide(
     };
     decision.cost.steps = prepared.dataset.work.done();
     decision.cost.budget = search.budget.steps;
+    debug!(verdict = ?decision.verdict, terms = ?decision.model.terms, cost = ?decision.cost, "decided");
     Ok(decision)
 }
 
@@ -93,7 +96,7 @@ pub fn decide(
 const WINDOWS: u64 = 3;
 
 /// Why a verdict by likelihood is asked again.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Doubt {
     Not,
     /// The noise has swallowed what an effect takes off.

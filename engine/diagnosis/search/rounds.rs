@@ -9,6 +9,8 @@ use super::null::Null;
 use super::offered::Offered;
 use super::refit::{HOPE, LEADERS, SOME};
 use super::score_test::{Signatures, stands_out};
+use tracing::debug;
+
 use crate::policy;
 use crate::residual::coherence;
 use veloid_core::EngineError;
@@ -116,11 +118,16 @@ impl Search<'_> {
         };
         let leaders = leaders(model, best, &found);
         state.near.extend(leaders.iter().map(|m| added(model, m)));
-        let seen = |m: &Model, accepted: bool| Round {
-            term: added(model, m),
-            p_value: null
-                .p_value(m.likelihood - model.likelihood - self.unresolved(added(model, m).place)),
-            accepted,
+        let seen = |m: &Model, accepted: bool| {
+            let term = added(model, m);
+            let gain = m.likelihood - model.likelihood - self.unresolved(term.place);
+            let p_value = null.p_value(gain);
+            debug!(?term, gain, p_value, accepted, "round");
+            Round {
+                term,
+                p_value,
+                accepted,
+            }
         };
         if let Some(choice) = self.choice(state, leaders, best, null) {
             state.rounds.push(seen(choice, true));
