@@ -1,4 +1,4 @@
-//! Base models: what an axle is where nothing is left out. What departs from one is an effect ([`veloid_diagnosis`]).
+//! Base models: what an axle is where nothing is left out. What departs from one is an effect (`veloid-model`).
 //!
 //! Every one here has one degree of freedom and is linear ([`Coefficients`]), which is what the integrator and the exact
 //! solution compute; a [`Plant`] says which of its numbers exist, which of them a fit may move and how far, and under which names and
