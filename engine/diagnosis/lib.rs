@@ -3,21 +3,21 @@
 //! The folders lead one way down, each using only those before it: `policy` (every threshold that decides), `law`, `effects`, `dataset`, `fit`, `residual`, `search`,
 //! `verdict`, `explain`, and last `study`, which asks the same of several rides. `run` goes through them all: `prepare`, `decide`, `show`.
 
-pub mod assemble;
-pub mod axle;
-pub mod decide;
+mod assemble;
+mod axle;
+mod decide;
 #[cfg(test)]
 mod example;
-pub mod explain;
+mod explain;
 pub mod impose;
 pub mod policy;
 pub mod prepare;
-pub mod residual;
-pub mod run;
+mod residual;
+mod run;
 pub mod search;
 pub mod study;
-pub mod table;
-pub mod verdict;
+mod table;
+mod verdict;
 
 pub use run::diagnose;
 pub use table::as_diagnosed;

@@ -9,29 +9,29 @@
 //! [`gather`] ([`rough`]) → [`record`] → [`align`] → [`windows`] → [`band`] → [`bins`] → [`likelihood`] ([`transfer`], [`response`], [`whitened`]) →
 //! [`search`] ([`fit`]) → [`intervals`] → [`found`], [`clocks`].
 
-pub mod align;
-pub mod band;
-pub mod bins;
-pub mod clocks;
-pub mod evidence;
-pub mod fit;
-pub mod found;
-pub mod gather;
-pub mod hermitian;
-pub mod intervals;
-pub mod likelihood;
+mod align;
+mod band;
+mod bins;
+mod clocks;
+mod evidence;
+mod fit;
+mod found;
+mod gather;
+mod hermitian;
+mod intervals;
+mod likelihood;
 #[cfg(test)]
 mod measured;
-pub mod parameters;
-pub mod record;
-pub mod response;
-pub mod rough;
-pub mod search;
+mod parameters;
+mod record;
+mod response;
+mod rough;
+mod search;
 #[cfg(test)]
 mod tests;
-pub mod transfer;
-pub mod whitened;
-pub mod windows;
+mod transfer;
+mod whitened;
+mod windows;
 
 pub use band::Band;
 use bins::Bins;

@@ -2,13 +2,13 @@
 //! made of its numbers. Each is reported only where the record shows the right reading beside the wrong one; a ride that is odd
 //! for another reason is left to the diagnosis.
 
-pub mod balance;
-pub mod clock;
-pub mod course;
+mod balance;
+mod clock;
+mod course;
 pub mod delay;
-pub mod gain;
+mod gain;
 pub mod mass;
-pub mod sensors;
+mod sensors;
 
 pub use gain::{agrees, contradicts};
 pub use sensors::lasers_are_turned;

@@ -5,9 +5,9 @@
 //! (19). Where the mass is unknown an applied force makes 1/m a third unknown; on rides with a force
 //! and on free decays a constant stands for the unknown rest point.
 
-pub mod estimates;
-pub mod instrumental;
-pub mod regression;
+mod estimates;
+mod instrumental;
+mod regression;
 
 use nalgebra::{Matrix2, Matrix3, SVector};
 

@@ -6,10 +6,10 @@
 //! Besides k/m and B/m the initial state is unknown; on rides with an applied force and on free
 //! decays also a rest point (a constant force), and 1/m where the bike's mass is null.
 
-pub mod global;
+mod global;
 pub mod minima;
 pub mod problem;
-pub mod split;
+mod split;
 pub mod start;
 
 use nalgebra::{DMatrix, DVector};

@@ -4,9 +4,9 @@
 //! The three readings of the errors of eq. (26) are in [`veloid_core::Objective`]. The search box is even
 //! in log(k/m) and log(B/m), a factor around the instrumental-variable estimate.
 
-pub mod benchmark;
-pub mod kernel;
-pub mod search;
+mod benchmark;
+mod kernel;
+mod search;
 #[doc(hidden)]
 pub mod straight;
 pub mod target;

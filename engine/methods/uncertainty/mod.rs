@@ -5,4 +5,4 @@ pub mod laser;
 pub mod laser_clock;
 pub mod mass;
 pub mod road_noise;
-pub mod road_variant;
+mod road_variant;

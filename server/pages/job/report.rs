@@ -74,7 +74,7 @@ impl ReportView {
             result: (result.iter())
                 .map(|(axle, result)| ResultRow::of(axle, result))
                 .collect(),
-            methods: methods(report),
+            methods: methods(report, &result),
             comparison: comparison(report),
             comparison_notes: report.comparison.notes.clone(),
             observer: observer(report),
@@ -139,10 +139,9 @@ impl Answer {
     }
 }
 
-fn methods(report: &Report) -> Vec<MethodRow> {
+fn methods(report: &Report, results: &PerAxle<AxleResult>) -> Vec<MethodRow> {
     let percent =
         |bias: Option<f64>| bias.map_or_else(|| "–".to_owned(), |p| format!("{} %", fixed(p, 2)));
-    let results = result_of(report);
     let withheld = (report.diagnosis.as_ref()).is_none_or(|d| d.verdict == Verdict::CannotTell);
     (Method::ALL.into_iter().rev())
         .filter(|method| *method != Method::Extended || !withheld)
