@@ -6,7 +6,7 @@
 //!
 //! Everything is SI unless a name says otherwise. No HTTP, SQL or async code lives here.
 //!
-//! Who uses it as a library needs [`from_arrays`] or [`read`], [`Bike`], [`Settings`], [`identify`] with its [`Report`], and
+//! Users of the library need [`from_arrays`] or [`read`], [`Bike`], [`Settings`], [`identify`] with its [`Report`], and
 //! [`simulate()`]; `engine/examples/` shows each. The stages [`observe()`], [`conclude`], [`diagnose`] and [`assemble`] are what
 //! `identify` runs in a row.
 

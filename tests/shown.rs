@@ -1,4 +1,4 @@
-//! What people are told where something is missing or in another unit.
+//! Messages about what is missing or in another unit.
 
 use serde_json::Value;
 
