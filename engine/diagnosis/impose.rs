@@ -45,9 +45,11 @@ const ANGLE: f64 = 0.02;
 ///
 /// ```
 /// use std::collections::BTreeMap;
-/// use veloid_engine::report::diagnosis::Place;
-/// use veloid_engine::simulate::simulated_ride::SimulatedRide;
-/// use veloid_engine::{Bike, EngineError, Imposed, Ride, simulate};
+/// use veloid_core::{Bike, EngineError};
+/// use veloid_diagnosis::impose::{Imposed, ride};
+/// use veloid_methods::simulate::simulated_ride::SimulatedRide;
+/// use veloid_report::diagnosis::Place;
+/// use veloid_ride::Ride;
 ///
 /// let simulated = SimulatedRide { duration_s: 5.0, ..SimulatedRide::default() };
 /// let friction = Imposed {
@@ -55,8 +57,8 @@ const ANGLE: f64 = 0.02;
 ///     axle: Place::Front,
 ///     parameters: BTreeMap::from([("friction".to_owned(), 40.0)]),
 /// };
-/// let plain = simulate(&simulated, &Bike::default(), &[])?;
-/// let rubbing = simulate(&simulated, &Bike::default(), &[friction])?;
+/// let plain = ride(&simulated, &Bike::default(), &[])?;
+/// let rubbing = ride(&simulated, &Bike::default(), &[friction])?;
 /// assert_eq!((plain.samples, rubbing.samples), (501, 501));
 /// // 40 N of dry friction hold the front wheel nearer to the road.
 /// let spread = |ride: &Ride| {

@@ -1,7 +1,6 @@
 """The command line's numbers, bit for bit."""
 
 import json
-import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -107,12 +106,3 @@ def test_several_loggers_are_one_ride(tmp_path):
     frames = {Path(name).name: read_csv(Path(name)) for name in names}
     by_frame = veloid.identify(frames, tmp_path / "bike.json", **QUICK)
     assert without_files(by_frame.document) == without_files(json.loads(text))
-
-
-def test_built_from_the_versions_that_the_program_is_built_from():
-    versions = [
-        {(p["name"], p["version"]) for p in tomllib.loads((ROOT / lock).read_text())["package"]}
-        for lock in ("python/Cargo.lock", "Cargo.lock")
-    ]
-    own = {name for name, _ in versions[0] - versions[1]}
-    assert own <= {"target-lexicon", "veloid-python"} | {n for n in own if n.startswith("pyo3")}, own

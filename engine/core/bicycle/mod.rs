@@ -213,8 +213,8 @@ impl Bike {
     /// No JSON, an unknown key, a value out of its range.
     ///
     /// ```
-    /// use veloid_engine::Bike;
-    /// use veloid_engine::bicycle::{Axle, BikeError};
+    /// use veloid_core::Bike;
+    /// use veloid_core::bicycle::{Axle, BikeError};
     ///
     /// let bike = Bike::from_json(r#"{"bike": "city", "mass_front_kg": 23, "l_front_m": 0.8, "l_rear_m": 0.3}"#)?;
     /// assert_eq!((bike.mass(Axle::Front), bike.mass(Axle::Rear)), (Some(23.0), None));
