@@ -19,8 +19,8 @@ pub mod replay;
 mod skips;
 
 pub use pipeline::{
-    Ridden, assemble, conclude, diagnose, from_arrays, identify, observe, read, result_of, study,
-    validate,
+    Ridden, assemble, conclude, diagnose, from_arrays, identify, observe, read, result_of, scores,
+    study, validate,
 };
 pub use veloid_core::document::{seen, unseen};
 pub use veloid_core::{

@@ -10,6 +10,7 @@ mod decide;
 mod example;
 mod explain;
 pub mod impose;
+pub mod judge;
 pub mod policy;
 pub mod prepare;
 mod residual;
@@ -19,6 +20,6 @@ pub mod study;
 mod table;
 mod verdict;
 
-pub use run::diagnose;
+pub use run::{diagnose, scores};
 pub use table::as_diagnosed;
 pub use veloid_model::{effects, law};

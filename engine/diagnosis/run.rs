@@ -5,15 +5,16 @@ use super::prepare::Prepared;
 use super::search::Search;
 use super::search::extend::candidates;
 use crate::assemble::assemble;
+use crate::judge::{self, scores::Scores};
 use crate::policy;
-use veloid_core::EngineError;
-use veloid_core::Progress;
-use veloid_core::bicycle::Bike;
+use crate::verdict::choose::{Chosen, choose};
+use veloid_core::bicycle::{Bike, PerAxle};
 use veloid_core::settings::Settings;
+use veloid_core::{EngineError, Progress};
 use veloid_methods::output_error::spread_valid;
 use veloid_model::dataset::Budget;
 use veloid_report::Estimate;
-use veloid_report::diagnosis::{Base, Diagnosis, HeldOut, SearchCost, Verdict};
+use veloid_report::diagnosis::{Base, Diagnosis, HeldOut, SearchCost, SwitchedOff, Verdict};
 use veloid_report::stages::Conclusion;
 use veloid_ride::Ride;
 
@@ -41,6 +42,33 @@ pub fn diagnose(
     };
     let bare = asked.diagnosed(&bare, share_left(&sprung))?;
     Ok(better(sprung, bare))
+}
+
+/// The held-out scores of every set of effects that was tried on each axle of a bench: what the table of `judge` decides by.
+///
+/// # Errors
+/// What cannot be diagnosed, and cancellation.
+pub fn scores(
+    ride: &Ride,
+    bike: &Bike,
+    settings: &Settings,
+    conclusion: &Conclusion,
+    progress: &dyn Progress,
+) -> Result<PerAxle<Scores>, EngineError> {
+    let asked = Query {
+        ride,
+        bike,
+        settings,
+        conclusion,
+        progress,
+    };
+    let prepared = asked.prepared(Base::SpringAndDamper)?;
+    let search = asked.search(&prepared, 1.0).0;
+    let Chosen {
+        model, mut tied, ..
+    } = choose(&search)?;
+    tied.push(model);
+    judge::scores(&search, prepared.record(), &tied)
 }
 
 /// What a diagnosis is made from.
@@ -72,8 +100,8 @@ impl Query<'_> {
         }
     }
 
-    /// The diagnosis from one base, with a share of the budget.
-    fn diagnosed(&self, prepared: &Prepared, share: f64) -> Result<Diagnosis, EngineError> {
+    /// The search for effects beside a base, with a share of the budget, and what the ride cannot show.
+    fn search<'p>(&'p self, prepared: &'p Prepared, share: f64) -> (Search<'p>, Vec<SwitchedOff>) {
         let settings = self.settings;
         let (candidates, switched_off) = candidates(&prepared.dataset);
         let samples = prepared.dataset.samples * prepared.dataset.tracks.len();
@@ -89,6 +117,13 @@ impl Query<'_> {
             budget,
             progress: self.progress,
         };
+        (search, switched_off)
+    }
+
+    /// The diagnosis from one base, with a share of the budget.
+    fn diagnosed(&self, prepared: &Prepared, share: f64) -> Result<Diagnosis, EngineError> {
+        let settings = self.settings;
+        let (search, switched_off) = self.search(prepared, share);
         let decision = decide(prepared, &search, settings)?;
         Ok(assemble(
             prepared,
@@ -165,7 +200,6 @@ fn better(sprung: Diagnosis, bare: Diagnosis) -> Diagnosis {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use veloid_core::bicycle::PerAxle;
 
     fn diagnosed(base: Base, verdict: Verdict, left: f64) -> Diagnosis {
         let held = HeldOut {

@@ -12,6 +12,7 @@ use veloid_core::Progress;
 use veloid_core::bicycle::{Axle, Bike, PerAxle};
 use veloid_core::document::checked;
 use veloid_core::settings::Settings;
+use veloid_diagnosis::judge::scores::Scores;
 use veloid_methods::output_error;
 use veloid_methods::output_error::start::{start_from, starts_from};
 use veloid_methods::swarm::Swarm;
@@ -72,6 +73,37 @@ pub fn identify(
     settings: &Settings,
     progress: &dyn Progress,
 ) -> Result<Report, EngineError> {
+    let (observed, conclusion) = concluded(ride, bike, settings, progress)?;
+    let diagnosis = if settings.diagnosis {
+        progress.stage("diagnose");
+        Some(diagnose(ride, bike, settings, &conclusion, progress)?)
+    } else {
+        None
+    };
+    assemble(ride, bike, settings, observed, conclusion, diagnosis)
+}
+
+/// Held-out scores of every set of effects that is tried on each axle of a bench, from which `diagnosis::judge` reads a verdict.
+///
+/// # Errors
+/// As [`identify`].
+pub fn scores(
+    ride: &Ride,
+    bike: &Bike,
+    settings: &Settings,
+    progress: &dyn Progress,
+) -> Result<PerAxle<Scores>, EngineError> {
+    let (_, conclusion) = concluded(ride, bike, settings, progress)?;
+    veloid_diagnosis::scores(ride, bike, settings, &conclusion, progress)
+}
+
+/// The stages before the diagnosis.
+fn concluded(
+    ride: &Ride,
+    bike: &Bike,
+    settings: &Settings,
+    progress: &dyn Progress,
+) -> Result<(Observed, Conclusion), EngineError> {
     validate(settings)?;
     progress.stage("observe");
     let observed = observe(ride, bike, settings)?;
@@ -83,13 +115,7 @@ pub fn identify(
         .collect::<Result<Vec<_>, _>>()?;
     progress.stage("conclude");
     let conclusion = conclude(ride, bike, settings, &observed, trials)?;
-    let diagnosis = if settings.diagnosis {
-        progress.stage("diagnose");
-        Some(diagnose(ride, bike, settings, &conclusion, progress)?)
-    } else {
-        None
-    };
-    assemble(ride, bike, settings, observed, conclusion, diagnosis)
+    Ok((observed, conclusion))
 }
 
 /// Stage `observe`: what is visible at once.

@@ -10,7 +10,7 @@ mod study;
 mod synchronise;
 mod validate;
 
-pub use identify::{assemble, conclude, diagnose, identify, observe};
+pub use identify::{assemble, conclude, diagnose, identify, observe, scores};
 pub use result::result_of;
 pub use study::{Ridden, study};
 pub use synchronise::{from_arrays, read};

@@ -73,6 +73,10 @@ pub struct Identify {
     /// a script (.csv); may be given more than once.
     #[arg(long, value_name = "FILE", value_parser = model_file)]
     model: Vec<(PathBuf, Format)>,
+    /// Where to write what every set of effects leaves of held-out windows of a bench record (JSON), and nothing else: the evidence on
+    /// which rules of a verdict can be tried (docs/real.md).
+    #[arg(long, value_name = "FILE", conflicts_with = "model")]
+    scores: Option<PathBuf>,
 }
 
 fn model_file(text: &str) -> Result<(PathBuf, Format), String> {
@@ -103,6 +107,12 @@ impl Identify {
                 eprintln!("warning: {warning}");
             }
         };
+        if let Some(path) = &self.scores {
+            let scores = veloid_engine::scores(&ride, &bike, &options.settings, &progress)
+                .inspect_err(doubts)?;
+            let text = serde_json::to_string(&scores)?;
+            return std::fs::write(path, text).map_err(CliError::of_file(path));
+        }
         let report = veloid_engine::identify(&ride, &bike, &options.settings, &progress)
             .inspect_err(doubts)?;
         self.arguments.write(&report, &summary(&report))?;

@@ -1,9 +1,10 @@
 """Verdicts on real recordings, whole and with parts cut off, with their reports kept: what each costs, and what each threshold trades.
 
-usage: sweep.py VELOID REAL FOLDER [--only TEXT] [--whole] [--jobs N]
+usage: sweep.py VELOID REAL FOLDER [--only TEXT] [--whole] [--jobs N] [--cases cases_new.json] [--scores]
        sweep.py --roc FOLDER
 
-REAL holds cases.json and the recordings. Reports that FOLDER has already are not made again."""
+REAL holds cases.json and the recordings. Reports that FOLDER has already are not made again.
+With --scores what every set of effects leaves of held-out windows is kept in the place of reports, for `cargo run --example judge`."""
 
 import argparse
 import concurrent.futures
@@ -27,7 +28,7 @@ def rows(real, case):
     return 0, sum(1 for line in lines if re.match(r"\s*[-+.\d]", line))
 
 
-def command(veloid, real, case, part, bike):
+def command(veloid, real, case, part, bike, output):
     first, last = rows(real, case)
     arguments = list(case.get("arguments", []))
     if "--rows" in arguments:
@@ -37,7 +38,24 @@ def command(veloid, real, case, part, bike):
     arguments += ["--rows", f"{first + int(part[0] * count)}:{first + int(part[1] * count)}"]
     for channel, column in case["map"].items():
         arguments += ["--map", f"{channel}={column}"]
-    return [veloid, "identify", real / case["file"], "--bike", bike, "--json", "-", *arguments]
+    return [veloid, "identify", real / case["file"], "--bike", bike, *output, *arguments]
+
+
+def scores(veloid, real, folder, case, part):
+    name = case.get("name", case["file"])
+    kept = folder / f"{re.sub(r'[^a-z0-9]+', '_', name.lower())}_{part[0]:.2f}_{part[1]:.2f}.json"
+    if kept.exists():
+        return
+    bike = kept.with_suffix(".bike")
+    bike.write_text(json.dumps({"bike": "bench", "mass_front_kg": case["mass"]}))
+    made = kept.with_suffix(".scores")
+    quick = ["--scores", made, "--trials", "1", "--iterations", "2", "--particles", "4"]
+    done = subprocess.run(command(veloid, real, case, part, bike, quick), capture_output=True, text=True)
+    found = json.loads(made.read_text()) if done.returncode == 0 else None
+    asked = {key: case[key] for key in ("expected", "acceptable")}
+    kept.write_text(json.dumps({"name": name, "part": part, **asked, "scores": found}))
+    bike.unlink()
+    made.unlink(missing_ok=True)
 
 
 def ask(veloid, real, folder, case, part):
@@ -47,7 +65,7 @@ def ask(veloid, real, folder, case, part):
         bike = kept.with_suffix(".bike")
         bike.write_text(json.dumps({"bike": "bench", "mass_front_kg": case["mass"]}))
         begun = time.monotonic()
-        done = subprocess.run(command(veloid, real, case, part, bike), capture_output=True, text=True)
+        done = subprocess.run(command(veloid, real, case, part, bike, ["--json", "-"]), capture_output=True, text=True)
         diagnosis = json.loads(done.stdout)["diagnosis"] if done.returncode == 0 else None
         kept.write_text(
             json.dumps(
@@ -188,15 +206,21 @@ def main():
     asked.add_argument("--whole", action="store_true")
     asked.add_argument("--jobs", type=int, default=2)
     asked.add_argument("--roc", action="store_true")
+    asked.add_argument("--cases", default="cases.json")
+    asked.add_argument("--scores", action="store_true")
     asked = asked.parse_args()
     if asked.roc:
         roc([json.loads(p.read_text()) for p in sorted(pathlib.Path(asked.place[0]).glob("*.json"))])
         return
     veloid, real, folder = asked.place[0], pathlib.Path(asked.place[1]), pathlib.Path(asked.place[2])
     folder.mkdir(parents=True, exist_ok=True)
-    cases = json.loads((real / "cases.json").read_text())["cases"]
+    cases = json.loads((real / asked.cases).read_text())["cases"]
     parts = PARTS[:1] if asked.whole else PARTS
     jobs = [(c, p) for c in cases if asked.only in c.get("name", c["file"]) for p in parts]
+    if asked.scores:
+        with concurrent.futures.ThreadPoolExecutor(asked.jobs) as pool:
+            list(pool.map(lambda job: scores(veloid, real, folder, *job), jobs))
+        return
     with concurrent.futures.ThreadPoolExecutor(asked.jobs) as pool:
         all_asked = list(pool.map(lambda job: ask(veloid, real, folder, *job), jobs))
     table(all_asked)

@@ -120,6 +120,21 @@ pub const MARGIN: f64 = 1.25;
 /// Effects on an axle at most.
 pub const MOST_BY_WINDOWS: usize = 3;
 
+// What the table decides by (`verdict/table.rs`).
+
+/// Weight of the sets that contain an effect from which it is named, and of those that a verdict rests on.
+pub const SUPPORT: f64 = 0.9;
+/// Share of what is left without an effect, above the noise, that it must take.
+pub const SHARE: f64 = 0.25;
+/// Share of the force and of the motion (RMS) below which the plain model lacks nothing that is physics of the record.
+pub const FLOOR: f64 = 0.02;
+/// Samples that a record is worth in which even the best set leaves nothing but the error of the model.
+pub const PATIENCE: f64 = 20.0;
+/// Nats that a parameter costs.
+pub const OCCAM: f64 = 1.0;
+/// Times the noise that the plain model may leave (squares) and lack nothing.
+pub const QUIET: f64 = 2.0;
+
 // When a verdict by likelihood is asked again.
 
 /// Share of the force (RMS) below which a plain model that misses it lacks nothing that is physics of the record: a sensor's own law does

@@ -147,6 +147,11 @@ impl<'a> InWindows<'a> {
         self.best(self.unit(&fit.unit.terms), vec![fit.point.clone()])
     }
 
+    /// A model from where others than these windows have led to.
+    pub fn from(&self, unit: Unit, start: Point) -> Option<Seen> {
+        self.best(unit, vec![start])
+    }
+
     pub fn is_physical(&self, seen: &Seen) -> bool {
         has_physical_effects(self.search.fitter.dataset, &seen.unit, &seen.point)
     }

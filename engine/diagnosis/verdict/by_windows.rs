@@ -46,7 +46,7 @@ pub fn sighted(
     asked.iter().enumerate().map(of_track).collect()
 }
 
-fn missed(dataset: &Dataset, t: usize) -> Option<f64> {
+pub fn missed(dataset: &Dataset, t: usize) -> Option<f64> {
     let track = &dataset.tracks[t];
     weak_form::missed(dataset, track, dataset.samples, dominant_period(track)?)
 }

@@ -130,7 +130,7 @@ pub fn is_little(missed: f64) -> bool {
 }
 
 /// A record in ordinary windows and in others: shorter ones, or where it has no room for these, between the ordinary ones.
-fn divided(track: &Track, samples: usize) -> Option<[Windows; 2]> {
+pub fn divided(track: &Track, samples: usize) -> Option<[Windows; 2]> {
     let of_length = |times| Windows::of(track, samples, times);
     let ordinary = of_length(1.0)?;
     let shorter = of_length(policy::SHORTER).filter(|w| w.length() < ordinary.length());

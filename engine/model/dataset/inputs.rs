@@ -163,6 +163,10 @@ impl Dataset {
                 track.plant.moves(),
                 "the motion is prescribed, so no mass moves freely",
             ),
+            Need::Drive => (
+                track.is_driven(),
+                "nothing drives the axle, and a free decay confounds it with the amplitude",
+            ),
             Need::Hold => (
                 self.is_held,
                 "no spring holds the mass, so its drift cannot be distinguished from the sensor's",
@@ -274,5 +278,9 @@ mod tests {
         free.is_held = false;
         assert!(free.lacks(&free.tracks[0], Need::Hold).is_some());
         assert_eq!(dataset.lacks(&dataset.tracks[0], Need::Hold), None);
+        let mut released = dataset.clone();
+        released.tracks[0].has_road = false;
+        assert!(released.lacks(&released.tracks[0], Need::Drive).is_some());
+        assert_eq!(lacks(Need::Drive), None);
     }
 }

@@ -158,6 +158,11 @@ impl Track {
         }
     }
 
+    /// Whether a road, a force or a rig moves the axle.
+    pub fn is_driven(&self) -> bool {
+        self.has_road || self.input.force.is_some() || self.input.prescribed
+    }
+
     /// Noise (m, RMS) of the displacement sensor, declared or measured; nothing where neither is so.
     pub fn sensor_noise(&self) -> Option<f64> {
         self.declared_noise

@@ -103,6 +103,7 @@ fn words(need: Need) -> &'static str {
         Need::StaticLoad => "the static load",
         Need::PrescribedMotion => "a rig that prescribes the motion",
         Need::Mass => "a mass that moves",
+        Need::Drive => "a road or a force that drives the axle",
         Need::Hold => "a spring that holds the mass in its place",
     }
 }

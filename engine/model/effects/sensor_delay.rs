@@ -14,7 +14,7 @@ impl Effect for SensorDelay {
     const SPEC: Spec = Spec {
         id: "sensor_delay",
         acts: Acts::OneAxle,
-        needs: &[Need::Mass],
+        needs: &[Need::Mass, Need::Drive],
         parameters: &[DELAY],
         amplitudes: &[0],
         starts: |s| vec![[0.2 * s.step, 0.0, 0.0, 0.0]],

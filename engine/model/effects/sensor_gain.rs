@@ -14,7 +14,7 @@ impl Effect for SensorGain {
     const SPEC: Spec = Spec {
         id: "sensor_gain",
         acts: Acts::OneAxle,
-        needs: &[Need::Mass],
+        needs: &[Need::Mass, Need::Drive],
         parameters: &[EXCESS],
         amplitudes: &[0],
         starts: |_| vec![[0.02, 0.0, 0.0, 0.0]],

@@ -16,6 +16,8 @@ pub enum Need {
     PrescribedMotion,
     /// A mass that moves, whose displacement is measured.
     Mass,
+    /// A road or a force that drives the axle: in a free decay time, size and the sensor's scale go together.
+    Drive,
     /// A spring, or anything else that holds the mass in its place.
     Hold,
 }
