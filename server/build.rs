@@ -9,7 +9,7 @@ use std::path::Path;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 
-const FEATURES: [&str; 4] = ["parquet", "postgres", "s3", "spreadsheets"];
+const FEATURES: [&str; 5] = ["parquet", "postgres", "s3", "spreadsheets", "webhooks"];
 
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed=build.rs");

@@ -46,6 +46,7 @@ use clap::Parser;
 pub fn run() -> ExitCode {
     allocator::give_back_soon();
     // TLS towards receivers of webhooks and object storage. It fails only where a provider is installed already.
+    #[cfg(any(feature = "s3", feature = "webhooks"))]
     let _ = rustls::crypto::ring::default_provider().install_default();
     match cli::Cli::parse().run() {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,16 +1,18 @@
 //! What a program says that is asked for something which it was built without.
 
 use std::path::Path;
+use std::time::Duration;
 
 use reqwest::Response;
-use serde_json::Value;
+use serde_json::{Value, json};
+use sqlx::SqliteConnection;
 
 use crate::built::{is_built_with, veloid};
 use crate::harness::{Folder, Server};
 use crate::skips::not_applicable;
-use crate::{ride, workbook};
+use crate::{altered, ride, workbook};
 
-const FEATURES: [&str; 4] = ["parquet", "postgres", "s3", "spreadsheets"];
+const FEATURES: [&str; 5] = ["parquet", "postgres", "s3", "spreadsheets", "webhooks"];
 
 /// Whether the program is built without a feature; says so if not.
 fn lacks(feature: &str) -> bool {
@@ -111,4 +113,54 @@ async fn a_workbook_is_refused() {
     is_not_built(answer, "spreadsheets").await;
     let answer = server.upload(workbook, ride::BIKE, &[]).await;
     is_not_built(answer, "spreadsheets").await;
+}
+
+#[test]
+fn hosts_of_webhooks_are_refused_at_the_start() {
+    if lacks("webhooks") {
+        for command in ["serve", "worker"] {
+            is_refused(&[command, "--webhook-allow", "example.org"], "webhooks");
+            is_refused(&[command, "--webhook-private"], "webhooks");
+        }
+    }
+}
+
+/// Webhooks of a program that sends are listed and deleted, and their messages wait for it.
+#[tokio::test]
+async fn webhooks_are_refused_and_their_messages_wait() {
+    if !lacks("webhooks") {
+        return;
+    }
+    const WAITING: &str = "SELECT state, attempt FROM river_job WHERE kind = 'deliver'";
+    const WEBHOOK: &str = "\
+        INSERT INTO webhook (id, group_name, url, events, secret, created_at) \
+        VALUES (x'00112233445566778899aabbccddeeff', 'default', 'http://127.0.0.1:9/', 'job.succeeded', 'whsec_', 0)";
+    let server = Server::on_sqlite(&[]);
+    let url = json!({"url": "https://example.org/"});
+    let id = "00112233-4455-6677-8899-aabbccddeeff";
+    for path in ["/v1/webhooks".to_owned(), format!("/v1/webhooks/{id}/test")] {
+        let request = server.client.post(server.address(&path)).json(&url);
+        is_not_built(request.send().await.unwrap(), "webhooks").await;
+    }
+    let mut database = altered::open(&server.folder).await;
+    sqlx::query(WEBHOOK).execute(&mut database).await.unwrap();
+    assert_eq!(server.json("/v1/webhooks").await[0]["id"], id);
+    let job = server.submit(&ride::QUICK).await;
+    server.succeeded(&job).await;
+    let waiting = async |database: &mut SqliteConnection| -> Vec<(String, i64)> {
+        let rows = sqlx::query_as(WAITING).fetch_all(database).await;
+        rows.unwrap()
+    };
+    while waiting(&mut database).await.is_empty() {
+        tokio::time::sleep(Duration::from_millis(50)).await;
+    }
+    tokio::time::sleep(Duration::from_secs(2)).await;
+    assert_eq!(
+        waiting(&mut database).await,
+        [("available".to_owned(), 0)],
+        "nobody has tried"
+    );
+    let path = server.address(&format!("/v1/webhooks/{id}"));
+    let deleted = server.client.delete(path).send().await.unwrap();
+    assert_eq!(deleted.status(), 204);
 }

@@ -510,6 +510,7 @@ pub fn time(value: &Value) -> Option<Timestamp> {
 
 /// A client to be set up; its TLS asks for a provider even where nothing is encrypted.
 pub fn http() -> ClientBuilder {
+    #[cfg(any(feature = "s3", feature = "webhooks"))]
     let _ = rustls::crypto::ring::default_provider().install_default();
     // Tests keep their only thread busy for long, and would not hear that a connection was closed.
     Client::builder().pool_idle_timeout(Duration::from_secs(5))

@@ -15,6 +15,7 @@ mod clocks;
 mod crashes;
 mod dashboard;
 mod deletion;
+mod demo;
 mod dependence;
 mod doors;
 mod ended_keys;

@@ -96,7 +96,7 @@ async fn a_wheelbase_in_millimetres_is_named_as_such() {
             reqwest::multipart::Part::bytes(ride::example()).file_name("ride.csv"),
         );
     let address = server.address("/v1/rides");
-    let answer = reqwest::Client::new().post(address).multipart(form).send();
+    let answer = server.client.post(address).multipart(form).send();
     let answer = answer.await.unwrap();
     assert_eq!(answer.status(), 422);
     let problem: Value = answer.json().await.unwrap();

@@ -10,6 +10,7 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::watch;
 
+use crate::built::has;
 use crate::harness::Server;
 use crate::webhooks::{Receiver, created};
 
@@ -205,16 +206,25 @@ async fn others_hear(addresses: &[String]) {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_host_that_does_not_answer_keeps_nobody_elses_messages() {
+    if !has("webhooks") {
+        return;
+    }
     others_hear(&["127.0.0.2".to_owned()]).await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn nor_those_to_another_port_of_it() {
+    if !has("webhooks") {
+        return;
+    }
     others_hear(&["127.0.0.1".to_owned()]).await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn nor_do_many_hosts_that_do_not_answer() {
+    if !has("webhooks") {
+        return;
+    }
     let addresses: Vec<String> = (2..14).map(|n| format!("127.0.0.{n}")).collect();
     others_hear(&addresses).await;
 }
@@ -222,6 +232,9 @@ async fn nor_do_many_hosts_that_do_not_answer() {
 /// A connection that is closed is no answer; with each the host has more time.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_host_that_closes_its_connections_is_sent_to_less_and_less() {
+    if !has("webhooks") {
+        return;
+    }
     let addresses = ["127.0.0.2".to_owned()];
     let (mut server, [a, _]) = shared(&addresses);
     server.as_seen_by(&a);
@@ -247,6 +260,9 @@ async fn a_host_that_closes_its_connections_is_sent_to_less_and_less() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_message_is_given_up_after_days_however_few_attempts_were_made() {
+    if !has("webhooks") {
+        return;
+    }
     let addresses = ["127.0.0.2".to_owned()];
     let (mut server, [a, _]) = shared(&addresses);
     server.as_seen_by(&a);

@@ -15,6 +15,7 @@ use reqwest::Response;
 use serde_json::{Value, json};
 use sha2::Sha256;
 
+use crate::built::has;
 use crate::harness::Server;
 use crate::season;
 
@@ -150,6 +151,9 @@ const OPEN: [&str; 3] = ["--webhook-allow", "127.0.0.1", "--webhook-private"];
 
 #[tokio::test]
 async fn the_end_of_a_job_is_reported_signed_and_again_until_it_is_taken() {
+    if !has("webhooks") {
+        return;
+    }
     let server = Server::with(&OPEN);
     let receiver = Receiver::answering(&[StatusCode::SERVICE_UNAVAILABLE, StatusCode::OK]).await;
     let made = created(
@@ -196,6 +200,9 @@ async fn the_end_of_a_job_is_reported_signed_and_again_until_it_is_taken() {
 
 #[tokio::test]
 async fn a_bicycle_that_changes_is_reported_once() {
+    if !has("webhooks") {
+        return;
+    }
     let server = Server::with(&OPEN);
     let receiver = Receiver::answering(&[]).await;
     season::write(&server, 2, 200).await;
@@ -240,6 +247,9 @@ async fn a_bicycle_that_changes_is_reported_once() {
 
 #[tokio::test]
 async fn nothing_goes_where_the_operator_has_not_allowed_it() {
+    if !has("webhooks") {
+        return;
+    }
     let receiver = Receiver::answering(&[]).await;
     for (args, url, said) in [
         (&[][..], receiver.url(), "is not encrypted"),
@@ -341,6 +351,9 @@ async fn nothing_goes_where_the_operator_has_not_allowed_it() {
 
 #[tokio::test]
 async fn webhooks_belong_to_a_groups_administrators() {
+    if !has("webhooks") {
+        return;
+    }
     let receiver = Receiver::answering(&[]).await;
     let keys: [&[&str]; 3] = [
         &["--scope", "admin"],

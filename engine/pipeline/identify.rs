@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::gains;
 use super::result::result;
 use super::validate::validate;
+use super::widening::Widening;
 use crate::replay::comparison;
 use veloid_core::EngineError;
 use veloid_core::Progress;
@@ -16,19 +17,14 @@ use veloid_diagnosis::judge::scores::Scores;
 use veloid_methods::output_error;
 use veloid_methods::output_error::start::{start_from, starts_from};
 use veloid_methods::swarm::Swarm;
-use veloid_methods::uncertainty::interpolation::interpolation_error;
-use veloid_methods::uncertainty::laser::{are_unplaced, misleading, notes, unconfirmed, widened};
-use veloid_methods::uncertainty::laser_clock::laser_error;
-use veloid_methods::uncertainty::mass::mass_error;
-use veloid_methods::uncertainty::road_noise::{borne, decides, road_noise_error, worth_reporting};
+use veloid_methods::uncertainty::laser::{are_unplaced, misleading, unconfirmed};
+use veloid_methods::uncertainty::road_noise::decides;
 use veloid_mistakes::mistakes;
 use veloid_report::Method;
 use veloid_report::diagnosis::Diagnosis;
 use veloid_report::identifiable::{MISTAKEN, UNPLACED};
 use veloid_report::stages::{Conclusion, Observed};
-use veloid_report::{
-    Comparison, Estimate, LatentRoad, Mistake, Parameters, Report, SwarmReport, Trial,
-};
+use veloid_report::{Comparison, Estimate, LatentRoad, Mistake, Report, SwarmReport, Trial};
 use veloid_ride::Ride;
 
 /// Stiffness k and damping B of every axle by every method, and what physics the model leaves out. Trials of the swarm run
@@ -149,16 +145,11 @@ pub fn conclude(
         let estimate = fit.estimate(bike.mass(axle).is_some()).reportable();
         estimate.within_reach(ride.step_s)
     });
-    let laser_error = laser_error(ride, bike, settings, &output_error);
-    let road_noise_error = road_noise_error(ride, bike, settings, &output_error);
-    let mass_error = mass_error(ride, bike, settings, &output_error)?;
-    let interpolation_error = interpolation_error(ride, bike, settings, &output_error);
-    let supports = |estimates: &PerAxle<Estimate>| {
-        widened_by_all(estimates, [&laser_error, &mass_error, &interpolation_error])
-    };
-    let output_error = borne(&supports(&output_error), &road_noise_error);
+    let widening = Widening::find(ride, bike, settings, &output_error)?;
+    let output_error = widening.of_output_error(&output_error);
     let judged = |estimates: &PerAxle<Estimate>| {
-        supports(estimates).map(|axle, e| e.clone().judged_by(output_error.get(axle)))
+        let estimates = widening.of_any(estimates);
+        estimates.map(|axle, e| e.clone().judged_by(output_error.get(axle)))
     };
     let swarm = SwarmReport {
         front: swarm
@@ -167,33 +158,8 @@ pub fn conclude(
         rear: swarm.rear.map(|e| e.judged_by(output_error.rear.as_ref())),
         ..swarm
     };
-    let reported = [
-        notes(
-            &output_error,
-            &laser_error,
-            "the laser from which the road was computed",
-            "its clock error and noise",
-        ),
-        notes(
-            &output_error,
-            &worth_reporting(&output_error, &road_noise_error),
-            "noise in the road channel",
-            "output error treats it as road",
-        ),
-        notes(
-            &output_error,
-            &worth_reporting(&output_error, &interpolation_error),
-            "interpolation of the road between its samples",
-            "the axle moves fast compared with the sampling rate",
-        ),
-        notes(
-            &output_error,
-            &mass_error,
-            "the mass's standard deviation",
-            "from the bike file",
-        ),
-    ];
-    let comparison = compared(ride, observed, &swarm, &output_error, reported.concat());
+    let notes = widening.notes(&output_error);
+    let comparison = compared(ride, observed, &swarm, &output_error, notes);
     let clock_unconfirmed = unconfirmed(
         &ride.summary.clocks,
         &output_error,
@@ -206,24 +172,15 @@ pub fn conclude(
         instrumental: judged(&observed.instrumental),
         swarm,
         output_error,
-        laser_error,
-        mass_error,
-        road_noise_error,
-        interpolation_error,
+        laser_error: widening.laser,
+        mass_error: widening.mass,
+        road_noise_error: widening.road_noise,
+        interpolation_error: widening.interpolation,
         clock_unconfirmed,
         unidentified: (observed.latent_road.as_ref()).and_then(|latent| latent.reason.clone()),
         comparison,
     };
     checked("conclude", conclusion)
-}
-
-/// Estimates whose intervals bear all of these errors.
-fn widened_by_all(
-    estimates: &PerAxle<Estimate>,
-    errors: [&PerAxle<Parameters>; 3],
-) -> PerAxle<Estimate> {
-    let wider = |estimates: PerAxle<Estimate>, by: &PerAxle<Parameters>| widened(&estimates, by);
-    errors.into_iter().fold(estimates.clone(), wider)
 }
 
 /// The paper's Table 1, with what there is to say beside it.
@@ -288,18 +245,8 @@ pub fn diagnose(
         )),
         found => found?,
     };
-    let errors = [
-        &conclusion.laser_error,
-        &conclusion.mass_error,
-        &conclusion.interpolation_error,
-    ];
-    let extended = widened_by_all(&found.extended, errors);
-    let extended = extended.map(|_, e| e.clone().within_reach(ride.step_s));
-    // Beside effects the estimates are corrected for noise of the road.
     let plain = |axle| !found.effects.iter().any(|e| e.axle.acts_on(axle));
-    let noise = &conclusion.road_noise_error;
-    let noise = noise.filter_map(|axle, by| plain(axle).then(|| by.clone()));
-    let extended = widened(&extended, &noise);
+    let extended = Widening::stored(conclusion).of_extended(ride, &found.extended, plain);
     let extended = gains::withheld(ride, &found, &extended);
     let sentence = [
         Some(found.sentence.clone()),
@@ -371,6 +318,7 @@ pub fn assemble(
         (None, Some(diagnosis)) => gains::withheld(ride, diagnosis, &estimates),
         (None, None) => estimates,
     };
+    let widening = Widening::stored(&conclusion);
     let report = Report {
         veloid: env!("CARGO_PKG_VERSION").to_owned(),
         ride: ride.summary.clone(),
@@ -384,8 +332,7 @@ pub fn assemble(
         swarm: conclusion.swarm,
         output_error: reported(conclusion.output_error),
         latent_road: observed.latent_road.map(|latent| {
-            let PerAxle { front, rear } =
-                reported(widened(&latent.axles(), &conclusion.mass_error));
+            let PerAxle { front, rear } = reported(widening.of_latent_road(&latent.axles()));
             LatentRoad {
                 front,
                 rear,

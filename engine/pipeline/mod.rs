@@ -9,6 +9,7 @@ mod result;
 mod study;
 mod synchronise;
 mod validate;
+mod widening;
 
 pub use identify::{assemble, conclude, diagnose, identify, observe, scores};
 pub use result::result_of;

@@ -5,6 +5,7 @@ use uuid::Uuid;
 use veloid_engine::EngineError;
 use veloid_engine::ride::ReadError;
 
+use super::client::ClientError;
 use crate::built::NotBuilt;
 use crate::erasure::EraseError;
 use crate::export::NoModel;
@@ -116,7 +117,9 @@ pub enum CliError {
     #[error("queue: {0}")]
     Queue(#[from] riverqueue::Error),
     #[error("request: {0}")]
-    Request(#[from] reqwest::Error),
+    Request(#[from] ClientError),
+    #[error("not ready: {0}")]
+    NotReady(String),
     #[error("report: {0}")]
     Json(#[from] serde_json::Error),
     #[error("{0}")]

@@ -4,6 +4,7 @@ use std::time::Duration;
 use clap::Args;
 
 use super::CliError;
+use super::client::Client;
 
 const PATIENCE: Duration = Duration::from_secs(4);
 
@@ -20,10 +21,19 @@ impl Health {
         if self.listen.ip().is_unspecified() {
             self.listen.set_ip(IpAddr::V4(Ipv4Addr::LOCALHOST));
         }
-        let client = reqwest::Client::builder().timeout(PATIENCE).build()?;
-        let address = format!("http://{}/readyz", self.listen);
-        let answer = client.get(address).send().await?.error_for_status()?;
-        print!("{}", answer.text().await?);
+        let (client, address) = (Client::new(), format!("http://{}/readyz", self.listen));
+        let answer = tokio::time::timeout(PATIENCE, client.get(&address)).await;
+        let answer = answer.map_err(|_| {
+            CliError::NotReady(format!("no answer within {} s", PATIENCE.as_secs()))
+        })??;
+        let said = String::from_utf8_lossy(&answer.body);
+        match answer.status.is_success() {
+            true => print!("{said}"),
+            false => {
+                let said = format!("{}: {}", answer.status, said.trim_end());
+                return Err(CliError::NotReady(said));
+            }
+        }
         Ok(())
     }
 }

@@ -104,6 +104,7 @@ impl Serve {
     }
 
     async fn serve(self) -> Result<(), CliError> {
+        let targets = self.webhooks.targets()?;
         let (db, files) = self.storage.begin().await?;
         db.settle().await?;
         let access = self.entry.access(&db, self.listen).await?;
@@ -117,13 +118,10 @@ impl Serve {
         let running = match threads {
             0 => None,
             _ => Some(
-                jobs::start(self.limits.work(
-                    &db,
-                    &rides,
-                    &hub,
-                    threads,
-                    self.webhooks.targets(),
-                )?)
+                jobs::start(
+                    self.limits
+                        .work(&db, &rides, &hub, threads, targets.clone())?,
+                )
                 .await?,
             ),
         };
@@ -146,7 +144,7 @@ impl Serve {
             max_upload: self.max_upload,
             access,
             policy: self.keeping.policy(),
-            targets: self.webhooks.targets(),
+            targets,
             stop: stop.clone(),
         });
         tokio::spawn(keep_tidy(

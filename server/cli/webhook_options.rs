@@ -1,6 +1,7 @@
 use clap::Args;
 
-use crate::webhooks::Targets;
+use crate::built::NotBuilt;
+use crate::webhooks::{self, Targets};
 
 /// Where webhooks may go.
 #[derive(Args, Clone)]
@@ -19,7 +20,10 @@ pub struct WebhookOptions {
 }
 
 impl WebhookOptions {
-    pub fn targets(&self) -> Targets {
-        Targets::new(&self.hosts, self.private)
+    pub fn targets(&self) -> Result<Targets, NotBuilt> {
+        if !self.hosts.is_empty() || self.private {
+            webhooks::built()?;
+        }
+        Ok(Targets::new(&self.hosts, self.private))
     }
 }

@@ -123,6 +123,7 @@ impl Worker {
     }
 
     async fn work(self) -> Result<(), CliError> {
+        let targets = self.webhooks.targets()?;
         let (db, files): (Db, Files) = self.storage.begin().await?;
         db.settle().await?;
         let stop = CancellationToken::new();
@@ -134,7 +135,7 @@ impl Worker {
             &RideCache::new(db.clone(), files, self.limits.readers()?),
             &Hub::new(),
             threads,
-            self.webhooks.targets(),
+            targets,
         )?;
         let running = jobs::start(work).await?;
         if let Some(address) = self.listen {

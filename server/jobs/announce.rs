@@ -3,6 +3,7 @@ use std::collections::BTreeSet;
 use riverqueue::jiff::Timestamp;
 use riverqueue::{BoxError, Job, WorkContext, WorkError, WorkOutcome, Worker};
 use serde_json::{Value, json};
+use tracing::debug;
 use uuid::Uuid;
 
 use super::fault::Fault;
@@ -64,6 +65,7 @@ impl Stages {
             ),
             false => (Vec::new(), Vec::new()),
         };
+        debug!(job = %id, receivers = to.len(), "announces the end of a job");
         let mut tx = db.begin().await?;
         complete(context, &mut tx, id).await?;
         webhook::lock_bike(&mut tx, group, bike).await?;

@@ -2,10 +2,11 @@ use std::sync::Arc;
 
 use riverqueue::jiff::Timestamp;
 use riverqueue::{BoxError, Job, WorkContext, WorkError, WorkOutcome, Worker};
+use tracing::debug;
 use uuid::Uuid;
 
 use super::fault::Fault;
-use super::finish::finish;
+use super::finish::{finish, finished};
 use super::queue::{Conclude, LONG};
 use super::stage::{backoff, complete, queue};
 use super::task::{Order, Outcome, Task};
@@ -62,10 +63,10 @@ impl Stages {
         };
 
         let queue = queue(context)?;
-        work.publish(context, || async {
+        let publish = work.publish(context, || async {
             let mut tx = work.db.begin().await?;
             complete(context, &mut tx, id).await?;
-            match &report {
+            let published = match &report {
                 Some(report) => {
                     finish(&queue, &mut tx, id, &job.group_name, &job.bike, report).await?
                 }
@@ -73,14 +74,18 @@ impl Stages {
                     result::put(&mut tx, id, result::CONCLUSION, &conclusion).await?;
                     let row = queue.diagnose(&mut tx, id).await?;
                     job::enter(&mut tx, id, Stage::Diagnose, row).await?;
+                    false
                 }
-            }
-            Ok(tx.commit().await?)
-        })
-        .await?;
-        if report.is_some() {
+            };
+            tx.commit().await?;
+            Ok(published)
+        });
+        let published = publish.await?;
+        if let Some(report) = &report {
+            finished(id, published, report);
             work.hub.close(id);
         } else {
+            debug!(job = %id, "queues the diagnosis");
             queue.wake(LONG);
             work.hub.changed(id);
         }

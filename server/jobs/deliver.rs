@@ -2,6 +2,7 @@ use std::time::Duration;
 
 use riverqueue::jiff::Timestamp;
 use riverqueue::{BoxError, Job, WorkContext, WorkError, WorkOutcome, Worker};
+use tracing::{debug, info, warn};
 use uuid::Uuid;
 
 use super::queue::{Deliver, WAITS};
@@ -26,21 +27,27 @@ impl Worker<Deliver> for Stages {
 
     async fn work(&self, _: WorkContext, job: Job<Deliver>) -> Result<WorkOutcome, BoxError> {
         let work = &self.0;
-        let Some(row) = webhook::load(&work.db, job.args.webhook).await? else {
+        let (webhook, id) = (job.args.webhook, job.args.message.as_str());
+        let Some(row) = webhook::load(&work.db, webhook).await? else {
+            debug!(%webhook, id, "message dropped: its webhook was deleted");
             return Ok(WorkOutcome::Complete);
         };
         if now_ms() - job.row.created_at.as_millisecond() > LONGEST_DAYS * DAY_MS {
             let outcome = format!("a message was given up after {LONGEST_DAYS} days");
             self.note(row.id, &outcome).await;
+            info!(%webhook, id, days = LONGEST_DAYS, "message given up: too old");
             return Ok(WorkOutcome::Discard);
         }
         let receiver = Receiver::new(&job.args.group, &row.url);
         let turn = match work.turns.take(receiver).await {
             Ok(turn) => turn,
-            Err(wait) => return Ok(WorkOutcome::Snooze(wait)),
+            Err(wait) => {
+                debug!(%webhook, id, ?wait, "message put off: its host is busy or silent");
+                return Ok(WorkOutcome::Snooze(wait));
+            }
         };
         let message = Message {
-            id: &job.args.message,
+            id,
             body: &job.args.body,
             timestamp: now_ms() / 1000,
         };
@@ -57,6 +64,7 @@ impl Worker<Deliver> for Stages {
             Err(error) => format!("attempt {}: {error}", job.row.attempt),
         };
         self.note(row.id, &outcome).await;
+        debug!(%webhook, id, outcome, "tried to deliver a message");
         sent?;
         Ok(WorkOutcome::Complete)
     }
@@ -71,7 +79,7 @@ impl Stages {
             tx.commit().await
         };
         if let Err(error) = noted.await {
-            tracing::warn!(%error, %webhook, "the outcome of a delivery was not recorded");
+            warn!(%error, %webhook, "the outcome of a delivery was not recorded");
         }
     }
 }

@@ -5,7 +5,7 @@ use riverqueue::{BoxError, Job, WorkContext, WorkError, WorkOutcome, Worker};
 use uuid::Uuid;
 
 use super::fault::Fault;
-use super::finish::finish;
+use super::finish::{finish, finished};
 use super::queue::Diagnose;
 use super::stage::{backoff, complete, queue};
 use super::task::{Order, Outcome, Task};
@@ -58,13 +58,15 @@ impl Stages {
         };
 
         let queue = queue(context)?;
-        work.publish(context, || async {
+        let publish = work.publish(context, || async {
             let mut tx = work.db.begin().await?;
             complete(context, &mut tx, id).await?;
-            finish(&queue, &mut tx, id, &job.group_name, &job.bike, &report).await?;
-            Ok(tx.commit().await?)
-        })
-        .await?;
+            let published =
+                finish(&queue, &mut tx, id, &job.group_name, &job.bike, &report).await?;
+            tx.commit().await?;
+            Ok(published)
+        });
+        finished(id, publish.await?, &report);
         work.hub.close(id);
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! The end of a job that went well: report, verdict and the fleet's parameters in one transaction.
 
 use serde_json::Value;
+use tracing::{debug, info};
 use uuid::Uuid;
 use veloid_engine::bicycle::{Axle, PerAxle};
 use veloid_engine::report::diagnosis::{Diagnosis, Verdict};
@@ -12,7 +13,7 @@ use super::stage::announce;
 use crate::store::parameter::{self, Parameter};
 use crate::store::{Tx, job, result};
 
-/// Publishes the report of a running job; does nothing for one that was cancelled meanwhile.
+/// Publishes the report of a running job; false for one that was cancelled meanwhile, for which it does nothing.
 pub async fn finish(
     queue: &Queue,
     tx: &mut Tx,
@@ -20,16 +21,26 @@ pub async fn finish(
     group: &str,
     bike: &str,
     report: &Report,
-) -> Result<(), Fault> {
+) -> Result<bool, Fault> {
     let verdict = report.diagnosis.as_ref().and_then(verdict_name);
-    if job::succeed(tx, id, verdict.as_deref()).await? {
-        // The report holds what the stages handed on.
-        result::clear(tx, id).await?;
-        result::put(tx, id, result::REPORT, report).await?;
-        parameter::insert(tx, id, group, bike, verdict.as_deref(), &parameters(report)).await?;
-        announce(queue, tx, id).await?;
+    if !job::succeed(tx, id, verdict.as_deref()).await? {
+        return Ok(false);
     }
-    Ok(())
+    // The report holds what the stages handed on.
+    result::clear(tx, id).await?;
+    result::put(tx, id, result::REPORT, report).await?;
+    parameter::insert(tx, id, group, bike, verdict.as_deref(), &parameters(report)).await?;
+    announce(queue, tx, id).await?;
+    Ok(true)
+}
+
+/// Logs what [`finish`] came to, once it is committed.
+pub fn finished(job: Uuid, is_published: bool, report: &Report) {
+    let verdict = report.diagnosis.as_ref().and_then(verdict_name);
+    match is_published {
+        true => info!(%job, verdict, "job succeeded"),
+        false => debug!(%job, "report dropped: the job was cancelled meanwhile"),
+    }
 }
 
 /// The verdict as the report spells it.

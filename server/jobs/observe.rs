@@ -1,5 +1,6 @@
 use riverqueue::jiff::Timestamp;
 use riverqueue::{BoxError, Job, WorkContext, WorkError, WorkOutcome, Worker};
+use tracing::debug;
 use uuid::Uuid;
 use veloid_engine::Settings;
 use veloid_engine::ride::Ride;
@@ -76,6 +77,7 @@ impl Stages {
             Ok(tx.commit().await?)
         })
         .await?;
+        debug!(job = %id, trials = settings.trials, share, "queues the trials");
         queue.wake(LONG);
         work.hub.changed(id);
         Ok(())

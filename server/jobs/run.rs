@@ -21,7 +21,7 @@ use super::work::{Stages, Work};
 use crate::crash;
 use crate::store::{Db, river, turn, worker};
 use crate::watch::BEAT;
-use crate::webhooks::CONNECTIONS;
+use crate::webhooks::{self, CONNECTIONS};
 
 /// A worker that has not beaten for so long is gone; four beats.
 const LEASE: Duration = Duration::from_secs(8);
@@ -74,6 +74,7 @@ pub async fn start(work: Arc<Work>) -> Result<Running, Fault> {
     river::join_queues(&mut tx).await?;
     river::hasten(&mut tx).await?;
     tx.commit().await?;
+    tracing::debug!(worker = id, slots, "joined the workers");
     sweep(&db, &queue, &hub).await?;
     repair(&db, &queue).await?;
 
@@ -129,13 +130,17 @@ fn client(id: &str, work: Arc<Work>) -> Result<riverqueue::Client, Fault> {
         .with_scheduler_interval(Duration::from_secs(1))
         .with_completed_job_retention(Retention::DeleteAfter(Duration::from_secs(3600)))
         .with_rescue_after(timeout * 2);
+    // Without the feature, messages wait for a program that has it.
+    let builder = match webhooks::built() {
+        Ok(()) => builder.queue(DELIVERIES, slots(CONNECTIONS + WAITING)),
+        Err(_) => builder,
+    };
     Ok(builder
         .id(id)
         .workers(workers)
         .queue(QUICK, slots(QUICK_THREADS))
         .queue(LONG, long)
         .queue(NEWS, slots(ANNOUNCED))
-        .queue(DELIVERIES, slots(CONNECTIONS + WAITING))
         .fetch_cooldown(Duration::from_millis(1))
         .job_timeout(timeout)
         .soft_stop_timeout(SOFT_STOP)
@@ -219,10 +224,14 @@ async fn beat(db: &Db, id: &str, slots: i64, judges: bool) -> Result<i64, Fault>
     let now_ms = worker::beat(&mut tx, id, slots).await?;
     river::begun_first(&mut tx).await?;
     river::join_queues(&mut tx).await?;
-    if judges {
-        worker::expire(&mut tx, LEASE.as_millis() as i64).await?;
-    }
+    let gone = match judges {
+        true => worker::expire(&mut tx, LEASE.as_millis() as i64).await?,
+        false => 0,
+    };
     tx.commit().await?;
+    if gone > 0 {
+        tracing::info!(workers = gone, lease = ?LEASE, "others do not beat any more: their work may be taken over");
+    }
     Ok(now_ms)
 }
 

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use riverqueue::{BoxError, JobRow as RiverRow, WorkCancelled, WorkContext, WorkOutcome};
+use tracing::{debug, info, warn};
 use uuid::Uuid;
 
 use super::compute::Lane;
@@ -29,9 +30,13 @@ pub(super) const PAUSE: Duration = Duration::from_secs(1);
 impl Work {
     /// The job, when there is still something to do for it.
     pub(super) async fn active(&self, id: Uuid) -> Result<Option<JobRow>, Fault> {
-        Ok(job::load(&self.db, id)
+        let active = job::load(&self.db, id)
             .await?
-            .filter(|job| !job.state.is_final()))
+            .filter(|job| !job.state.is_final());
+        if active.is_none() {
+            debug!(job = %id, "nothing left to do: the job has ended or was erased");
+        }
+        Ok(active)
     }
 
     /// What a job is about.
@@ -73,7 +78,7 @@ impl Work {
         if let Some(row) = alone
             && let Err(error) = note(&self.db, job.id, row).await
         {
-            tracing::warn!(%error, job = %job.id, "a suspect is not noted as alone");
+            warn!(%error, job = %job.id, "a suspect is not noted as alone");
         }
         outcome
     }
@@ -104,7 +109,7 @@ impl Work {
                 self.db.condition().suspect(damage);
             }
             if KEPT.is_due() {
-                tracing::warn!(%fault, "keeping results until the database is available again");
+                warn!(%fault, "keeping results until the database is available again");
             }
             let stopped = context.cancellation_token().cancelled();
             if tokio::time::timeout(PAUSE, stopped).await.is_ok() {
@@ -121,12 +126,23 @@ impl Work {
         job: Uuid,
         outcome: Result<(), Fault>,
     ) -> Result<WorkOutcome, BoxError> {
+        let (id, kind, attempt) = (row.id, row.kind.as_str(), row.attempt);
         let fault = match outcome {
-            Ok(()) => return Ok(WorkOutcome::Complete),
-            Err(Fault::Stopped) => return Err(WorkCancelled.into()),
-            Err(Fault::GivesWay | Fault::Interrupted) => return Ok(WorkOutcome::Snooze(PAUSE)),
+            Ok(()) => {
+                debug!(%job, row = id, kind, "finished a row");
+                return Ok(WorkOutcome::Complete);
+            }
+            Err(Fault::Stopped) => {
+                debug!(%job, row = id, kind, "stopped: cancelled, or this process ends");
+                return Err(WorkCancelled.into());
+            }
+            Err(why @ (Fault::GivesWay | Fault::Interrupted)) => {
+                debug!(%job, row = id, kind, %why, "put off a row");
+                return Ok(WorkOutcome::Snooze(PAUSE));
+            }
             // The attempt is not to blame.
             Err(fault) if fault.is_outage() => {
+                debug!(%job, row = id, kind, why = %fault, "put off a row");
                 if let Some(damage) = fault.damage() {
                     self.db.condition().suspect(damage);
                 }
@@ -136,7 +152,7 @@ impl Work {
                 return Ok(WorkOutcome::Snooze(PAUSE));
             }
             Err(Fault::Queue(riverqueue::Error::JobNotRunning { state })) => {
-                tracing::warn!(%job, kind = row.kind, %state, "late result rejected");
+                warn!(%job, row = id, kind, %state, "late result rejected");
                 METRICS.stale_completions.add(1, []);
                 return Ok(WorkOutcome::Complete);
             }
@@ -144,13 +160,16 @@ impl Work {
         };
         let failure = match fault.lasting() {
             Some(failure) => failure,
-            None if row.attempt < row.max_attempts => return Err(fault.into()),
+            None if attempt < row.max_attempts => {
+                info!(%job, row = id, kind, attempt, %fault, "attempt failed: it will be retried");
+                return Err(fault.into());
+            }
             None => Failure::new(
                 "internal",
-                format!("gave up after {} attempts: {fault}", row.attempt),
+                format!("gave up after {attempt} attempts: {fault}"),
             ),
         };
-        tracing::warn!(%job, kind = row.kind, %fault, "job failed");
+        warn!(%job, row = id, kind, attempt, %fault, "job failed");
         let mut tx = self.db.begin().await?;
         complete(context, &mut tx, job).await?;
         give_up(&queue(context)?, &mut tx, job, Some(&failure)).await?;
@@ -182,16 +201,20 @@ impl Work {
             .await;
         let outcome = match entered.unwrap_or(Err(Fault::Stopped)) {
             Ok(leave) => {
+                let (row, kind, attempt) = (row.id, row.kind.as_str(), row.attempt);
+                let alone = matches!(leave, Leave::Alone(_));
+                debug!(%job, row, kind, attempt, alone, "begins a row");
                 let outcome = stage.await;
                 match (leave, outcome) {
                     (Leave::Alone(_), outcome) => {
-                        if let Err(error) = self.survived(job, row.id).await {
-                            tracing::warn!(%error, %job, "the sign of life was not recorded");
+                        if let Err(error) = self.survived(job, row).await {
+                            warn!(%error, %job, "the sign of life was not recorded");
                         }
                         outcome.map_err(Fault::when_alone)
                     }
                     (Leave::Beside(_), Err(Fault::Killed(why))) => {
                         self.suspect(job).await?;
+                        info!(%job, row, why, "killed beside others: the next attempt is made alone");
                         Err(Fault::Killed(why))
                     }
                     (Leave::Beside(_), outcome) => outcome,
@@ -249,6 +272,9 @@ pub async fn give_up(
     let mut rows = trial::unfinished(tx, id).await?;
     rows.extend(river_id);
     queue.cancel(tx, &rows).await?;
+    if failure.is_none() {
+        debug!(job = %id, rows = rows.len(), "cancels a job with the rows that are queued for it");
+    }
     Ok(true)
 }
 

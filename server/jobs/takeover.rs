@@ -5,6 +5,7 @@
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
+use tracing::{debug, error, warn};
 use uuid::Uuid;
 
 use super::fault::Fault;
@@ -37,9 +38,9 @@ pub async fn sweep(db: &Db, queue: &Queue, hub: &Hub) -> Result<(), Fault> {
         let mut tx = db.begin().await?;
         let taken = take_over(&mut tx, queue, id, rows).await?;
         tx.commit().await?;
-        if taken > 0 {
-            tracing::warn!(job = %id, rows = taken, "took over the work of a dead process");
-            METRICS.rescues.add(taken as u64, []);
+        if let Some((rows, verdict)) = taken {
+            report(id, rows, &verdict);
+            METRICS.rescues.add(rows as u64, []);
             for name in [QUICK, LONG] {
                 queue.wake(name);
             }
@@ -56,19 +57,32 @@ pub async fn sweep(db: &Db, queue: &Queue, hub: &Hub) -> Result<(), Fault> {
             let failure = Failure::new("internal", "the queue gave the job up");
             give_up(queue, &mut tx, id, Some(&failure)).await?;
             tx.commit().await?;
+            warn!(job = %id, "job failed: the queue has no row for it any more");
             hub.changed(id);
         }
     }
     Ok(())
 }
 
-/// Gives a job's orphans to others; how many there were.
+fn report(job: Uuid, rows: usize, verdict: &Verdict) {
+    match verdict {
+        Verdict::Goes => warn!(%job, rows, "took over the work of a dead process"),
+        Verdict::Ended => {
+            debug!(%job, rows, "dropped the work of a dead process: the job has ended")
+        }
+        Verdict::Guilty(deaths) => {
+            error!(%job, rows, deaths, "job failed: it kills the processes that work on it");
+        }
+    }
+}
+
+/// Gives a job's orphans to others; how many there were, if any, and what their death means.
 async fn take_over(
     tx: &mut Tx,
     queue: &Queue,
     id: Uuid,
     rows: Vec<Orphan>,
-) -> Result<usize, Fault> {
+) -> Result<Option<(usize, Verdict)>, Fault> {
     job::lock(tx, id).await?;
     let mut orphaned = Vec::new();
     for orphan in rows {
@@ -77,23 +91,27 @@ async fn take_over(
         }
     }
     if orphaned.is_empty() {
-        return Ok(0);
+        return Ok(None);
     }
     crash::point("in_takeover");
     let rows: Vec<i64> = orphaned.iter().map(|orphan| orphan.id).collect();
-    match loss::count(tx, id, &rows).await? {
-        Verdict::Goes => {}
-        Verdict::Ended => return Ok(orphaned.len()),
+    let verdict = loss::count(tx, id, &rows).await?;
+    match verdict {
+        Verdict::Goes => requeue(tx, queue, id, &orphaned).await?,
+        Verdict::Ended => {}
         Verdict::Guilty(deaths) => {
             let detail = format!(
                 "{deaths} processes died while working on it, the last of them with no other work"
             );
-            tracing::error!(job = %id, deaths, "job failed: it kills the processes that work on it");
             give_up(queue, tx, id, Some(&Failure::new("crash", detail))).await?;
-            return Ok(orphaned.len());
         }
     }
-    for orphan in &orphaned {
+    Ok(Some((orphaned.len(), verdict)))
+}
+
+/// A new row in the place of each of a job's orphans.
+async fn requeue(tx: &mut Tx, queue: &Queue, id: Uuid, orphaned: &[Orphan]) -> Result<(), Fault> {
+    for orphan in orphaned {
         let row = match orphan.kind.as_str() {
             "trial" => {
                 let trials: Trial =
@@ -110,5 +128,5 @@ async fn take_over(
         job::hand_over(tx, id, row).await?;
     }
     river::line_up(tx, id).await?;
-    Ok(orphaned.len())
+    Ok(())
 }

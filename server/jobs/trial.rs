@@ -3,6 +3,7 @@ use std::sync::Arc;
 
 use riverqueue::jiff::Timestamp;
 use riverqueue::{BoxError, Job, WorkContext, WorkError, WorkOutcome, Worker};
+use tracing::debug;
 use uuid::Uuid;
 
 use super::fault::Fault;
@@ -73,6 +74,7 @@ impl Stages {
             Ok(last)
         });
         if publish.await? {
+            debug!(job = %id, "queues the conclusion: all trials are in");
             queue.wake(QUICK);
         }
         work.hub.changed(id);

@@ -157,11 +157,13 @@ pub async fn begun_first(tx: &mut Tx) -> sqlx::Result<()> {
     on!(tx, t => sqlx::query(SQL).execute(&mut **t).await.map(drop))
 }
 
-/// Moves rows of the separate queues that earlier versions had for swarms and diagnoses.
+/// Moves rows of the separate queues that earlier versions had for swarms and diagnoses, and messages that they had among
+/// the news.
 pub async fn join_queues(tx: &mut Tx) -> sqlx::Result<()> {
     const SQL: &str = "\
-        UPDATE river_job SET queue = 'long' \
-        WHERE queue IN ('swarm', 'heavy', 'diagnosis') AND state IN ('available', 'retryable', 'scheduled')";
+        UPDATE river_job SET queue = CASE kind WHEN 'deliver' THEN 'deliveries' ELSE 'long' END \
+        WHERE queue IN ('swarm', 'heavy', 'diagnosis', 'news') AND (queue <> 'news' OR kind = 'deliver') \
+          AND state IN ('available', 'retryable', 'scheduled')";
     on!(tx, t => sqlx::query(SQL).execute(&mut **t).await.map(drop))
 }
 

@@ -42,16 +42,17 @@ pub async fn leave(tx: &mut Tx, id: &str) -> sqlx::Result<()> {
 }
 
 /// Forgets workers that have not beaten for `lease_ms`, or in a time to come, before the clock was set
-/// back; all of them with 0.
-pub async fn expire(tx: &mut Tx, lease_ms: i64) -> sqlx::Result<()> {
+/// back; all of them with 0. How many there were.
+pub async fn expire(tx: &mut Tx, lease_ms: i64) -> sqlx::Result<u64> {
     const SQL: &str = "DELETE FROM worker WHERE beat_at <= $1 OR beat_at > $2";
     let now = now(tx).await?;
-    on!(tx, t => sqlx::query(SQL)
+    let gone = on!(tx, t => sqlx::query(SQL)
         .bind(now - lease_ms)
         .bind(now + lease_ms)
         .execute(&mut **t)
-        .await
-        .map(drop))
+        .await?
+        .rows_affected());
+    Ok(gone)
 }
 
 pub async fn count(db: &Db) -> sqlx::Result<i64> {

@@ -16,7 +16,7 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use crate::prove::outcome::{Name, Outcome};
+use crate::outcome::{Name, Outcome};
 use crate::refit::known::{self, KnownError};
 use crate::refit::replay::Replay;
 use cross::Validated;

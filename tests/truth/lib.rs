@@ -6,7 +6,9 @@
 pub mod baselines;
 pub mod calibrate;
 pub mod chance;
+pub mod files;
 pub mod misread;
+pub mod outcome;
 pub mod power;
 pub mod prove;
 pub mod refit;

@@ -10,6 +10,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use veloid_truth::calibrate;
+use veloid_truth::files;
 use veloid_truth::misread::run::Trial;
 use veloid_truth::power;
 use veloid_truth::prove::proof::Proof;
@@ -17,8 +18,8 @@ use veloid_truth::prove::times::Times;
 use veloid_truth::prove::whole::{self, Whole};
 use veloid_truth::refit::known;
 use veloid_truth::studies;
-use veloid_truth::suite::case::Suite;
-use veloid_truth::suite::files;
+use veloid_truth::suite::folder;
+use veloid_truth::suite::order::Suite;
 
 use options::Options;
 
@@ -60,7 +61,7 @@ fn run(arguments: &[String]) -> Result<(), String> {
     match arguments.first().map(String::as_str) {
         Some("make") => {
             let folder = options.path("--out")?.ok_or("make needs --out DIR")?;
-            let digest = files::make(
+            let digest = folder::make(
                 &folder,
                 &options.order(options.number("--seed", 1)? as u64)?,
             )
@@ -92,7 +93,7 @@ fn run(arguments: &[String]) -> Result<(), String> {
         }
         Some("refit") => {
             let folder = options.path("--rides")?.ok_or("refit needs --rides DIR")?;
-            let key_path = files::key_path(&folder).map_err(|e| e.to_string())?;
+            let key_path = folder::key_path(&folder).map_err(|e| e.to_string())?;
             let key = files::read_json(&key_path).map_err(|e| e.to_string())?;
             let known = known::all(&folder, &key).map_err(|e| e.to_string())?;
             println!(

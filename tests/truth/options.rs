@@ -6,8 +6,7 @@ use veloid_truth::prove::begun::Register;
 use veloid_truth::prove::budget::Budget;
 use veloid_truth::prove::origin::Origin;
 use veloid_truth::prove::seal::Seal;
-use veloid_truth::suite::case::Suite;
-use veloid_truth::suite::files::Order;
+use veloid_truth::suite::order::{Order, Suite};
 use veloid_truth::trial::bench;
 
 /// `--name value` pairs after the command.

@@ -8,7 +8,6 @@ pub mod figure;
 pub mod identify;
 pub mod kept;
 pub mod origin;
-pub mod outcome;
 pub mod proof;
 pub mod real;
 pub mod rebuilt;

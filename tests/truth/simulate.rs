@@ -1,5 +1,6 @@
 //! The simulator: road and speed, excitation on a fine grid, force laws, vehicle, integrator, sensors.
 
+pub mod contact;
 pub mod drive;
 pub mod effect;
 pub mod integrate;

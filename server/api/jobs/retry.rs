@@ -38,6 +38,7 @@ pub async fn retry(
         ));
     }
     tx.commit().await?;
+    tracing::info!(job = %id, before = before.state.name(), "job begins anew: asked to");
     server.queue.wake(QUICK);
     let view: JobView = find(&server.db, &caller.group, id).await?;
     let location = [(header::LOCATION, view.links.job.clone())];

@@ -13,7 +13,7 @@ use crate::api::names::{self, one_of};
 use crate::api::problem::{Kind, Problem};
 use crate::store::webhook::{self, WebhookRow};
 use crate::store::{audit, now_ms};
-use crate::webhooks::{Event, Secret};
+use crate::webhooks::{self, Event, Secret};
 
 /// Most webhooks of a group.
 const MOST: i64 = 20;
@@ -43,12 +43,14 @@ pub struct NewWebhook {
 #[utoipa::path(post, path = "/v1/webhooks", operation_id = "create_webhook", tag = "operations", request_body = NewWebhook,
     responses(
         (status = 201, description = "Created; the secret is returned only here", body = WebhookView),
-        (status = 400, description = "Invalid address or unknown event", body = Problem, content_type = "application/problem+json")))]
+        (status = 400, description = "Invalid address or unknown event", body = Problem, content_type = "application/problem+json"),
+        (status = 501, description = "The server is built without webhooks", body = Problem, content_type = "application/problem+json")))]
 pub async fn create(
     State(server): App,
     caller: Caller,
     body: Bytes,
 ) -> Result<(StatusCode, Json<WebhookView>), Problem> {
+    webhooks::built()?;
     let new: NewWebhook =
         serde_json::from_slice(&body).map_err(|error| bad(format!("the body: {error}")))?;
     let url = server

@@ -9,7 +9,7 @@ use crate::api::access::Caller;
 use crate::api::extract::Path;
 use crate::api::problem::Problem;
 use crate::store::{now_ms, webhook};
-use crate::webhooks::{Message, Notification, Secret, send};
+use crate::webhooks::{self, Message, Notification, Secret, send};
 
 /// Outcome of a test message.
 #[derive(Serialize, ToSchema)]
@@ -23,12 +23,14 @@ pub struct Tested {
 #[utoipa::path(post, path = "/v1/webhooks/{id}/test", operation_id = "test_webhook", tag = "operations", params(("id" = Uuid, Path)),
     responses(
         (status = 200, description = "Outcome", body = Tested),
-        (status = 404, description = "No such webhook", body = Problem, content_type = "application/problem+json")))]
+        (status = 404, description = "No such webhook", body = Problem, content_type = "application/problem+json"),
+        (status = 501, description = "The server is built without webhooks", body = Problem, content_type = "application/problem+json")))]
 pub async fn test(
     State(server): App,
     caller: Caller,
     Path(id): Path<Uuid>,
 ) -> Result<Json<Tested>, Problem> {
+    webhooks::built()?;
     let row = webhook::find(&server.db, &caller.group, id).await?;
     let row = row.ok_or_else(|| Problem::not_found("the webhook"))?;
     let now = now_ms();

@@ -4,24 +4,22 @@ use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use reqwest::header::{ETAG, IF_NONE_MATCH};
-use reqwest::multipart::{Form, Part};
-use reqwest::{Client, StatusCode};
+use axum::http::header::ETAG;
+use axum::http::{HeaderValue, StatusCode};
 use serde_json::Value;
 use veloid_engine::Settings;
 
 use super::engine::{self, bike, ride};
 use super::figure::Figure;
 use super::machine::processor_time;
+use crate::cli::client::Client;
+use crate::cli::form::Form;
 use crate::cli::runtime::runtime;
 use crate::cli::{CliError, ride_csv};
 
 /// Requests in flight when the rate of reading is measured, and for how long.
 const READERS: usize = 8;
 const READING: Duration = Duration::from_secs(2);
-/// How long a connection may rest and be used again: while the engine runs alone they rest for longer, and the server closes them
-/// after a minute.
-const RESTING: Duration = Duration::from_secs(5);
 /// Rides in flight when the rate of rides is measured, without and with a diagnosis.
 const RIDES: [(usize, bool); 2] = [(64, false), (16, true)];
 
@@ -37,7 +35,7 @@ pub fn figures(address: Option<String>, runs: usize) -> Result<Vec<Figure>, CliE
         (None, None) => String::new(),
     };
     let visitor = Visitor {
-        client: Client::builder().pool_idle_timeout(RESTING).build()?,
+        client: Client::new(),
         url,
     };
     let process = own.as_ref().map(|own| own.child.id());
@@ -150,19 +148,18 @@ impl Visitor {
         let begin = Instant::now();
         let job = self.submit(file, false).await?;
         let accepted = begin.elapsed();
-        let (mut least_squares, mut etag) = (None, None::<reqwest::header::HeaderValue>);
+        let (mut least_squares, mut etag) = (None, None::<HeaderValue>);
         loop {
             let url = format!("{}{job}", self.url);
-            let request = match &etag {
-                Some(tag) => self.client.get(url + "?wait=30").header(IF_NONE_MATCH, tag),
-                None => self.client.get(url),
+            let answer = match &etag {
+                Some(tag) => self.client.get_unless(&(url + "?wait=30"), tag).await?,
+                None => self.client.get(&url).await?,
             };
-            let response = request.send().await?;
-            if response.status() == StatusCode::NOT_MODIFIED {
+            if answer.status == StatusCode::NOT_MODIFIED {
                 continue;
             }
-            etag = response.headers().get(ETAG).cloned();
-            let view: Value = response.json().await?;
+            let view: Value = answer.json()?;
+            etag = answer.headers.get(ETAG).cloned();
             if !view["least_squares"].is_null() {
                 least_squares.get_or_insert_with(|| begin.elapsed());
             }
@@ -185,13 +182,12 @@ impl Visitor {
     /// Uploads a ride; the address of its job.
     async fn submit(&self, file: Vec<u8>, diagnosis: bool) -> Result<String, CliError> {
         let form = Form::new()
-            .part("file", Part::bytes(file).file_name("bench.csv"))
-            .text("bike", serde_json::to_string(&bike())?)
-            .text("diagnosis", diagnosis.to_string());
-        let request = self.client.post(format!("{}/v1/rides", self.url));
-        let response = request.multipart(form).send().await?;
-        let status = response.status();
-        let job: Value = response.json().await?;
+            .file("file", "bench.csv", &file)
+            .text("bike", &serde_json::to_string(&bike())?)
+            .text("diagnosis", &diagnosis.to_string());
+        let url = format!("{}/v1/rides", self.url);
+        let answer = self.client.post_form(&url, form).await?;
+        let (status, job) = (answer.status, answer.json::<Value>()?);
         match job["links"]["job"].as_str() {
             Some(job) if status == StatusCode::ACCEPTED => Ok(job.to_owned()),
             _ => Err(std::io::Error::other(format!("{status}: {}", job["detail"])).into()),
@@ -218,9 +214,9 @@ impl Visitor {
     }
 
     async fn ended(&self, job: &str) -> Result<(), CliError> {
+        let url = format!("{}{job}?wait=60", self.url);
         loop {
-            let look = self.client.get(format!("{}{job}?wait=60", self.url));
-            let view: Value = look.send().await?.json().await?;
+            let view: Value = self.client.get(&url).await?.json()?;
             if view["state"] != "queued" && view["state"] != "running" {
                 return Ok(());
             }
@@ -263,7 +259,7 @@ impl Visitor {
                     let (begin, mut times) = (Instant::now(), Vec::new());
                     while begin.elapsed() < READING {
                         let asked = Instant::now();
-                        client.get(&url).send().await?.bytes().await?;
+                        client.get(&url).await?;
                         times.push(asked.elapsed());
                     }
                     Ok::<_, CliError>(times)

@@ -2,34 +2,25 @@
 
 mod rides;
 
-use reqwest::header::AUTHORIZATION;
-use reqwest::multipart::{Form, Part};
-use reqwest::{Client, StatusCode};
+use axum::http::StatusCode;
 use serde_json::{Value, json};
 use veloid_engine::EngineError;
 
+use super::client::{Client, ClientError};
+use super::form::Form;
 use rides::Example;
 
 /// Why the demo ended early.
 #[derive(Debug, thiserror::Error)]
 enum DemoError {
     #[error("{0}")]
-    Http(#[from] reqwest::Error),
+    Http(#[from] ClientError),
     #[error("the example rides: {0}")]
     Simulation(#[from] EngineError),
     #[error("the example rides: {0}")]
     Thread(#[from] tokio::task::JoinError),
     #[error("{status}: {detail}")]
     Refused { status: StatusCode, detail: Value },
-}
-
-/// A client that shows the key in `VELOID_KEY`, if there is one.
-fn client() -> Result<Client, reqwest::Error> {
-    let key = std::env::var("VELOID_KEY").ok();
-    let bearer = key.and_then(|key| format!("Bearer {key}").parse().ok());
-    let headers = bearer.map(|value| (AUTHORIZATION, value));
-    let headers = headers.into_iter().collect();
-    Client::builder().default_headers(headers).build()
 }
 
 /// Uploads the examples and prints where their results are, and how they ended.
@@ -40,7 +31,7 @@ pub async fn run(server: String) {
 }
 
 async fn upload_and_follow(server: &str) -> Result<(), DemoError> {
-    let client = client()?;
+    let client = Client::with_key(std::env::var("VELOID_KEY").ok());
     let mut jobs = Vec::new();
     for example in tokio::task::spawn_blocking(rides::singles).await?? {
         let about = example.about;
@@ -68,16 +59,16 @@ async fn upload_and_follow(server: &str) -> Result<(), DemoError> {
 /// Sends a ride; its job.
 async fn upload(client: &Client, server: &str, example: Example) -> Result<Value, DemoError> {
     let mut form = Form::new()
-        .part("file", Part::text(example.csv).file_name(example.file))
-        .text("bike", example.bike.to_string())
-        .text("options", example.options.to_string());
+        .file("file", &example.file, example.csv.as_bytes())
+        .text("bike", &example.bike.to_string())
+        .text("options", &example.options.to_string());
     if let Some(day) = example.ridden_at {
-        form = form.text("facts", json!({"ridden_at": day}).to_string());
+        form = form.text("facts", &json!({"ridden_at": day}).to_string());
     }
-    let request = client.post(format!("{server}/v1/rides")).multipart(form);
-    let response = request.send().await?;
-    let status = response.status();
-    let job: Value = response.json().await?;
+    let answer = client
+        .post_form(&format!("{server}/v1/rides"), form)
+        .await?;
+    let (status, job) = (answer.status, answer.json::<Value>()?);
     if status != StatusCode::ACCEPTED {
         let detail = job["detail"].clone();
         return Err(DemoError::Refused { status, detail });
@@ -89,14 +80,13 @@ async fn upload(client: &Client, server: &str, example: Example) -> Result<Value
 async fn note_service(client: &Client, server: &str) -> Result<(), DemoError> {
     let url = format!("{server}/v1/bikes/{}/events", rides::SEASON);
     let event = json!({"date": rides::SERVICE_DAY, "text": "fork service"});
-    let response = client.post(url).json(&event).send().await?;
-    let status = response.status();
-    if status.is_success() {
+    let answer = client.post_json(&url, &event).await?;
+    if answer.status.is_success() {
         return Ok(());
     }
-    let problem: Value = response.json().await?;
+    let problem: Value = answer.json()?;
     Err(DemoError::Refused {
-        status,
+        status: answer.status,
         detail: problem["detail"].clone(),
     })
 }
@@ -112,7 +102,7 @@ fn link(server: &str, job: &Value, name: &str) -> String {
 async fn finished(client: &Client, server: &str, mut job: Value) -> Result<Value, DemoError> {
     while job["finished_at"].is_null() {
         let url = format!("{}?wait=30", link(server, &job, "job"));
-        job = client.get(url).send().await?.json().await?;
+        job = client.get(&url).await?.json()?;
     }
     Ok(job)
 }

@@ -7,7 +7,7 @@ use super::design::{Design, MOST};
 use super::gram::{Gram, Model, to_unit};
 use super::signals::Signals;
 use crate::chance::Chance;
-use crate::prove::outcome::Name;
+use crate::outcome::Name;
 use crate::refit::fit::{FITTED, GAP_S};
 
 /// Substeps per sample of the signature's integration.

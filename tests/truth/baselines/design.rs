@@ -3,7 +3,7 @@
 use super::columns::{Group, groups};
 use super::gram::{Gram, Model, to_unit};
 use super::signals::Signals;
-use crate::prove::outcome::Name;
+use crate::outcome::Name;
 use crate::refit::fit::FITTED;
 
 /// Effects taken at most per axle.

@@ -7,6 +7,9 @@ use crate::simulate::vehicle::Bike;
 use crate::trial::bench::Reported;
 use crate::trial::coverage::{AXLES, Covered};
 
+/// A rate of false alarms that few rides show.
+pub const LENIENT: f64 = 0.2;
+
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// A verdict of the report, or what is said where there is none.
@@ -15,7 +18,7 @@ pub struct Outcome {
     pub p_values: [Option<f64>; 2],
     /// Whether something is said to be missing at the usual rate of false alarms; nothing where there is no verdict.
     pub alarm: Option<bool>,
-    /// The same at [`super::run::LENIENT`].
+    /// The same at [`LENIENT`].
     pub lenient_alarm: Option<bool>,
     pub covered: Covered,
 }

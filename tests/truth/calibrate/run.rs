@@ -1,14 +1,11 @@
 //! Runs a binary on clean rides of every class.
 
 use super::class::CLASSES;
-use super::outcome::Outcome;
+use super::outcome::{LENIENT, Outcome};
 use super::table;
 use crate::chance::Chance;
 use crate::trial::bench::{Bench, Order, TrialError, progress};
 use crate::trial::plan::Scene;
-
-/// A rate of false alarms that few rides show.
-pub const LENIENT: f64 = 0.2;
 
 /// Stream of random numbers of the first ride of the first class.
 const STREAM: u64 = 1 << 43;

@@ -1,7 +1,6 @@
 //! The tables of a calibration: rates against their names, and coverage.
 
-use super::outcome::Outcome;
-use super::run::LENIENT;
+use super::outcome::{LENIENT, Outcome};
 use crate::trial::coverage::Covered;
 use crate::trial::share::Share;
 

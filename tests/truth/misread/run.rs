@@ -10,7 +10,7 @@ use super::mistake::{MISTAKES, Mistake};
 use super::outcome::{Outcome, kinds, outcome};
 use super::record::{Kind, Recorded, recorded};
 use crate::chance::Chance;
-use crate::suite::files::{self, FilesError};
+use crate::files::{self, FilesError};
 
 /// What is run, and on how many rides of each kind.
 pub struct Trial<'a> {

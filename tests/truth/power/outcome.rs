@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::prove::outcome::Outcome as Said;
+use crate::outcome::Outcome as Said;
 use crate::simulate::effect::{Axle, Effect, Kind};
 use crate::trial::bench::Reported;
 use crate::trial::share::Share;

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::document;
 use super::origin::{Origin, OriginError};
 use super::seal::Seal;
-use crate::suite::files::{self, FilesError};
+use crate::files::{self, FilesError};
 
 const HEAD: &str = "## Sealed runs\n\n\
 | run | seed | suite | trees | nonce | commit | binary's SHA-256 | begun | rides | state |\n\

@@ -49,7 +49,7 @@ fn counts(rides: &[&Scored]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::prove::outcome::Outcome;
+    use crate::outcome::Outcome;
     use crate::prove::score::{Case, score};
     use serde_json::json;
 

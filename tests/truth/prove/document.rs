@@ -6,7 +6,8 @@ use super::origin::Origin;
 use super::score::{SHOWN, Scored};
 use super::time::Timed;
 use super::{conditions, tables, time};
-use crate::suite::files::{self, FilesError, Order};
+use crate::files::{self, FilesError};
+use crate::suite::order::Order;
 
 /// Everything that one suite showed with the rides that are in, as Markdown.
 pub fn section(

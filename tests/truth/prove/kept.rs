@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::rebuilt;
-use crate::suite::files::{self, FilesError};
+use crate::files::{self, FilesError};
 
 #[derive(Debug, thiserror::Error)]
 pub enum KeptError {
@@ -128,7 +128,7 @@ fn found<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, FilesError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::prove::outcome::Outcome;
+    use crate::outcome::Outcome;
 
     fn of(seed: u64, sha256: &str) -> Asked<'_> {
         Asked {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-use crate::suite::files::{self, FilesError};
+use crate::files::{self, FilesError};
 
 #[derive(Debug, thiserror::Error)]
 pub enum OriginError {

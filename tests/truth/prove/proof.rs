@@ -9,14 +9,15 @@ use super::begun::{BegunError, Register};
 use super::budget::Budget;
 use super::kept::{Asked, Kept, KeptError};
 use super::origin::{self, OriginError};
-use super::outcome::Outcome;
 use super::run::Runs;
 use super::score::{Case, Scored, score};
 use super::{document, tables};
 use crate::baselines;
+use crate::files::{self, FilesError};
+use crate::outcome::Outcome;
 use crate::refit::known::{self, Known, KnownError};
-use crate::suite::files::{self, FilesError, Order};
-use crate::suite::made;
+use crate::suite::order::Order;
+use crate::suite::{folder, made};
 
 #[derive(Debug, thiserror::Error)]
 pub enum ProveError {
@@ -122,7 +123,7 @@ impl Proof {
         };
         let all = runs.all(&planned)?;
         stage("binary run");
-        let key = only(&files::read_json(&files::key_path(&folder)?)?, &all);
+        let key = only(&files::read_json(&folder::key_path(&folder)?)?, &all);
         let names: Vec<String> = planned
             .iter()
             .zip(&all)

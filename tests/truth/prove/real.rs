@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use serde_json::Value;
 
-use crate::suite::files::{self, FilesError};
+use crate::files::{self, FilesError};
 
 /// A recording, how it is read, and what those who know it found in it.
 pub struct Recording {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::identify;
-use crate::suite::files::{self, FilesError};
+use crate::files::{self, FilesError};
 
 /// Stored reports that a rebuild has to reproduce.
 const COMPARED: usize = 3;

@@ -1,9 +1,9 @@
 //! The rows of the main table: what is asked, what is demanded, and how it is counted.
 
 use super::figure::{Demand, Figure};
-use super::outcome::Name;
 use super::score::{Mark, Scored};
-use crate::suite::case::Suite;
+use crate::outcome::Name;
+use crate::suite::order::Suite;
 
 /// One row of the table: what is asked, what was demanded, and each method's figure.
 pub struct Row {

@@ -10,8 +10,8 @@ use rayon::prelude::*;
 use super::budget::Budget;
 use super::identify;
 use super::kept::Kept;
-use super::outcome::Outcome;
-use crate::suite::files::{self, FilesError};
+use crate::files::{self, FilesError};
+use crate::outcome::Outcome;
 
 /// A binary, the rides of a folder, and what of them is done.
 pub struct Runs<'a> {

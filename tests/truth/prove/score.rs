@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::outcome::{Estimate, Name, Outcome, sorted};
+use crate::outcome::{Estimate, Name, Outcome, sorted};
 use crate::refit::known::Known;
 
 /// Plain held-out error over the floor from which an effect counts as shown.

@@ -6,7 +6,7 @@ use std::path::Path;
 use sha2::{Digest, Sha256};
 
 use super::origin::{self, OriginError};
-use crate::suite::files::{self, FilesError};
+use crate::files::{self, FilesError};
 
 /// What the program and its proof are made of.
 const PARTS: [&str; 4] = ["engine", "server", "tests/truth", "Cargo.lock"];

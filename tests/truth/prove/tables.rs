@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use super::rows::{self, Row, covered, errors_of, named, of};
 use super::score::{Mark, OmissionBias, ParameterError, Scored};
-use crate::suite::case::Suite;
+use crate::suite::order::Suite;
 
 /// What falls further short of its demand than so few rides do by chance; one line each.
 pub fn short(scored: &[Scored], suite: Suite, doubt: f64) -> Vec<String> {
@@ -171,7 +171,7 @@ pub fn coverage(scored: &[Scored]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::prove::outcome::Outcome;
+    use crate::outcome::Outcome;
 
     fn ride(class: &str, mark: Mark, shown: bool) -> Scored {
         Scored {

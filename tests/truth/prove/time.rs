@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use super::figure::quantile;
 use super::run::Runs;
-use crate::suite::files::FilesError;
+use crate::files::FilesError;
 
 /// One ride from start to finish.
 #[derive(Clone, Debug)]

@@ -6,7 +6,7 @@ use super::kept::{Asked, Kept};
 use super::proof::{ProveError, Shown};
 use super::run::Runs;
 use super::{document, time};
-use crate::suite::files;
+use crate::suite::folder;
 
 /// How long rides take, one after the other; on a slower machine in a section of another name.
 pub struct Times<'a> {
@@ -28,7 +28,7 @@ impl Times<'_> {
         };
         let kept = Kept::open(work, self.section, &asked)?;
         let folder = work.join("timing");
-        let rides = files::make_timing(&folder, seal.seed)?;
+        let rides = folder::make_timing(&folder, seal.seed)?;
         let listed = self.register.begin(self.section, rides.len())?;
         let runs = Runs {
             binary: &origin.binary,

@@ -7,8 +7,8 @@ use super::budget::Budget;
 use super::proof::{Proof, ProveError, Shown};
 use super::real;
 use super::times::Times;
-use crate::suite::case::Suite;
-use crate::suite::files::Order;
+use crate::suite::order::Order;
+use crate::suite::order::Suite;
 
 /// What is to be filled in, of which document.
 pub struct Whole<'a> {

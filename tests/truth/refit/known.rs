@@ -8,10 +8,10 @@ use serde_json::Value;
 
 use super::fit::{Fit, Free, plain, refit, touched};
 use super::replay::{self, Replay};
+use crate::files;
 use crate::simulate::effect::{Effect, Kind};
 use crate::simulate::outside::Outside;
 use crate::simulate::vehicle::{Bike, Vehicle};
-use crate::suite::files;
 
 /// Step of the refits, s, unless dry friction needs a shorter one.
 pub const STEP_S: f64 = 1e-3;

@@ -11,7 +11,7 @@ mod spring;
 
 use serde_json::{Value, json};
 
-use super::vehicle::Contact;
+use super::contact::Contact;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Strange {

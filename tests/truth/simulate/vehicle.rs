@@ -1,5 +1,6 @@
 //! The two-axle bicycle with concealed effects: state, forces and their sum.
 
+use super::contact::Contact;
 use super::drive::Moment;
 use super::effect::{Effect, Kind};
 use super::outside::Outside;
@@ -40,22 +41,6 @@ pub struct Vehicle {
     pub rest_n: [f64; 2],
     /// Mean speed over the ride, m/s (speed-dependent stiffness).
     pub mean_speed_m_s: f64,
-}
-
-/// What a law sees of its axle at one moment.
-#[derive(Default)]
-pub struct Contact {
-    pub t: f64,
-    pub x: f64,
-    pub speed: f64,
-    pub crank: f64,
-    pub d: f64,
-    pub w: f64,
-    pub z: f64,
-    pub z_rate: f64,
-    pub other_d: f64,
-    pub k: f64,
-    pub b: f64,
 }
 
 /// Sum of the forces on one axle mass, the mass that carries them, and what a mode on top or below changes.

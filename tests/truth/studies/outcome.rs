@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::prove::outcome::{Name, sorted};
+use crate::outcome::{Name, sorted};
 use crate::simulate::vehicle::Bike;
 use crate::trial::bench::Reported;
 use crate::trial::coverage::{AXLES, Covered};

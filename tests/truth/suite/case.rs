@@ -1,7 +1,6 @@
-//! One planned ride, and the suites that hold them.
+//! One planned ride.
 
 use super::circumstance::Circumstance;
-use super::plan;
 use crate::chance::Chance;
 use crate::simulate::effect::{Axle, Kind};
 use crate::simulate::outside::Strange;
@@ -15,54 +14,6 @@ pub enum Class {
     /// A listed effect on one axle, strange physics on the other.
     Beside,
     Three,
-}
-
-/// Which rides a suite holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Suite {
-    Standard,
-    Clean300,
-    Beside,
-    Quiet,
-    Strange,
-    Conditions,
-}
-
-impl Suite {
-    pub const ALL: [Suite; 6] = [
-        Suite::Standard,
-        Suite::Clean300,
-        Suite::Beside,
-        Suite::Quiet,
-        Suite::Strange,
-        Suite::Conditions,
-    ];
-
-    pub fn name(self) -> &'static str {
-        match self {
-            Suite::Standard => "standard",
-            Suite::Clean300 => "clean300",
-            Suite::Beside => "beside",
-            Suite::Quiet => "quiet",
-            Suite::Strange => "strange",
-            Suite::Conditions => "conditions",
-        }
-    }
-
-    pub fn is_clean(self) -> bool {
-        matches!(self, Suite::Clean300 | Suite::Quiet)
-    }
-
-    pub fn cases(self, chance: &mut Chance) -> Vec<Case> {
-        match self {
-            Suite::Standard => plan::standard(chance),
-            Suite::Clean300 => plan::clean(300, chance),
-            Suite::Beside => plan::beside(100, chance),
-            Suite::Quiet => plan::quiet(100, chance),
-            Suite::Strange => plan::strange(chance),
-            Suite::Conditions => plan::conditions(chance),
-        }
-    }
 }
 
 impl Class {

@@ -4,7 +4,9 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::files::{self, FilesError, Order};
+use super::folder;
+use super::order::Order;
+use crate::files::{self, FilesError};
 
 /// What was asked for, of which program, and what came of it.
 #[derive(PartialEq, Serialize, Deserialize)]
@@ -27,9 +29,9 @@ pub fn once(folder: &Path, order: &Order) -> Result<String, FilesError> {
         key_sha256,
     };
     let Some(maker) = this_program() else {
-        return files::make(folder, order);
+        return folder::make(folder, order);
     };
-    let key = files::key_path(folder)?;
+    let key = folder::key_path(folder)?;
     let path = key.with_file_name(format!("{}_made.json", order.name()));
     if let (Some(made), Ok(key)) = (stamped(&path), files::read_bytes(&key)) {
         let digest = files::digest(key);
@@ -37,7 +39,7 @@ pub fn once(folder: &Path, order: &Order) -> Result<String, FilesError> {
             return Ok(digest);
         }
     }
-    let digest = files::make(folder, order)?;
+    let digest = folder::make(folder, order)?;
     let text = serde_json::json!(stamp(digest.clone(), &maker)).to_string();
     files::write_whole(&path, &text)?;
     Ok(digest)
@@ -56,7 +58,7 @@ fn stamped(path: &Path) -> Option<Stamp> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::suite::case::Suite;
+    use crate::suite::order::Suite;
 
     #[test]
     fn rides_are_made_again_only_when_others_are_asked_for() {

@@ -7,7 +7,7 @@ use super::circumstance::Circumstance;
 use super::disguise;
 use super::excitation::{Excitation, Ridden};
 use super::sizes::{self, Scale};
-use super::strange::Around;
+use super::strange::{self, Around};
 use crate::chance::Chance;
 use crate::refit::known::{Known, Truth, assess};
 use crate::simulate::drive::Drive;
@@ -180,7 +180,7 @@ impl<'a> Dataset<'a> {
         let boost = 1.4_f64.powi(attempt as i32);
         let outside = case.strange.and_then(|(kind, axle)| {
             let around = Around::new(axle, case.size, boost, &self.bike, &self.scale);
-            around.draw(kind, axle, chance)
+            strange::draw(kind, axle, &around, chance)
         });
         Vehicle {
             effects,

@@ -1,81 +1,34 @@
 //! Sizes of the physics outside the library: each made strong enough to be seen.
 
+mod around;
 mod known;
 mod memory;
 mod plain;
 
-use super::sizes::Scale;
+pub use around::Around;
+
 use crate::chance::Chance;
 use crate::simulate::outside::{Outside, Strange};
-use crate::simulate::vehicle::Bike;
 
-/// The axle on which a law is to be seen.
-pub struct Around<'a> {
-    m: f64,
-    k: f64,
-    b: f64,
-    /// Deflection (m) and its rate (m/s) on the plain bicycle, root mean square.
-    d: f64,
-    w: f64,
-    /// Force of spring and damper at those, N.
-    load: f64,
-    radius: f64,
-    strength: f64,
-    scale: &'a Scale,
-}
-
-/// Values and stretches of one law.
-struct Law {
-    values: Vec<f64>,
-    events: Vec<[f64; 3]>,
-}
-
-impl Law {
-    fn of(values: Vec<f64>) -> Self {
-        Self::in_stretches(values, Vec::new())
-    }
-
-    fn in_stretches(values: Vec<f64>, events: Vec<[f64; 3]>) -> Self {
-        Self { values, events }
-    }
-}
-
-impl<'a> Around<'a> {
-    /// `size` 0..3 and `boost` (1 or more) enlarge what is drawn.
-    pub fn new(axle: usize, size: usize, boost: f64, bike: &Bike, scale: &'a Scale) -> Self {
-        let (k, b) = (bike.stiffness_n_m[axle], bike.damping_n_s_m[axle]);
-        let (d, w) = (scale.deflection_m[axle], scale.rate_m_s[axle]);
-        Self {
-            m: bike.mass_kg[axle],
-            k,
-            b,
-            d,
-            w,
-            load: k * d + b * w,
-            radius: bike.wheel_radius_m[axle],
-            strength: [0.7, 1.0, 1.5][size] * boost,
-            scale,
-        }
-    }
-
-    /// Draws one strange law; every kind has one.
-    pub fn draw(&self, kind: Strange, axle: usize, chance: &mut Chance) -> Option<Outside> {
-        let law = known::draw(kind, self, chance)
-            .or_else(|| plain::draw(kind, self, chance))
-            .or_else(|| memory::draw(kind, self, chance))?;
-        Some(Outside {
-            kind,
-            axle,
-            values: law.values,
-            events: law.events,
-        })
-    }
+/// Draws one strange law; every kind has one.
+pub fn draw(kind: Strange, axle: usize, around: &Around, chance: &mut Chance) -> Option<Outside> {
+    let law = known::draw(kind, around, chance)
+        .or_else(|| plain::draw(kind, around, chance))
+        .or_else(|| memory::draw(kind, around, chance))?;
+    Some(Outside {
+        kind,
+        axle,
+        values: law.values,
+        events: law.events,
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulate::vehicle::Contact;
+    use crate::simulate::contact::Contact;
+    use crate::simulate::vehicle::Bike;
+    use crate::suite::sizes::Scale;
 
     const STEP_S: f64 = 1.0 / 8000.0;
 
@@ -158,7 +111,7 @@ mod tests {
         for kind in Strange::all() {
             for size in 0..3 {
                 let around = Around::new(0, size, 1.0, &bike, &scale);
-                let law = around.draw(kind, 0, &mut Chance::new(3, 0));
+                let law = draw(kind, 0, &around, &mut Chance::new(3, 0));
                 let rows = forces(&law.expect("every kind has a law"));
                 let largest = rows.iter().map(|r| r[0].abs()).fold(0.0, f64::max);
                 let share = unexplained(&rows) / around.load;
@@ -175,7 +128,7 @@ mod tests {
         for kind in Strange::OPEN.into_iter().chain(Strange::KEPT_BACK) {
             let [small, large] = [0, 2].map(|size| {
                 let around = Around::new(0, size, 1.0, &bike, &scale);
-                let law = around.draw(kind, 0, &mut Chance::new(3, 0));
+                let law = draw(kind, 0, &around, &mut Chance::new(3, 0));
                 unexplained(&forces(&law.expect("every kind has a law")))
             });
             assert!(large > 1.3 * small, "{}: {small} and {large} N", kind.id());

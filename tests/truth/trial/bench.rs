@@ -8,9 +8,9 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
+use crate::files::{self, FilesError};
 use crate::prove::budget::Budget;
 use crate::prove::kept::{Asked, Kept, KeptError};
-use crate::suite::files::{self, FilesError};
 use crate::suite::made;
 
 /// What is run, on what, and for how long.

@@ -1,6 +1,6 @@
 //! Strange forces that take energy out and remember nothing.
 
-use super::super::vehicle::Contact;
+use super::super::contact::Contact;
 
 /// A wedge damper or leaf spring, whose friction is pressed by the spring itself: `mu k |d| tanh(w / rate)`.
 /// Values: mu, the rate over which it reverses (m/s).

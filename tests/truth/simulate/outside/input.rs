@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::super::vehicle::Contact;
+use super::super::contact::Contact;
 
 /// A patch or a valve that thickens the tyre at one place: `F (exp(sharpness (cos a - 1)) - mean)`, a the wheel's angle from
 /// there. Values: F (N), sharpness, rolling radius (m), phase (rad).

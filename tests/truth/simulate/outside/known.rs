@@ -1,6 +1,6 @@
 //! The twelve laws that the developers of the diagnosis have known since before suite `strange`.
 
-use super::super::vehicle::Contact;
+use super::super::contact::Contact;
 
 /// `c |w|^p sign(w)`, regular within 0.2 mm/s. Values: c, p.
 pub fn power_damping(p: &[f64], c: &Contact) -> f64 {

@@ -1,6 +1,6 @@
 //! Strange forces with a memory: `s` are the law's own states, `rate` their rates. All start at 0.
 
-use super::super::vehicle::Contact;
+use super::super::contact::Contact;
 
 /// Rate over which dry friction reverses, m/s.
 const SLIP_M_S: f64 = 3e-3;

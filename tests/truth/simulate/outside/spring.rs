@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::super::vehicle::Contact;
+use super::super::contact::Contact;
 
 /// A dented cup or disc spring that snaps through at one deflection: `-F x exp((1 - x^2) / 2)`, x = (d - centre) / width.
 /// Values: F (N), its extreme on either side; centre and width (m).

@@ -25,7 +25,8 @@ pub fn strange(chance: &mut Chance) -> Vec<Case> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::suite::case::{Setting, Suite};
+    use crate::suite::case::Setting;
+    use crate::suite::order::Suite;
 
     #[test]
     fn every_kind_comes_at_three_sizes_and_what_needs_a_road_has_one() {

@@ -1,6 +1,6 @@
 //! Sizes of the twelve known laws.
 
-use super::{Around, Law};
+use super::around::{Around, Law};
 use crate::chance::Chance;
 use crate::simulate::outside::Strange;
 

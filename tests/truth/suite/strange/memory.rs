@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{Around, Law};
+use super::around::{Around, Law};
 use crate::chance::Chance;
 use crate::simulate::outside::Strange;
 
