@@ -13,8 +13,9 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use veloid_engine::bicycle::PerAxle;
+use veloid_engine::diagnosis::judge::numbers::Numbers;
 use veloid_engine::diagnosis::judge::scores::Scores;
-use veloid_engine::diagnosis::judge::table::{Judgement, Numbers, Rule, judge};
+use veloid_engine::diagnosis::judge::table::{Judgement, Rule, judge};
 
 #[derive(Deserialize)]
 struct Kept {

@@ -2,6 +2,7 @@
 //! the verdict from these scores. It stands beside `decide` until it is better on every suite (docs/decisions/judge.md).
 
 mod gather;
+pub mod numbers;
 mod proposals;
 pub mod scores;
 pub mod table;

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::table::MOST_EFFECTS;
+use crate::policy;
 use crate::search::Search;
 use crate::search::in_windows::{InWindows, Seen};
 use crate::verdict::windows::parameters;
@@ -39,7 +39,7 @@ pub fn proposals(
         .filter_map(|fit| axle.known(fit))
         .collect();
     all.extend(known);
-    for _ in 1..MOST_EFFECTS {
+    for _ in 1..policy::MOST_BY_WINDOWS {
         search.check()?;
         if search.is_spent() {
             break;

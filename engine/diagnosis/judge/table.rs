@@ -1,36 +1,11 @@
 //! The table that decides: from what sets of effects leave of an axle's held-out windows to a verdict. The first row that applies
 //! gives it.
 
+use super::numbers::Numbers;
 use super::scores::{ScoredSet, Scores};
 use super::weights::weights;
 use crate::policy;
 use veloid_model::effects::Kind;
-
-/// The numbers that decide, so that stored scores can be judged by others.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Numbers {
-    pub support: f64,
-    pub share: f64,
-    pub floor: f64,
-    pub patience: f64,
-    pub occam: f64,
-    pub quiet: f64,
-    pub outgrows: f64,
-}
-
-impl Default for Numbers {
-    fn default() -> Self {
-        Self {
-            support: policy::SUPPORT,
-            share: policy::SHARE,
-            floor: policy::FLOOR,
-            patience: policy::PATIENCE,
-            occam: policy::OCCAM,
-            quiet: policy::QUIET,
-            outgrows: policy::OUTGROWS,
-        }
-    }
-}
 
 /// The row of the table that gave the verdict.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,8 +46,7 @@ pub struct EffectSupport {
     pub next: Option<usize>,
 }
 
-/// Effects that act on one axle at most, and sets that are reported as tied at most.
-pub const MOST_EFFECTS: usize = 3;
+/// Sets that are reported as tied at most.
 const MOST_TIED: usize = 3;
 
 /// The verdict on one axle.
@@ -149,7 +123,7 @@ struct Matrix<'a> {
 impl<'a> Matrix<'a> {
     fn new(scores: &'a Scores, numbers: &'a Numbers) -> Self {
         let sets: Vec<&ScoredSet> = (scores.sets.iter())
-            .filter(|s| s.is_physical && s.effects.len() <= MOST_EFFECTS)
+            .filter(|s| s.is_physical && s.effects.len() <= policy::MOST_BY_WINDOWS)
             .collect();
         let lengths = 0..scores.lengths.len();
         let mut weighed = vec![0.0; sets.len()];

@@ -8,8 +8,8 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::numbers::Numbers;
 use super::scores::{ScoredSet, Scores};
-use super::table::Numbers;
 
 /// Draws of the bootstrap: the weight of a set that has a half is known to 0.025.
 const DRAWS: usize = 400;
