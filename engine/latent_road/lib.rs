@@ -6,8 +6,8 @@
 //! the sensors' gains, delays and noise follow from Whittle's likelihood (1953), sum of ln det S + x^H S^-1 x. See
 //! docs/latent-road.md.
 //!
-//! [`gather`] ([`rough`]) → [`record`] → [`align`] → [`windows`] → [`band`] → [`bins`] → [`likelihood`] ([`transfer`], [`response`], [`whitened`]) →
-//! [`search`] ([`fit`]) → [`intervals`] → [`found`], [`clocks`].
+//! `gather` (`rough`) → `record` → `align` → `windows` → `band` → `bins` → `likelihood` (`transfer`, `response`, `whitened`) →
+//! `search` (`fit`) → `intervals` → `found`, `clocks`.
 
 mod align;
 mod band;
