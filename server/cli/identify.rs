@@ -74,7 +74,7 @@ pub struct Identify {
     #[arg(long, value_name = "FILE", value_parser = model_file)]
     model: Vec<(PathBuf, Format)>,
     /// Where to write what every set of effects leaves of held-out windows of a bench record (JSON), and nothing else: the evidence on
-    /// which rules of a verdict can be tried (docs/real.md).
+    /// which rules of a verdict can be tried (docs/decisions/judge.md).
     #[arg(long, value_name = "FILE", conflicts_with = "model")]
     scores: Option<PathBuf>,
 }

@@ -9,7 +9,7 @@ use super::weights::MOST;
 use crate::policy;
 use crate::search::Search;
 use crate::search::in_windows::{InWindows, Seen};
-use crate::verdict::affirm::is_part_of_a_curve;
+use crate::verdict::affirm::{self, is_part_of_a_curve};
 use crate::verdict::by_windows::missed;
 use crate::verdict::partly::{of_squares, search_by_squares};
 use crate::verdict::twice::divided;
@@ -130,18 +130,10 @@ fn length(track: &Track, windows: &Windows) -> ScoredLength {
     }
 }
 
-/// Means over blocks of neighbouring windows.
+/// Means over blocks of neighbouring windows; a model that runs away leaves [`MOST`].
 fn blocks(errors: &[f64]) -> Vec<f64> {
-    let count = policy::BLOCKS.min(errors.len());
-    (0..count)
-        .map(|b| &errors[b * errors.len() / count..(b + 1) * errors.len() / count])
-        .map(|block| block.iter().sum::<f64>() / block.len() as f64)
-        .map(|mean| {
-            if mean.is_finite() {
-                mean.min(MOST)
-            } else {
-                MOST
-            }
-        })
+    affirm::blocks(errors.len(), policy::BLOCKS.min(errors.len()))
+        .map(|block| errors[block.clone()].iter().sum::<f64>() / block.len() as f64)
+        .map(|mean| mean.min(MOST))
         .collect()
 }

@@ -114,30 +114,24 @@ impl Sets {
             let without = |t: &Term| seen.terms().iter().filter(|o| *o != t).copied().collect();
             seen.terms().iter().map(without).collect()
         };
-        let mut wanted: Vec<Vec<Term>> = self.0.iter().take(GENERALISED).flat_map(less).collect();
-        wanted.sort();
-        wanted.dedup();
-        wanted.retain(|terms| self.0.iter().all(|seen| seen.terms() != terms));
-        wanted
-            .par_iter()
-            .filter_map(|terms| axle.of_set(plain, terms))
-            .collect()
+        let wanted = self.0.iter().take(GENERALISED).flat_map(less).collect();
+        self.untried(wanted, axle, plain)
     }
 
     /// The best sets with general laws in the places of their named ones.
     fn generalised(&self, axle: &InWindows, plain: &Seen) -> Vec<Seen> {
-        let mut wanted: Vec<Vec<Term>> = self
-            .0
-            .iter()
-            .take(GENERALISED)
-            .flat_map(|seen| wider(seen.terms()))
-            .collect();
+        let best = self.0.iter().take(GENERALISED);
+        let wanted = best.flat_map(|seen| wider(seen.terms())).collect();
+        self.untried(wanted, axle, plain)
+    }
+
+    /// Of some sets those that were not tried, fitted.
+    fn untried(&self, mut wanted: Vec<Vec<Term>>, axle: &InWindows, plain: &Seen) -> Vec<Seen> {
         wanted.sort();
         wanted.dedup();
-        wanted
-            .par_iter()
-            .filter_map(|terms| axle.of_set(plain, terms))
-            .collect()
+        wanted.retain(|terms| self.0.iter().all(|seen| seen.terms() != terms));
+        let fitted = |terms: &Vec<Term>| axle.of_set(plain, terms);
+        wanted.par_iter().filter_map(fitted).collect()
     }
 }
 

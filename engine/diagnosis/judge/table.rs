@@ -48,6 +48,10 @@ pub struct EffectSupport {
 
 /// Sets that are reported as tied at most.
 const MOST_TIED: usize = 3;
+/// Weight of a set from which it is reported as tied.
+const COUNTS_AS_TIED: f64 = 0.05;
+/// Weight of the sets of which no effect takes its share from which no names are tied.
+const MOSTLY_NONE: f64 = 0.5;
 
 /// The verdict on one axle.
 pub fn judge(scores: &Scores, numbers: &Numbers) -> Judgement {
@@ -68,7 +72,7 @@ pub fn judge(scores: &Scores, numbers: &Numbers) -> Judgement {
         return says(Rule::GeneralLaw, Vec::new());
     }
     let named: Vec<usize> = (0..supports.len())
-        .filter(|e| supports[*e].weight >= numbers.support && matrix.is_sizeable(&supports[*e]))
+        .filter(|e| supports[*e].weight >= numbers.support && matrix.is_large(&supports[*e].share))
         .collect();
     match matrix.tied_kin(&supports, &named) {
         Some(sets) => return says(Rule::Tied, sets),
@@ -81,7 +85,7 @@ pub fn judge(scores: &Scores, numbers: &Numbers) -> Judgement {
         .filter(|(set, _)| set.is_empty())
         .map(|(_, w)| w)
         .sum();
-    if of_none >= 0.5 {
+    if of_none >= MOSTLY_NONE {
         let rule = match matrix.idle() >= numbers.support && matrix.is_quiet() {
             true => Rule::NoiseLeft,
             false => Rule::Unsupported,
@@ -89,7 +93,7 @@ pub fn judge(scores: &Scores, numbers: &Numbers) -> Judgement {
         return says(rule, Vec::new());
     }
     let tied: Vec<Vec<usize>> = (tally.into_iter())
-        .filter(|(set, weight)| !set.is_empty() && *weight > 0.05)
+        .filter(|(set, weight)| !set.is_empty() && *weight > COUNTS_AS_TIED)
         .map(|(set, _)| set)
         .collect();
     match tied.len() <= MOST_TIED {
@@ -150,10 +154,13 @@ impl<'a> Matrix<'a> {
         }
     }
 
+    fn plain(&self) -> Option<&ScoredSet> {
+        self.sets.iter().find(|s| s.effects.is_empty()).copied()
+    }
+
     /// Share of the force or of the motion (RMS) that the plain model misses, whichever is more.
     fn misses(&self) -> f64 {
-        let plain = self.sets.iter().find(|s| s.effects.is_empty());
-        let motion = plain.map_or(f64::INFINITY, |s| s.mean(0).sqrt());
+        let motion = self.plain().map_or(f64::INFINITY, |s| s.mean(0).sqrt());
         self.scores
             .missed_force
             .map_or(f64::INFINITY, |force| force.max(motion))
@@ -218,10 +225,6 @@ impl<'a> Matrix<'a> {
         share.iter().copied().fold(f64::INFINITY, f64::min) >= self.numbers.share
     }
 
-    fn is_sizeable(&self, support: &EffectSupport) -> bool {
-        self.is_large(&support.share)
-    }
-
     fn supports(&self) -> Vec<EffectSupport> {
         let of_effect = |effect: usize| {
             let with = || (0..self.sets.len()).filter(|s| self.speaks_for(self.sets[*s], effect));
@@ -260,7 +263,7 @@ impl<'a> Matrix<'a> {
             let weight: f64 = together.map(|(_, weight)| weight).sum();
             let apart = pair
                 .iter()
-                .all(|e| !named.contains(e) && self.is_sizeable(&supports[*e]));
+                .all(|e| !named.contains(e) && self.is_large(&supports[*e].share));
             (apart && weight >= self.numbers.support).then_some(pair)
         };
         let mut pair = pairs.filter(|[a, b]| is_kin(*a, *b)).find_map(of_pair)?;
@@ -304,14 +307,15 @@ impl<'a> Matrix<'a> {
                 .map(|s| s.mean(length))
                 .fold(f64::INFINITY, f64::min)
         };
-        let plain = self.sets.iter().find(|s| s.effects.is_empty());
         let takes = |set: &ScoredSet| {
             let lengths = 0..self.floors.len();
             let share = lengths
                 .clone()
                 .map(|l| self.taken(least(l), set.mean(l), l));
             let counts = |l: usize| {
-                let all = plain.map_or(0.0, |plain| plain.mean(l) - self.floors[l]);
+                let all = self
+                    .plain()
+                    .map_or(0.0, |plain| plain.mean(l) - self.floors[l]);
                 least(l) - set.mean(l) >= self.numbers.outgrows * all
             };
             self.is_large(&share.collect::<Vec<_>>()) && lengths.clone().all(counts)
@@ -357,8 +361,8 @@ impl<'a> Matrix<'a> {
 
     /// Whether the plain model leaves hardly more than the noise.
     fn is_quiet(&self) -> bool {
-        let plain = self.sets.iter().find(|s| s.effects.is_empty());
-        plain.is_some_and(|s| s.mean(0) < self.numbers.quiet * self.scores.lengths[0].noise)
+        self.plain()
+            .is_some_and(|s| s.mean(0) < self.numbers.quiet * self.scores.lengths[0].noise)
     }
 }
 

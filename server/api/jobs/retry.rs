@@ -38,7 +38,7 @@ pub async fn retry(
         ));
     }
     tx.commit().await?;
-    tracing::info!(job = %id, before = before.state.name(), "job begins anew: asked to");
+    tracing::info!(job = %id, before = before.state.name(), "job restarted on request");
     server.queue.wake(QUICK);
     let view: JobView = find(&server.db, &caller.group, id).await?;
     let location = [(header::LOCATION, view.links.job.clone())];
