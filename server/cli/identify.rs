@@ -75,7 +75,7 @@ pub struct Identify {
     model: Vec<(PathBuf, Format)>,
     /// Where to write what every set of effects leaves of held-out windows of a bench record (JSON), and nothing else: the evidence on
     /// which rules of a verdict can be tried (docs/decisions/judge.md).
-    #[arg(long, value_name = "FILE", conflicts_with = "model")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["model", "json"])]
     scores: Option<PathBuf>,
 }
 
@@ -110,6 +110,11 @@ impl Identify {
         if let Some(path) = &self.scores {
             let scores = veloid_engine::scores(&ride, &bike, &options.settings, &progress)
                 .inspect_err(doubts)?;
+            if scores.iter().next().is_none() {
+                eprintln!(
+                    "warning: no scores: a road drives every axle, or the record is too short for windows"
+                );
+            }
             let text = serde_json::to_string(&scores)?;
             return std::fs::write(path, text).map_err(CliError::of_file(path));
         }
