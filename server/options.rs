@@ -72,6 +72,8 @@ pub enum OptionsError {
     Band(String),
     #[error("map: '{0}', expected CHANNEL=COLUMN such as z_f=V2")]
     Map(String),
+    #[error("layout: '{0}', expected KEY=VALUE such as header_row=3 or separator=;")]
+    Layout(String),
     #[error("offset_s: '{0}', expected FILE:SECONDS, the time by which the file begins later")]
     Offset(String),
     #[error(transparent)]
@@ -79,13 +81,14 @@ pub enum OptionsError {
 }
 
 /// Keys of [`ReadOptions`]; every other key is a setting.
-const READING: [&str; 7] = [
+const READING: [&str; 8] = [
     "map",
     "rate_hz",
     "rows",
     "deflection_sign",
     "band_hz",
     "missing",
+    "layout",
     "files",
 ];
 
@@ -141,8 +144,8 @@ impl Options {
         Ok(())
     }
 
-    /// Adds `key=value` as it stands in a query or a form field: `seed=3`, `rows=0:500`, `missing=NA` once per word and
-    /// `map=z_f=V2` once per channel. What holds for one file of several has the file's name in front: `rate_hz=laser.csv:30`.
+    /// Adds `key=value` as it stands in a query or a form field: `seed=3`, `rows=0:500`, `missing=NA` once per word,
+    /// `layout=header_row=3` once per key and `map=z_f=V2` once per channel. What holds for one file of several has the file's name in front: `rate_hz=laser.csv:30`.
     pub fn add_pair(
         document: &mut Map<String, Value>,
         key: &str,
@@ -184,6 +187,15 @@ fn parsed(key: &str, text: &str) -> Result<Value, OptionsError> {
             let (channel, column) = channel_and_column(text)?;
             Value::Object(Map::from_iter([(channel, Value::String(column))]))
         }
+        "layout" => {
+            let pair = text.split_once('=');
+            let (key, value) = pair.ok_or_else(|| OptionsError::Layout(text.to_owned()))?;
+            let value = match value.trim().parse::<u64>() {
+                Ok(row) => Value::from(row),
+                Err(_) => Value::String(value.to_owned()),
+            };
+            Value::Object(Map::from_iter([(key.trim().to_owned(), value)]))
+        }
         "rows" => {
             let (from, to) = rows(text)?;
             Value::from(vec![from, to])
@@ -200,7 +212,7 @@ fn parsed(key: &str, text: &str) -> Result<Value, OptionsError> {
     })
 }
 
-/// Adds one key, which comes once; of `map` each channel does, of `files` each key of each file.
+/// Adds one key, which comes once; of `map` each channel does, of `layout` each key, of `files` each key of each file.
 fn add(document: &mut Map<String, Value>, key: &str, value: Value) -> Result<(), OptionsError> {
     match (document.get_mut(key), value) {
         (None, value) => {
@@ -217,6 +229,11 @@ fn add(document: &mut Map<String, Value>, key: &str, value: Value) -> Result<(),
                         add(before, &key, value)?;
                     }
                 }
+            }
+        }
+        (Some(Value::Object(layout)), Value::Object(more)) if key == "layout" => {
+            for (key, value) in more {
+                add(layout, &key, value)?;
             }
         }
         (Some(Value::Object(map)), Value::Object(more)) if key == "map" => {
@@ -237,7 +254,7 @@ const OFFSET: &str = "offset_s";
 /// The file that a pair is about, where it says so: a channel, a rate, rows and an offset hold no colon before their own.
 fn of_one_file<'a>(key: &str, value: &'a str) -> (Option<&'a str>, &'a str) {
     let split = match key {
-        "map" => value
+        "map" | "layout" => value
             .find('=')
             .and_then(|equals| value[..equals].rfind(':')),
         "rate_hz" | OFFSET => value.rfind(':'),
@@ -346,7 +363,7 @@ mod tests {
             assert!(
                 fault
                     .as_ref()
-                    .is_ok_and(|_| ["map", "files"].contains(&key))
+                    .is_ok_and(|_| ["map", "files", "layout"].contains(&key))
                     || fault.is_err_and(|fault| !fault.contains("unknown field")),
                 "{key}"
             );
@@ -360,6 +377,9 @@ mod tests {
             ("map", "t=time"),
             ("map", "my:laser.csv:d_r=dist: raw"),
             ("rate_hz", "laser.csv:30"),
+            ("layout", "laser.csv:header_row=3"),
+            ("layout", "laser.csv:separator=;"),
+            ("layout", "time_format=%H:%M"),
             ("rows", "laser.csv:0:500"),
             ("offset_s", "laser.csv:-1.5"),
             ("missing", "NA"),
@@ -369,7 +389,8 @@ mod tests {
         let document: Options = serde_json::from_str(
             r#"{"map": {"t": "time"}, "missing": ["NA", "-999"], "files": {
                 "my:laser.csv": {"map": {"d_r": "dist: raw"}},
-                "laser.csv": {"rate_hz": 30, "rows": [0, 500], "offset_s": -1.5}}}"#,
+                "laser.csv": {"rate_hz": 30, "rows": [0, 500], "offset_s": -1.5,
+                "layout": {"header_row": 3, "separator": ";"}}}, "layout": {"time_format": "%H:%M"}}"#,
         )
         .unwrap();
         assert_eq!(pairs, document);

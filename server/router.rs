@@ -22,7 +22,7 @@ use utoipa_swagger_ui::{Config, SwaggerUi};
 use veloid_engine::report::ResultQuantity;
 use veloid_engine::report::diagnosis::{Excerpt, Predicted, ResidualSpectrum, Surface};
 use veloid_engine::report::simulation::{ActingEffect, Law, LawState, Pitch};
-use veloid_engine::report::windows::{SingleEffect, WindowEffect, WindowStart};
+use veloid_engine::report::windows::{EffectScore, PartLength, SetScore};
 
 use crate::api::problem::{Kind, Problem};
 use crate::api::{
@@ -44,7 +44,7 @@ use security::secured;
         license(name = "MIT OR Apache-2.0", identifier = "MIT OR Apache-2.0"),
     ),
     // What only stands inside of a generic type is not found by itself.
-    components(schemas(ActingEffect, Excerpt, Law, LawState, Pitch, Predicted, ResidualSpectrum, ResultQuantity, SingleEffect, Surface, WindowEffect, WindowStart)),
+    components(schemas(ActingEffect, Excerpt, Law, LawState, Pitch, Predicted, ResidualSpectrum, EffectScore, PartLength, ResultQuantity, SetScore, Surface)),
     tags(
         (name = "rides", description = "Upload and fetch rides"),
         (name = "jobs", description = "Follow, cancel and retry identifications; fetch their results"),

@@ -13,8 +13,9 @@ fn rejected() -> Vec<(&'static str, Vec<u8>, &'static str)> {
     let good = ride::table(400, 200.0);
     let with = |from: &str, to: &str| good.replacen(from, to, 1).into_bytes();
     let line = |number: usize, text: &str| {
+        // More than one line in a hundred, which would be left out.
         let mut lines: Vec<&str> = good.lines().collect();
-        lines[number] = text;
+        lines[number..number + 6].fill(text);
         lines.join("\n").into_bytes()
     };
     vec![
@@ -25,9 +26,8 @@ fn rejected() -> Vec<(&'static str, Vec<u8>, &'static str)> {
             "binary-file",
         ),
         ("header only", b"t,u_f,z_f\n".to_vec(), "header-only"),
-        ("NaN", line(7, "0.03,0,0,NaN,0"), "not-finite"),
+        ("infinite", line(7, "0.03,0,0,inf,0"), "not-finite"),
         ("word", line(7, "0.03,0,0,oops,0"), "not-a-number"),
-        ("backwards", line(7, "0.001,0,0,0,0"), "time-not-increasing"),
         (
             "no displacement",
             with("u_f,u_r,z_f,z_r", "u_f,u_r,p,q"),

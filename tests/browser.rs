@@ -4,6 +4,7 @@
 mod bicycle;
 mod chromium;
 mod columns;
+mod first_try;
 mod forms;
 mod loggers;
 mod outcomes;

@@ -124,7 +124,8 @@ async fn a_preview_shows_each_file_with_its_guesses() {
     assert_eq!(shown(0, 1)["header"], "Abstand Gabel (mm)", "{seen}");
     let first = shown(0, 0)["first"].as_array().unwrap();
     assert!(first.len() == 3 && first[1].as_str().unwrap().contains(','));
-    assert!(shown(0, 0)["channel"].is_null());
+    assert_eq!(shown(0, 0)["channel"], "t");
+    assert!(shown(0, 1)["channel"].is_null());
     assert_eq!(shown(2, 1)["channel"], "v");
     assert_eq!(shown(2, 1)["unit"], "m/s");
     let guesses = seen["guesses"].as_array().unwrap().iter();
@@ -136,19 +137,104 @@ async fn a_preview_shows_each_file_with_its_guesses() {
         .collect();
     assert_eq!(
         guesses,
-        [
-            "laser.csv t null",
-            "laser.csv d_f -1",
-            "imu.csv t null",
-            "imu.csv a_f null",
-            "imu.csv a_r null"
-        ]
+        ["laser.csv d_f -1", "imu.csv a_f null", "imu.csv a_r null"]
     );
     let mapped = send(&server, "/v1/rides/preview", form(&files, &MAPS)).await;
     let mapped: Value = mapped.json().await.unwrap();
     assert!(mapped["problem"].is_null() && mapped["guesses"] == serde_json::json!([]));
     let laser = &mapped["tables"][0]["columns"][1];
     assert_eq!([&laser["channel"], &laser["unit"]], ["d_f", "mm"]);
+}
+
+/// A lab describes its logger beside the database, the server reads its files after a restart, and a layout is said in a part.
+#[tokio::test]
+async fn a_lab_adds_its_logger_and_says_how_a_file_is_laid_out() {
+    let mut server = Server::with(&["--workers", "0"]);
+    let strange =
+        ride::table(400, 200.0).replacen("t,u_f,u_r,z_f,z_r", "clk,ADC1,ADC2,ADC3,ADC4", 1);
+    let seen = |server: &Server, part: &[(&'static str, &'static str)]| {
+        let ride = strange.clone().into_bytes();
+        let form = crate::harness::whole_form(ride, ride::BIKE, part);
+        let request = server.client.post(server.address("/v1/rides/preview"));
+        async move {
+            request
+                .multipart(form)
+                .send()
+                .await
+                .unwrap()
+                .json::<Value>()
+                .await
+                .unwrap()
+        }
+    };
+    let before = seen(&server, &[]).await;
+    assert!(
+        before["problem"].as_str().unwrap().contains("no time"),
+        "{before}"
+    );
+    assert_eq!(
+        before["tables"][0]["lines"][0]["cells"][0], "clk",
+        "{before}"
+    );
+    let folder = server.folder.0.join("loggers");
+    std::fs::create_dir_all(&folder).unwrap();
+    let columns =
+        "clk = 't [s]', ADC1 = 'u_f [m]', ADC2 = 'u_r [m]', ADC3 = 'z_f [m]', ADC4 = 'z_r [m]'";
+    let own = format!("name = 'Trailer'\nrecognise = ['clk,ADC1']\ncolumns = {{ {columns} }}\n");
+    std::fs::write(folder.join("trailer.toml"), own).unwrap();
+    server.restart();
+    let after = seen(&server, &[]).await;
+    assert!(after["problem"].is_null(), "{after}");
+    assert!(after["reading"].to_string().contains("Trailer"), "{after}");
+    let cut = seen(
+        &server,
+        &[("layout", "first_row=102"), ("layout", "header_row=1")],
+    )
+    .await;
+    assert_eq!(cut["rows"], 300, "{cut}");
+    let odd = seen(&server, &[("layout", "first_row=0")]).await;
+    assert!(
+        odd["detail"].as_str().unwrap().contains("layout.first_row"),
+        "{odd}"
+    );
+    let sole = seen(&server, &[("layout", "first_row")]).await;
+    assert!(
+        sole["detail"].as_str().unwrap().contains("KEY=VALUE"),
+        "{sole}"
+    );
+}
+
+/// A folder that is not there, and a description that cannot be used, are refused with their names.
+#[test]
+fn loggers_that_cannot_be_read_are_named() {
+    let folder = Folder::new();
+    let ride = folder.write("ride.csv", ride::table(400, 200.0));
+    let bike = folder.write("bike.json", ride::BIKE);
+    let refused = |loggers: &str| {
+        let paths = [&ride, &bike].map(|path| path.to_str().unwrap());
+        let loggers = text(&folder.0.join(loggers));
+        let done = veloid(&[
+            "identify",
+            paths[0],
+            "--bike",
+            paths[1],
+            "--loggers",
+            &loggers,
+        ]);
+        assert!(!done.status.success());
+        String::from_utf8_lossy(&done.stderr).into_owned()
+    };
+    assert!(refused("nowhere").contains("nowhere"));
+    std::fs::create_dir(folder.0.join("own")).unwrap();
+    folder.write(
+        "own/broken.toml",
+        "name = 'x'\nrecognise = ['y']\ncolumns = { a = 'speed' }\n",
+    );
+    let said = refused("own");
+    assert!(
+        said.contains("broken.toml") && said.contains("'speed' is no channel"),
+        "{said}"
+    );
 }
 
 /// Bicycle, rate and band with decimal commas, to the address of the plain form.

@@ -83,7 +83,7 @@ fn each_mistake_is_said_with_its_mend_and_takes_the_verdict() {
         said(&format!("column {column} by {by}"), words, report);
     }
     let milliseconds = recorded.report(scaled(0, 1000.0), AS_IT_IS);
-    said("t in ms", "the stamps seem to be in ms", milliseconds);
+    said("t in ms", "the stamps are in ms", milliseconds);
     let swapped = recorded.report(|row| row.swap(2, 4), AS_IT_IS);
     said(
         "z swapped",

@@ -20,7 +20,7 @@ use veloid_model::dataset::Dataset;
 use veloid_model::fit::{Fitted, Model, Term, motions};
 use veloid_report::diagnosis::{Diagnosis, EffectName, EffectReport, SwitchedOff, Verdict};
 use veloid_report::identifiable::NO_VERDICT;
-use veloid_report::windows::Windows;
+use veloid_report::windows::{Rule, Windows};
 
 /// Share of an axle's samples that may be missing without a warning.
 const LOST: f64 = 0.1;
@@ -62,6 +62,7 @@ pub fn assemble(
     let partly = verdict == Verdict::NamedInPart;
     let diagnosis = Diagnosis {
         verdict,
+        rule: Some(decision.rule),
         sentence: String::new(),
         base: prepared.base,
         effects: effects(prepared, search, decision, settings),
@@ -80,7 +81,7 @@ pub fn assemble(
         warnings: warnings(prepared, decision, &axles, settings),
         location: axles.map(|_, on| on.location.clone()),
         held_out: axles.map(|_, on| on.held_out.clone()),
-        windows: in_windows(prepared.record(), decision),
+        windows: tables(prepared.record(), decision),
         next_ride: next_ride::propose(search, &decision.model, tied),
         detectable: detectable(search, &decision.model, offered),
         switched_off,
@@ -90,7 +91,7 @@ pub fn assemble(
         search_cost: decision.cost,
     };
     let diagnosis = match why_not(&diagnosis, &|axle| moves(prepared, axle)) {
-        Some(why) => without_verdict(diagnosis, why),
+        Some((rule, why)) => without_verdict(diagnosis, rule, why),
         None => diagnosis,
     };
     Diagnosis {
@@ -99,21 +100,22 @@ pub fn assemble(
     }
 }
 
-/// What windows of each axle's record say, where they were asked.
-fn in_windows(record: &Dataset, decision: &Decision) -> PerAxle<Vec<Windows>> {
+/// The table of each axle of which parts were asked.
+fn tables(record: &Dataset, decision: &Decision) -> PerAxle<Windows> {
     let mut found = PerAxle::default();
-    for (track, sighted) in record.tracks.iter().zip(&decision.sighted) {
-        if let Some(sights) = sighted {
-            found.set(track.axle, windows::windows(record, track, sights));
+    for (track, read) in record.tracks.iter().zip(&decision.read) {
+        if let Some(read) = read {
+            found.set(track.axle, windows::windows(track, read));
         }
     }
     found
 }
 
 /// The diagnosis of a record that carries no verdict: nothing that pretends otherwise is left in it.
-fn without_verdict(diagnosis: Diagnosis, why: String) -> Diagnosis {
+fn without_verdict(diagnosis: Diagnosis, rule: Rule, why: String) -> Diagnosis {
     Diagnosis {
         verdict: Verdict::CannotTell,
+        rule: Some(rule),
         sentence: why,
         effects: Vec::new(),
         alternatives: Vec::new(),
@@ -148,8 +150,7 @@ fn effects(
     decision: &Decision,
     settings: &Settings,
 ) -> Vec<EffectReport> {
-    let examined = matches!(decision.verdict, Verdict::NamedInPart | Verdict::Unnamed)
-        && !decision.claims.is_empty();
+    let examined = !decision.claims.is_empty();
     let supported = (decision.claims.iter()).filter_map(|(claim, errors)| {
         show::supported(prepared.record(), &decision.corrected, claim, errors)
     });
@@ -161,9 +162,11 @@ fn effects(
         .filter(|term| !examined || decision.certain.contains(term))
         .collect();
     for (term, mut effect) in tested(prepared, search, decision, &found, settings) {
-        effect.affirmed |= decision.verdict == Verdict::Named || decision.certain.contains(&term);
+        effect.affirmed |=
+            !examined && decision.verdict == Verdict::Named || decision.certain.contains(&term);
         effects.push(effect);
     }
+    effects.sort_by_key(|effect| !effect.affirmed);
     for effect in &mut effects {
         effect.adequate = effect.affirmed || decision.verdict == Verdict::Ambiguous;
     }

@@ -3,32 +3,29 @@
 use rayon::prelude::*;
 use tracing::debug;
 
+use crate::judge;
 use crate::policy;
 use crate::prepare::Prepared;
 use crate::search::offered::Offered;
 use crate::search::{Round, Search};
-use crate::verdict::affirm::Claim;
-use crate::verdict::by_windows;
+use crate::verdict::by_parts::{self, Claim, Partly, Read};
 use crate::verdict::carries::has_size;
 use crate::verdict::choose::{Chosen, choose};
 use crate::verdict::effect_report;
 use crate::verdict::general_laws::{dominates, is_curve, is_outgrown};
 use crate::verdict::input_noise;
 use crate::verdict::judge::{Candidate, Judged, judge};
-use crate::verdict::partly::{self, Partly, Rest, partly};
-use crate::verdict::twice::Sights;
 use veloid_core::EngineError;
 use veloid_core::bicycle::PerAxle;
-use veloid_core::numerics::spectrum::most_white;
 use veloid_core::settings::Settings;
-use veloid_methods::output_error::rms_valid;
-use veloid_model::dataset::{Dataset, Track};
+use veloid_model::dataset::Dataset;
 use veloid_model::fit::physical::is_physical;
 use veloid_model::fit::polish::polish;
 use veloid_model::fit::refine::refined;
 use veloid_model::fit::sandwich;
 use veloid_model::fit::{FINE, Fitted, Fitter, Model, Motion, Term, motions};
 use veloid_report::diagnosis::{Place, SearchCost, Verdict};
+use veloid_report::windows::Rule;
 
 /// The verdict and the model that it speaks of.
 pub struct Decision {
@@ -50,8 +47,10 @@ pub struct Decision {
     pub offered: Option<Offered>,
     /// What was examined without a likelihood, each with its jackknife errors, and these of k and B.
     pub claims: Vec<(Claim, Vec<f64>)>,
-    /// What windows of each track's record say, where they were asked.
-    pub sighted: Vec<Option<Sights>>,
+    /// The row of the table that gave the verdict.
+    pub rule: Rule,
+    /// What parts of each track's record say, where they were asked.
+    pub read: Vec<Option<Read>>,
     /// Effects that the likelihood names on an axle which they complete, while something is left on the other.
     pub certain: Vec<Term>,
     pub base_errors: PerAxle<[f64; 2]>,
@@ -69,147 +68,94 @@ pub fn decide(
 ) -> Result<Decision, EngineError> {
     let every: Vec<usize> = (0..prepared.dataset.tracks.len()).collect();
     let first = by_likelihood(prepared, search, choose(search)?, &every, settings)?;
-    let doubt = doubt(&first, prepared, search);
-    debug!(verdict = ?first.verdict, terms = ?first.model.terms, ?doubt, "judged by likelihood");
-    let mut decision = match first.verdict == Verdict::Unnamed || doubt != Doubt::Not {
-        true => {
-            let found = second_look(first, doubt, prepared, search, settings)?;
-            let whole = match doubt {
-                Doubt::Not => as_one(&found, prepared, search, &every, settings)?,
-                Doubt::Swallowed | Doubt::OnBench => None,
-            };
-            match whole {
-                Some(whole) => simplest(whole, prepared, search)?,
-                None => found,
-            }
+    debug!(verdict = ?first.verdict, terms = ?first.model.terms, "judged by likelihood");
+    let record = prepared.record();
+    let has_road = record.tracks.iter().any(|track| track.has_road);
+    let mut decision = match has_road {
+        true => on_road(first, prepared, search, settings)?,
+        false => {
+            let asked = vec![true; record.tracks.len()];
+            asked_by_parts(first, &asked, prepared, search, settings)?
         }
-        false => simplest(agreed(first, prepared, search, settings), prepared, search)?,
     };
     decision.cost.steps = prepared.dataset.work.done();
     decision.cost.budget = search.budget.steps;
-    debug!(verdict = ?decision.verdict, terms = ?decision.model.terms, cost = ?decision.cost, "decided");
+    debug!(verdict = ?decision.verdict, rule = ?decision.rule, terms = ?decision.model.terms, cost = ?decision.cost, "decided");
     Ok(decision)
 }
 
-/// Times the search's budget that windows may take: what a search by windows costs at all does not shrink with the record, and
-/// half of it is the second length.
-const WINDOWS: u64 = 3;
-
-/// Why a verdict by likelihood is asked again.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Doubt {
-    Not,
-    /// The noise has swallowed what an effect takes off.
-    Swallowed,
-    /// On a bench effects have names although hardly any force is missing, or nothing is missing although more than noise is left.
-    OnBench,
-}
-
-fn doubt(first: &Decision, prepared: &Prepared, search: &Search) -> Doubt {
-    let slight = || by_windows::misses_little(prepared.record());
-    let on_bench = match first.verdict {
-        Verdict::Named | Verdict::Ambiguous => slight(),
-        Verdict::NothingMissing => is_loud(first, prepared) && !slight(),
-        Verdict::NamedInPart | Verdict::Unnamed | Verdict::CannotTell => false,
-    };
-    if on_bench {
-        Doubt::OnBench
-    } else if is_swallowed(search, first, prepared.record()) {
-        Doubt::Swallowed
-    } else {
-        Doubt::Not
-    }
-}
-
-/// Whether no road drives any axle, and what the model leaves on one is mostly no white noise: then the noise that was fitted to it may
-/// have swallowed what is missing.
-fn is_loud(decision: &Decision, prepared: &Prepared) -> bool {
-    let record = prepared.record();
-    let loud = |(t, track): (usize, &Track)| {
-        let left = decision.shown.residual(record, t);
-        let rms = rms_valid(&left, &track.valid, prepared.split.held.clone());
-        most_white(&left, record.step).is_some_and(|noise| is_more_than(noise, rms))
-    };
-    let mut tracks = record.tracks.iter().enumerate();
-    record.tracks.iter().all(|track| !track.has_road) && tracks.any(loud)
-}
-
-/// What holds although no model explains the ride, or the nearest shape.
-fn second_look(
+/// What parts of the record say of the axles that are asked, to which models were not fitted.
+fn asked_by_parts(
     first: Decision,
-    doubt: Doubt,
+    asked: &[bool],
     prepared: &Prepared,
     search: &Search,
     settings: &Settings,
 ) -> Result<Decision, EngineError> {
-    let named = match doubt {
-        Doubt::OnBench => Vec::new(),
-        Doubt::Not | Doubt::Swallowed => named_by_axle(&first, prepared, search, settings)?,
-    };
-    // Where the likelihood is not to be trusted, or what explains the ride is a wider law or nothing physical, something may be left on all
-    // tracks.
-    let explained = first.judged.iter().all(|j| !j.remains) && doubt == Doubt::Not;
-    let by_wider_law = explained && is_physical(&prepared.dataset, &search.plain, &first.model);
-    let rest = Rest {
-        remains: (first.judged.iter())
-            .enumerate()
-            .map(|(t, j)| {
-                let is_named = named.iter().any(|(axle, _)| *axle == t);
-                (j.remains || doubt != Doubt::Not || explained) && !is_named
-            })
-            .collect(),
-        outgrown: outgrown(by_wider_law),
-    };
-    let said = first.verdict;
-    let first = Decision {
-        verdict: Verdict::Unnamed,
-        ..first
-    };
     let record = prepared.record();
-    // What a wider law explains to within the noise is the likelihood's affair.
-    let work = &prepared.dataset.work;
-    let allowed = work.done() + WINDOWS * search.budget.steps;
-    let sighted = match by_wider_law {
-        true => Vec::new(),
-        false => by_windows::sighted(search, record, &rest, allowed)?,
-    };
-    let cut_short = work.done() > allowed;
-    // What the first search has left, and at least what was set aside, whatever windows have taken.
-    let budget = search.budget;
-    let until = budget.steps.max(work.done() + budget.steps - budget.first);
-    let found = match by_windows::by_windows(search, record, &rest, &sighted) {
-        Some(found) => Some(found),
-        None => partly(search, record, &rest, &first.model, until)?
-            .map(|found| by_windows::uncontradicted(found, record, &sighted)),
-    };
-    let holds = |term: &Term| {
-        let mut claims = found.iter().flat_map(|found| &found.claims);
-        claims.any(|claim| claim.holds && claim.term == *term)
-    };
-    let is_confirmed =
-        doubt == Doubt::OnBench && said == Verdict::Named && first.model.terms.iter().all(holds);
-    let mut decision = match found {
-        _ if is_confirmed => Decision {
-            verdict: said,
-            ..first
+    let proposed: Vec<Model> = [std::slice::from_ref(&first.model), &first.tied].concat();
+    let evidence = judge::evidence(search, record, asked, &proposed)?;
+    let read = evidence.into_iter().zip(&record.tracks);
+    let read: Vec<Option<Read>> = read
+        .map(|(evidence, track)| Some(Read::new(evidence?, record.is_ridden(track))))
+        .collect();
+    let has_road = record.tracks.iter().any(|track| track.has_road);
+    let nothing = first.verdict == Verdict::NothingMissing;
+    let (verdict, rule) = by_parts::verdict(asked, (has_road, nothing), &read);
+    let found = by_parts::models(search, record, &read);
+    let mut decision = match (verdict, found) {
+        (Verdict::NothingMissing, _) if first.verdict == verdict => first,
+        (Verdict::NothingMissing, _) => first.without_shape(prepared, settings).nothing_missing(),
+        (_, Some((found, tied))) if !found.model.terms.is_empty() => Decision {
+            tied,
+            ..first.in_part(found, prepared, settings)
         },
-        Some(partly) => first.in_part(partly, prepared, settings),
-        None => first,
+        _ => first.without_shape(prepared, settings),
     };
-    for (t, named) in named {
-        decision = decision.with_axle(t, named, prepared);
+    let (verdict, rule) = match verdict {
+        // Of a tie only one set can be simulated along the whole record.
+        Verdict::Ambiguous if decision.tied.is_empty() => (Verdict::Unnamed, Rule::Unsupported),
+        _ => (verdict, rule),
+    };
+    let errs_more = decision.judged.iter().any(|j| errs_more(j, 1.0));
+    if verdict == Verdict::Unnamed && errs_more && !decision.model.terms.is_empty() {
+        decision = decision.without_shape(prepared, settings);
     }
-    decision.sighted = sighted;
-    decision.cost.is_spent |= work.done() > until || cut_short;
-    let errs_more = decision.verdict == Verdict::Unnamed
-        && !decision.model.terms.is_empty()
-        && decision.judged.iter().any(|j| errs_more(j, 1.0));
-    let nothing = decision.verdict == Verdict::Unnamed && by_windows::misses_little(record);
-    Ok(match (nothing, errs_more) {
-        (true, _) => (decision.without_shape(prepared, settings)).nothing_missing(),
-        (false, true) => decision.without_shape(prepared, settings),
-        (false, false) => decision,
+    Ok(Decision {
+        verdict,
+        rule,
+        read,
+        ..decision
     })
+}
+
+/// On a measured road the likelihood of the whole ride decides; what it leaves without a name, parts of the record are asked.
+fn on_road(
+    first: Decision,
+    prepared: &Prepared,
+    search: &Search,
+    settings: &Settings,
+) -> Result<Decision, EngineError> {
+    let record = prepared.record();
+    let swallowed = is_swallowed(search, &first, record);
+    let explained = first.judged.iter().all(|j| !j.remains);
+    let by_wider_law = explained && is_physical(&prepared.dataset, &search.plain, &first.model);
+    if !swallowed && (first.verdict != Verdict::Unnamed || by_wider_law) {
+        return Ok(first);
+    }
+    let named = named_by_axle(&first, prepared, search, settings)?;
+    // Where the likelihood is not to be trusted, or what explains the ride is nothing physical, something may be left on all tracks.
+    let everywhere = swallowed || explained;
+    let is_named = |t: usize| named.iter().any(|(axle, _)| *axle == t);
+    let asked: Vec<bool> = (first.judged.iter().enumerate())
+        .map(|(t, j)| (j.remains || everywhere) && !is_named(t))
+        .collect();
+    let mut found = asked_by_parts(first, &asked, prepared, search, settings)?;
+    for (t, named) in named {
+        found = found.with_axle(t, named, prepared);
+    }
+    let whole = as_one(&found, prepared, search, settings)?;
+    Ok(whole.unwrap_or(found))
 }
 
 /// Effects that were found axle by axle or beside a rest, as one model, where the likelihood names that.
@@ -217,12 +163,10 @@ fn as_one(
     found: &Decision,
     prepared: &Prepared,
     search: &Search,
-    every: &[usize],
     settings: &Settings,
 ) -> Result<Option<Decision>, EngineError> {
-    let by_likelihood_alone = found.sighted.iter().all(Option::is_none);
     let all_hold = found.claims.iter().all(|(claim, _)| claim.holds);
-    if found.verdict != Verdict::NamedInPart || !by_likelihood_alone || !all_hold {
+    if found.verdict != Verdict::NamedInPart || !all_hold {
         return Ok(None);
     }
     let polished = polish(&search.fitter, &found.model, search.thorough(&found.model));
@@ -233,43 +177,11 @@ fn as_one(
         offered: None,
         is_spent: found.cost.is_spent,
     };
-    let whole = by_likelihood(prepared, search, chosen, every, settings)?;
+    let every: Vec<usize> = (0..prepared.dataset.tracks.len()).collect();
+    let whole = by_likelihood(prepared, search, chosen, &every, settings)?;
     let is_named =
         whole.verdict == Verdict::Named && !is_swallowed(search, &whole, prepared.record());
     Ok(is_named.then_some(whole))
-}
-
-/// Where models tie, what they agree on, if that explains nearly all: of what they differ in, only the rest is then reported.
-fn agreed(first: Decision, prepared: &Prepared, search: &Search, settings: &Settings) -> Decision {
-    let in_all = |term: &&Term| first.tied.iter().all(|m| m.terms.contains(term));
-    let core: Vec<Term> = first.model.terms.iter().filter(in_all).copied().collect();
-    if first.verdict != Verdict::Ambiguous || core.is_empty() {
-        return first;
-    }
-    match partly::of_core(search, prepared.record(), &first.model, &core) {
-        Some(core) => first.in_part(core, prepared, settings),
-        None => first,
-    }
-}
-
-/// A set of effects that the likelihood names ties with a simpler one that windows of the record support in its place.
-fn simplest(
-    named: Decision,
-    prepared: &Prepared,
-    search: &Search,
-) -> Result<Decision, EngineError> {
-    if named.verdict != Verdict::Named {
-        return Ok(named);
-    }
-    let simpler = by_windows::simpler(search, prepared.record(), &named.model)?;
-    Ok(match simpler {
-        Some(simpler) => Decision {
-            verdict: Verdict::Ambiguous,
-            tied: vec![simpler],
-            ..named
-        },
-        None => named,
-    })
 }
 
 /// Each axle is judged whatever happens on the other: tracks on which the likelihood alone names what is missing, each with its
@@ -364,7 +276,8 @@ fn by_likelihood(
         tied,
         offered,
         claims: Vec::new(),
-        sighted: Vec::new(),
+        rule: Rule::Likelihood,
+        read: Vec::new(),
         certain: Vec::new(),
         base_errors: PerAxle::default(),
         is_outgrown_a_little: little,
@@ -386,10 +299,6 @@ impl Decision {
             }
         }
         Self {
-            verdict: match partly.claims.iter().any(|claim| claim.holds) {
-                true => Verdict::NamedInPart,
-                false => self.verdict,
-            },
             motions,
             judged,
             corrected: partly.model.clone(),
@@ -507,19 +416,6 @@ fn judged(
     tracks.into_par_iter().map(of_track).collect()
 }
 
-/// Whether a model that leaves so much (RMS) leaves mostly something else than white noise.
-fn is_more_than(noise: f64, rms: f64) -> bool {
-    rms > policy::LOUD_REST * noise
-}
-
-/// Share of a model's held-out squares that a law wider than one of its names must leave for this to hold.
-fn outgrown(by_wider_law: bool) -> f64 {
-    match by_wider_law {
-        true => policy::NEARLY_ALL,
-        false => policy::OUTGROWN,
-    }
-}
-
 /// Whether a model with a name explains an axle: nothing remains or next to nothing, and the name does not mislead.
 fn is_explained(judged: &Judged) -> bool {
     (!judged.remains || judged.share >= policy::ADEQUATE) && !errs_more(judged, policy::MISLEADS)
@@ -566,7 +462,6 @@ fn is_swallowed(search: &Search, decision: &Decision, record: &Dataset) -> bool 
 mod tests {
     use super::*;
     use crate::residual::omnibus::Remainder;
-    use crate::verdict::affirm;
     use veloid_report::diagnosis::HeldOut;
 
     /// A model that leaves `extended` (m) of what the plain one leaves, which is 1.
@@ -608,23 +503,6 @@ mod tests {
         assert!(!explained(Some(1.01 * policy::MISLEADS)));
         // Nor does one that runs away.
         assert!(!explained(None));
-    }
-
-    #[test]
-    fn more_than_noise_is_left_where_that_is_louder_by_far() {
-        let loud = |times: f64| is_more_than(0.3, times * policy::LOUD_REST * 0.3);
-        assert!(loud(1.01) && !loud(0.99));
-    }
-
-    #[test]
-    fn beside_a_law_that_explains_the_ride_to_its_noise_hardly_less_is_left() {
-        let grows = |left: f64, by_wider_law| {
-            affirm::is_outgrown([left, 1.0, 1.0], outgrown(by_wider_law), true)
-        };
-        assert!(grows(0.999 * policy::NEARLY_ALL, true));
-        assert!(!grows(1.001 * policy::NEARLY_ALL, true));
-        assert!(grows(0.999 * policy::OUTGROWN, false));
-        assert!(!grows(1.001 * policy::OUTGROWN, false));
     }
 
     #[test]

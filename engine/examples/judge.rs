@@ -69,6 +69,8 @@ fn set(numbers: &mut Numbers, argument: &str) -> Result<(), Box<dyn Error>> {
     let number = match name {
         "support" => &mut numbers.support,
         "share" => &mut numbers.share,
+        "strict_share" => &mut numbers.strict_share,
+        "nameless_share" => &mut numbers.nameless_share,
         "floor" => &mut numbers.floor,
         "patience" => &mut numbers.patience,
         "occam" => &mut numbers.occam,
@@ -94,7 +96,7 @@ fn answer(kept: &Kept, scores: &Scores, judgement: &Judgement) -> &'static str {
     let says = |id: &str| kept.expected.iter().any(|expected| expected == id);
     let may = |id: &str| says(id) || kept.acceptable.iter().any(|other| other == id);
     let ids = |set: &Vec<usize>| set.iter().map(|e| scores.effects[*e].clone()).collect();
-    let sets: Vec<Vec<String>> = judgement.sets.iter().map(ids).collect();
+    let sets: Vec<Vec<String>> = sets(judgement).iter().map(ids).collect();
     let none = sets.is_empty() && kept.expected.is_empty();
     let fits = |set: &Vec<String>| set.iter().all(|id| may(id)) && set.iter().any(|id| says(id));
     if nothing && says("nothing_missing") || none || sets.iter().any(fits) {
@@ -103,6 +105,14 @@ fn answer(kept: &Kept, scores: &Scores, judgement: &Judgement) -> &'static str {
         "wrong"
     } else {
         "missed"
+    }
+}
+
+/// The named effects, or the tied sets.
+fn sets(judgement: &Judgement) -> Vec<Vec<usize>> {
+    match judgement.rule {
+        Rule::Supported => vec![judgement.named.clone()],
+        _ => judgement.sets.clone(),
     }
 }
 
@@ -116,6 +126,6 @@ fn words(scores: &Scores, judgement: &Judgement) -> String {
         )
     };
     let set = |set: &Vec<usize>| set.iter().map(name).collect::<Vec<_>>().join(" + ");
-    let sets: Vec<String> = judgement.sets.iter().map(set).collect();
+    let sets: Vec<String> = sets(judgement).iter().map(set).collect();
     format!("{:?} {}", judgement.rule, sets.join(" | "))
 }

@@ -26,6 +26,9 @@ pub const COHERENT: f64 = 0.5;
 pub const STEEPEST: f64 = 10.0;
 /// Narrowest band (ratio of its ends): an octave.
 pub const NARROWEST: f64 = 2.0;
+/// Width (ratio of its ends) of a band that no wrong speed leaves: with speeds that were 1.5 to 5 s late, or a pace, the widest of five was 5.6; the
+/// narrower of two clean ones that need it was 10.
+const WIDE: f64 = 8.0;
 /// Cells per octave of spatial frequency.
 const CELLS: f64 = 8.0;
 /// Spectral lines that are kept away from an edge: as far as a Hann window sees.
@@ -101,14 +104,9 @@ pub fn band(windows: &Windows, sensors: &[Sensor]) -> Result<Band, String> {
     }
     let lowest = LOWEST_HZ / fastest;
     let cells = cells(windows, lowest, reach);
-    let coherent = |c: &&Cell| c.coherence() >= COHERENT;
-    let best =
-        (0..cells.len()).max_by(|a, b| cells[*a].coherence().total_cmp(&cells[*b].coherence()));
-    let Some(best) = best.filter(|b| cells[*b].coherence() >= COHERENT) else {
+    let Some((first, after)) = run(&cells) else {
         return Err("the sensors are not coherent at any frequency".to_owned());
     };
-    let first = best - cells[..best].iter().rev().take_while(coherent).count();
-    let after = best + cells[best..].iter().take_while(coherent).count();
     let edge = (first..after).find(|i| falls(&cells, *i));
     let end = edge.map_or(after, |i| i + 1);
     let at = |place: usize| lowest * (place as f64 / CELLS).exp2();
@@ -129,6 +127,29 @@ pub fn band(windows: &Windows, sensors: &[Sensor]) -> Result<Band, String> {
         high_hz: reach,
         highest_per_m,
     })
+}
+
+/// The widest run of coherent cells where it is wide, and else the one around the most coherent cell: cells of few numbers are coherent, or not, by
+/// chance, and a wrong speed leaves a narrow run.
+fn run(cells: &[Cell]) -> Option<(usize, usize)> {
+    let coherence: Vec<f64> = cells.iter().map(Cell::coherence).collect();
+    let mut after = 0;
+    let runs = coherence.chunk_by(|a, b| (*a >= COHERENT) == (*b >= COHERENT));
+    let runs = runs.map(|run| {
+        after += run.len();
+        (after - run.len(), after)
+    });
+    let runs: Vec<(usize, usize)> = runs
+        .filter(|(first, _)| coherence[*first] >= COHERENT)
+        .collect();
+    let width = |run: &(usize, usize)| cells[run.1 - 1].place - cells[run.0].place;
+    let widest = runs.iter().max_by_key(|run| width(run))?;
+    if width(widest) as f64 >= WIDE.log2() * CELLS {
+        return Some(*widest);
+    }
+    let best = (0..cells.len()).max_by(|a, b| coherence[*a].total_cmp(&coherence[*b]))?;
+    runs.into_iter()
+        .find(|(first, after)| (*first..*after).contains(&best))
 }
 
 /// The cells that hold any line, by rising spatial frequency.
@@ -230,6 +251,25 @@ mod tests {
         let low = seen(|hz| [1.0, if hz < 5.0 { 0.1 } else { 0.95 }]).unwrap();
         assert!(low.low_hz > 4.3 && low.low_hz < 5.6, "{low:?}");
         assert!(seen(|_| [1.0, 0.0]).unwrap_err().contains("not coherent"));
+    }
+
+    #[test]
+    fn the_widest_band_is_taken_not_the_most_coherent_cell() {
+        let of = |hz: f64| {
+            [
+                1.0,
+                if hz < 1.5 {
+                    0.99
+                } else if hz < 3.0 {
+                    0.1
+                } else {
+                    0.9
+                },
+            ]
+        };
+        let band = seen(of).unwrap();
+        assert!(band.low_hz > 2.5 && band.low_hz < 4.0, "{band:?}");
+        assert_eq!(band.highest_per_m, 8.0);
     }
 
     #[test]

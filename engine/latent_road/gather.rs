@@ -6,7 +6,7 @@ use super::record::{Lateness, Record, Sensor, since_middle_s};
 use super::rough::rough_lateness;
 use super::windows::SLOWEST;
 use veloid_core::bicycle::{Axle, Bike};
-use veloid_ride::{Ride, SensorKind, SensorRecord, channel_name};
+use veloid_ride::{Placed, Ride, SensorKind, SensorRecord, channel_name, lacking};
 
 /// Part of a sensor's own rate up to which it is believed: beyond, what folds over and the logger's filter are near.
 const REACH: f64 = 0.4;
@@ -34,35 +34,16 @@ pub fn gather(ride: &Ride, bike: &Bike) -> Result<Record, String> {
         let first = is_laser(a).cmp(&is_laser(b));
         b.rate_hz.total_cmp(&a.rate_hz).then(first)
     });
-    let axles: Vec<Axle> = (Axle::BOTH.into_iter())
-        .filter(|axle| sensors.iter().any(|s| s.axle == *axle))
-        .collect();
     let wheelbase_m = bike.wheelbase();
-    let file = |s: &&SensorRecord| ride.summary.file_of(channel_name(s.kind, s.axle));
-    let mut accelerometers = sensors.iter().filter(|s| !is_laser(s)).map(file);
-    let first = accelerometers.next().flatten();
-    if let Some(other) = accelerometers.flatten().find(|other| Some(*other) != first) {
-        return Err(format!(
-            "the accelerometers are in two files ({} and {other}), whose clocks cannot be compared through the road that both wheels \
-             ride over: record both on one logger",
-            first.unwrap_or_default()
-        ));
-    }
-    match axles[..] {
-        [] => return Err("there is no sensor on either axle".to_owned()),
-        [only] if sensors.len() < 2 => {
-            return Err(format!(
-                "one accelerometer alone (on the {only} axle) cannot separate the road from the axle: add a second one on the \
-                 other axle"
-            ));
-        }
-        [_, _] if wheelbase_m.is_none() => {
-            return Err(
-                "the wheelbase (l_front_m and l_rear_m of the bike) is missing: it determines when the rear wheel meets the road"
-                    .to_owned(),
-            );
-        }
-        _ => {}
+    let placed: Vec<Placed<'_>> = (sensors.iter())
+        .map(|s| Placed {
+            axle: s.axle,
+            kind: s.kind,
+            file: ride.summary.file_of(channel_name(s.kind, s.axle)),
+        })
+        .collect();
+    if let Some(lack) = lacking(&placed, wheelbase_m.is_some()) {
+        return Err(lack);
     }
     Ok(Record {
         wheelbase_m,

@@ -6,6 +6,7 @@ mod balance;
 mod clock;
 mod course;
 pub mod delay;
+mod frequency;
 mod gain;
 pub mod mass;
 mod sensors;
@@ -26,7 +27,10 @@ pub fn mistakes(
     settings: &Settings,
     fitted: &PerAxle<AxleFit>,
 ) -> Vec<Mistake> {
-    let mut found: Vec<Mistake> = clock::mistake(ride).into_iter().collect();
+    let mut found: Vec<Mistake> = times(ride, bike).into_iter().collect();
+    if found.is_empty() {
+        found.extend(frequency::mistakes(ride, bike, fitted));
+    }
     found.extend(balance::mistake(bike));
     found.extend(mass::mistakes(ride, bike, settings, fitted));
     found.extend(gain::mistakes(ride));
@@ -38,5 +42,10 @@ pub fn mistakes(
 
 /// What is found in the sensors and times of a ride by itself, first of all.
 pub fn misread(ride: &Ride, bike: &Bike) -> Option<Mistake> {
-    clock::mistake(ride).or_else(|| sensors::mistake(ride, bike))
+    times(ride, bike).or_else(|| sensors::mistake(ride, bike))
+}
+
+/// What is wrong with the times: what speed and wheelbase say comes first.
+fn times(ride: &Ride, bike: &Bike) -> Option<Mistake> {
+    course::time_scale(ride, bike).or_else(|| clock::mistake(ride))
 }

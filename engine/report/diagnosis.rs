@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use super::Estimate;
 use super::simulation::Simulation;
-use super::windows::Windows;
+use super::windows::{Rule, Support, Windows, of_this_form};
 use veloid_core::bicycle::{Axle, PerAxle};
 use veloid_core::document::format_number::{Quantity, significant};
 
@@ -101,6 +101,9 @@ impl Place {
 pub struct Diagnosis {
     /// Whether something is missing, and whether it has a name.
     pub verdict: Verdict,
+    /// The rule that gave the verdict; null in reports of earlier versions and where nothing was judged.
+    #[serde(default)]
+    pub rule: Option<Rule>,
     /// The verdict in plain words.
     pub sentence: String,
     /// Elements of the plain model to which effects were added: without a spring where that explains more.
@@ -127,9 +130,10 @@ pub struct Diagnosis {
     pub location: PerAxle<Location>,
     /// Errors on the part of the ride that was not fitted.
     pub held_out: PerAxle<HeldOut>,
-    /// Results of short windows of a bench record, by length, the longer first; absent where windows were not evaluated.
-    #[serde(default)]
-    pub windows: PerAxle<Vec<Windows>>,
+    /// What sets of effects leave of held-out parts of the record, from which the verdict is read; null where the likelihood alone
+    /// decides.
+    #[serde(default, deserialize_with = "windows")]
+    pub windows: PerAxle<Windows>,
     /// The ride that would distinguish the effects from the alternatives; null where there is nothing to distinguish or no
     /// planned ride would do it.
     pub next_ride: Option<NextRide>,
@@ -205,7 +209,11 @@ pub struct EffectReport {
     #[serde(default)]
     pub affirmed: bool,
     /// Evidence for the effect although something else remains unexplained; absent where this was not evaluated.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        deserialize_with = "of_this_form",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub support: Option<Support>,
     /// False where the effect is only the nearest shape.
     pub adequate: bool,
@@ -215,11 +223,16 @@ pub struct EffectReport {
     pub sentence: String,
 }
 
+fn windows<'de, D: Deserializer<'de>>(deserializer: D) -> Result<PerAxle<Windows>, D::Error> {
+    Ok(of_this_form(deserializer)?.unwrap_or_default())
+}
+
 impl Diagnosis {
     /// That a record carries no verdict, and why.
     pub fn without_verdict(why: String) -> Self {
         Self {
             verdict: Verdict::CannotTell,
+            rule: None,
             sentence: why,
             base: Base::default(),
             effects: Vec::new(),
@@ -248,48 +261,6 @@ impl EffectReport {
         EffectName {
             id: self.id.clone(),
             axle: self.axle,
-        }
-    }
-}
-
-/// Evidence for one effect that does not require a complete model: errors of the simulated displacement on contiguous blocks of
-/// the ride.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
-pub struct Support {
-    /// Share of the squared held-out error of the model without the effect that the effect removes, on the axle where it
-    /// removes most.
-    pub removed_share: f64,
-    /// Contiguous blocks of the ride that were compared and to which neither model was fitted.
-    pub blocks: usize,
-    /// How many of `blocks` the model with the effect predicts with a smaller error than the one without it.
-    pub blocks_led: usize,
-    /// Whether the effect was also selected without these blocks: the selection was repeated without each fifth of the windows in
-    /// turn. False where the record has too few windows, or was judged by one simulation: then selection and proof share
-    /// the held-out part.
-    #[serde(default)]
-    pub selected_apart: bool,
-    /// Id of the other effect that comes nearest as a replacement.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rival: Option<String>,
-    /// Squared held-out error with the rival, divided by that with this effect.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rival_ratio: Option<f64>,
-    /// Largest difference between the sizes in the loud and in the quiet blocks, relative to the size.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub disagreement: Option<f64>,
-    /// Length (s) of the windows in whose second halves errors were evaluated, each window with its own initial state; absent
-    /// where one simulation of the whole ride was evaluated.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub window_s: Option<f64>,
-}
-
-impl Support {
-    /// What `blocks` are, in words.
-    pub fn compared(&self) -> &'static str {
-        match self.selected_apart {
-            true => "blocks that neither fit nor selection used",
-            false => "held-out blocks, which the selection used too",
         }
     }
 }

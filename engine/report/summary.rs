@@ -37,6 +37,9 @@ fn write(out: &mut String, report: &Report) -> std::fmt::Result {
         significant(ride.duration_s, 4),
         significant(ride.rate_hz, 5)
     )?;
+    for assumed in &ride.reading {
+        writeln!(out, "read: {assumed}")?;
+    }
     for warning in &ride.warnings {
         writeln!(out, "warning: {warning}")?;
     }

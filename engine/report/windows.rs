@@ -1,84 +1,118 @@
-//! The report's `diagnosis.windows` section: what short windows of an axle's record say, each simulated from a starting state of its own.
+//! The report's `diagnosis.windows` section: the table from which the verdict on an axle is read.
 
-use serde::{Deserialize, Serialize};
+use serde::de::IgnoredAny;
+use serde::{Deserialize, Deserializer, Serialize};
 
-/// Results of an axle's windows of one length. Errors are those on the second halves of the windows, to which a model was not
-/// fitted; shares are of their squares.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// The row of the judge's table that gave a verdict (docs/diagnosis.md).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub enum Rule {
+    /// The plain model misses hardly any force and hardly any motion.
+    NothingMissed,
+    /// The plain model leaves no more than noise, and no set of effects takes a share of that.
+    NoiseLeft,
+    /// Not even the best set of effects follows the motion.
+    NotFollowed,
+    /// A law without a name takes a share of what every set of named effects leaves.
+    GeneralLaw,
+    /// Sets that contain the named effects hold the support, and each of these takes its share.
+    Supported,
+    /// A few sets hold the support together.
+    Tied,
+    /// More sets than that share the support, or it lies with sets of which no effect takes its share.
+    Unsupported,
+    /// A measured road: the likelihood of the whole ride decides.
+    Likelihood,
+    /// The record determines neither stiffness nor damping.
+    Undetermined,
+    /// The record does not determine the size of any effect.
+    Unsized,
+}
+
+/// What sets of effects leave of parts of an axle's record to which they were not fitted.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Windows {
-    /// Period (s) that divides the motion's power into halves.
-    pub period_s: f64,
-    /// Length of a window (s); models are fitted to the first halves and evaluated on the second halves.
+    pub rule: Rule,
+    /// By length of the parts, the longer first.
+    pub lengths: Vec<PartLength>,
+    /// Sets of effects, the heaviest first, at most twelve; the plain model is the one without any.
+    pub sets: Vec<SetScore>,
+    /// The effects of `sets`.
+    pub effects: Vec<EffectScore>,
+}
+
+/// Parts of one length.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct PartLength {
+    /// Length (s) of a window, whose first half gives its initial state and whose second half is judged; the record's where
+    /// one simulation of it is judged in blocks.
     pub length_s: f64,
-    /// Number of windows.
-    pub count: usize,
-    /// RMS error (m) of the plain model, in N where `held_out.predicted` is a force; null where it diverges.
+    /// Number of windows or blocks.
+    pub parts: usize,
+    /// RMS error (m, or N where `held_out.predicted` is a force) of the plain model; null where it diverges.
     pub plain_rms_m: Option<f64>,
-    /// RMS error (m) of the model with `effects`, in N where `held_out.predicted` is a force; null where it diverges.
-    pub extended_rms_m: Option<f64>,
-    /// The model that these windows lead to, whether the verdict follows or not.
-    pub effects: Vec<WindowEffect>,
-    /// Share of the plain model's squares that remains with single effects, the best first, at most eight.
-    pub single: Vec<SingleEffect>,
-    /// Each window as predicted by the reported model, in order of time; empty where windows affirm nothing, and for the second
-    /// length.
-    pub starts: Vec<WindowStart>,
+    /// RMS error of the set that leaves least.
+    pub best_rms_m: Option<f64>,
 }
 
-/// An effect of the model that windows lead to.
+/// A set of effects.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
-pub struct WindowEffect {
+pub struct SetScore {
+    /// Ids of its effects.
+    pub effects: Vec<String>,
+    /// Its weight (0 to 1) among all sets; null where a parameter lies outside its physical range.
+    pub weight: Option<f64>,
+    /// Share of the plain model's squared error that it leaves, by length; null where it diverges.
+    pub left_share: Vec<Option<f64>>,
+}
+
+/// An effect and what speaks for it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct EffectScore {
     /// Id of the effect in the library.
     pub id: String,
-    /// Share (0 to 1) of the squared error of the model without it that it removes.
-    pub removed_share: f64,
-    /// Blocks of neighbouring windows in which it has any influence.
-    pub blocks: usize,
-    /// Number of `blocks` that the model predicts with a smaller error with it than without it.
-    pub blocks_led: usize,
-    /// The same of windows that neither the fits nor the selection saw (outer folds): blocks, and those it leads in; absent where the
-    /// record has too few windows, or the effect was not affirmed by both lengths.
+    #[serde(flatten)]
+    pub support: Support,
+    /// Why the verdict does not name it; absent where it does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub unseen_blocks: Option<usize>,
-    /// How many of `unseen_blocks` the model with the effect predicts with a smaller error than the one without it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub unseen_blocks_led: Option<usize>,
-    /// Id of the effect with as few parameters that comes nearest as a replacement.
-    pub rival: Option<String>,
-    /// Squared error with the rival, divided by that with this effect.
-    pub rival_ratio: Option<f64>,
-    /// Whether windows of this length support it.
-    pub holds: bool,
+    pub why_not: Option<String>,
 }
 
-/// Remaining error of the plain model with one effect.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// Evidence for one effect that does not require a complete model.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
-pub struct SingleEffect {
-    /// Id of the effect in the library.
-    pub id: String,
-    /// Share of the plain model's squares that remains; null where the model diverges.
-    pub left_share: Option<f64>,
+pub struct Support {
+    /// Weight (0 to 1) of the sets that contain it.
+    pub weight: f64,
+    /// Share (0 to 1) of the squared held-out error above the noise that returns when it is taken out and the rest is fitted
+    /// again, the least of all lengths; null where no set contains it.
+    pub share: Option<f64>,
+    /// Windows or blocks of the record that were judged, of all lengths.
+    pub windows: usize,
+    /// Id of the effect that comes nearest in its place.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub next: Option<String>,
 }
 
-/// A window's initial state, estimated from its first half, and the reported model's error on its second half.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
-pub struct WindowStart {
-    /// Its first sample, counted from the ride's first (0).
-    pub first_sample: usize,
-    /// Number of its samples.
-    pub samples: usize,
-    /// Height (m) of the axle at its first sample; null where the motion is prescribed.
-    pub height_m: Option<f64>,
-    /// Velocity (m/s) of the axle at its first sample; null where the motion is prescribed.
-    pub velocity_m_s: Option<f64>,
-    /// States of the effects, in the effects' order, each in its own unit.
-    pub hidden: Vec<f64>,
-    /// Sensor reading minus simulated height (m).
-    pub zero_m: f64,
-    /// RMS (m, or N); null where the model diverges.
-    pub rms_m: Option<f64>,
+/// A value of this version's form; nothing in the place of another's.
+pub fn of_this_form<'de, D, T>(deserializer: D) -> Result<Option<T>, D::Error>
+where
+    D: Deserializer<'de>,
+    T: Deserialize<'de>,
+{
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum Form<T> {
+        This(T),
+        Other(IgnoredAny),
+    }
+    Ok(match Form::<T>::deserialize(deserializer)? {
+        Form::This(value) => Some(value),
+        Form::Other(_) => None,
+    })
 }

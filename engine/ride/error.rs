@@ -7,10 +7,10 @@ use crate::clocks::rates::RATES;
 /// A rejected ride file: where the fault lies and what was expected instead.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReadError {
-    file: String,
-    line: Option<usize>,
-    sample: Option<usize>,
-    column: Option<(usize, String)>,
+    pub(super) file: String,
+    pub(super) line: Option<usize>,
+    pub(super) sample: Option<usize>,
+    pub(super) column: Option<(usize, String)>,
     /// What is wrong.
     pub problem: Box<Problem>,
 }
@@ -105,7 +105,7 @@ pub enum Problem {
     #[error("the file is empty, expected a header line and rows of numbers")]
     EmptyFile,
     #[error(
-        "this is {what}, expected text (CSV), gzip, zstd, a MATLAB v5/v7 .mat file, .fit, .gpx, .tcx or .xlsx"
+        "this is {what}, expected text (CSV), gzip, zstd, a MATLAB v4/v5/v7 .mat file, .fit, .gpx, .tcx or .xlsx"
     )]
     BinaryFile { what: String },
     #[error("this is {what}, which this build cannot read: it lacks the feature `{feature}`")]
@@ -123,6 +123,10 @@ pub enum Problem {
         "there is no header, expected channel names ({known}) or a mapping by number such as z_f=2"
     )]
     NoHeader { known: String },
+    #[error(
+        "this is JSON, which is not read: export the ride as CSV, with a line of column names and a line of numbers for each sample"
+    )]
+    Json,
     #[error("{bytes} bytes, expected at most {limit}")]
     TooLarge { bytes: u64, limit: u64 },
     #[error("more than {limit} {what}")]
@@ -162,6 +166,22 @@ pub enum Problem {
     RaggedRow { found: usize, expected: usize },
     #[error("the file ends within the line, expected a complete line")]
     CutShort,
+    #[error(
+        "{first}; {damaged} of {lines} lines are damaged, expected at most 1 %: the rows before the first can be read alone with rows 0:{rows} \
+         (--rows 0:{rows})"
+    )]
+    Damaged {
+        /// What is wrong with the first.
+        first: Box<Problem>,
+        damaged: usize,
+        lines: usize,
+        /// Rows before it.
+        rows: usize,
+    },
+    #[error(
+        "the sign in its numbers is that of thousands in some cells and a decimal sign in others, expected one of the two"
+    )]
+    MixedSigns,
     #[error("'{cell}' is not a number, expected one with a decimal {decimal}, or a blank cell")]
     NotANumber { cell: String, decimal: &'static str },
     #[error("'{cell}' is not finite, expected a number or a blank cell")]
@@ -174,6 +194,10 @@ pub enum Problem {
         channel: &'static str,
         expected: String,
     },
+    #[error("'{cell}' has no unit or another one, expected {unit} as in the cells before")]
+    OtherUnit { cell: String, unit: String },
+    #[error("the unit is {header}, but {cells} in the cells, expected one unit")]
+    UnitsDiffer { header: String, cells: String },
     #[error("{channel} is already in column {first}, expected it once")]
     DuplicateColumn { channel: String, first: usize },
     #[error("the mapping names the channel '{channel}', expected one of {known}")]
@@ -184,11 +208,28 @@ pub enum Problem {
         column: String,
         found: String,
     },
+    #[error(
+        "the mapping {channel}={column} may be one of several columns, expected one of {found}, with its unit"
+    )]
+    AmbiguousColumn {
+        channel: String,
+        column: String,
+        found: String,
+    },
     #[error("option {name}: {value}, expected {expected}")]
     BadOption {
         name: &'static str,
         value: String,
         expected: &'static str,
+    },
+    #[error(
+        "the stamps take {stamped_s:.3} s, the rows at {rate_hz} Hz {rows_s:.3} s: rows are missing or repeated, or the rate is another; \
+         read a part without a gap with --rows FROM:TO (rows), or leave the rate out"
+    )]
+    RowsMissing {
+        stamped_s: f64,
+        rows_s: f64,
+        rate_hz: f64,
     },
     #[error("rows {from}:{to} of {rows}, expected FROM before TO and both within the file")]
     BadRows { from: usize, to: usize, rows: usize },
@@ -221,8 +262,6 @@ pub enum Problem {
     FilesApart { spans: String },
     #[error("the time is blank in a row with values, expected a time stamp")]
     TimeBlank,
-    #[error("time goes from {before:?} s to {after:?} s, expected it to increase")]
-    TimeNotIncreasing { before: f64, after: f64 },
     #[error(
         "one sample every {:e} s, expected a rate of {RATES}: is the unit of the time right?",
         six_digits(*step_s)
@@ -230,7 +269,7 @@ pub enum Problem {
     RateOutOfRange { step_s: f64 },
     #[error(
         "{repeated} of {stamps} time stamps repeat the previous one or come within a third of a step of it, \
-         expected even stamps, or jitter of at most half a step"
+         expected even stamps, or jitter of at most half a step: if the samples are evenly spaced, give their rate with rate_hz (--rate HZ)"
     )]
     TimeRepeats { repeated: usize, stamps: usize },
     #[error(
@@ -277,6 +316,21 @@ pub enum Problem {
          frequency as a free decay would: record the road, the force, or the axle's acceleration as well"
     )]
     NotExcited { channel: &'static str },
+    #[error(
+        "no point has a speed: the {points} points of the track have positions and times only, expected a speed in each; \
+         export the ride with speeds, as FIT or TCX for example"
+    )]
+    NoSpeed { points: usize },
+    #[error(
+        "{field}: an array of structures, whose vectors are named {vectors} here; map them to channels, with a time or a rate, \
+         or save each as a vector of its own"
+    )]
+    MatStructures { field: String, vectors: String },
+    #[error(
+        "the {formulas} formulas of sheet \"{sheet}\" have no stored values, expected numbers: open the workbook in a spreadsheet \
+         program and save it, or save the sheet as CSV"
+    )]
+    NoFormulaValues { sheet: String, formulas: usize },
 }
 
 fn cells(found: usize) -> String {
@@ -300,6 +354,7 @@ impl Problem {
             Self::HeaderOnly => "header-only",
             Self::NoTable { .. } => "no-table",
             Self::NoHeader { .. } => "no-header",
+            Self::Json => "json",
             Self::TooLarge { .. } => "too-large",
             Self::TooMany { .. } => "too-many",
             Self::LineTooLong { .. } => "line-too-long",
@@ -312,14 +367,20 @@ impl Problem {
             Self::MatV73 => "mat-v73",
             Self::RaggedRow { .. } => "ragged-row",
             Self::CutShort => "cut-short",
+            Self::Damaged { first, .. } => first.kind(),
+            Self::MixedSigns => "mixed-signs",
             Self::NotANumber { .. } => "not-a-number",
             Self::NotFinite { .. } => "not-finite",
             Self::OutOfRange { .. } => "out-of-range",
             Self::UnknownUnit { .. } => "unknown-unit",
+            Self::OtherUnit { .. } => "other-unit",
+            Self::UnitsDiffer { .. } => "units-differ",
             Self::DuplicateColumn { .. } => "duplicate-column",
             Self::UnknownChannel { .. } => "unknown-channel",
             Self::MissingColumn { .. } => "missing-column",
+            Self::AmbiguousColumn { .. } => "ambiguous-column",
             Self::BadOption { .. } => "bad-option",
+            Self::RowsMissing { .. } => "rows-missing",
             Self::BadRows { .. } => "bad-rows",
             Self::TimeMissing { .. } => "time-missing",
             Self::TimeBlank => "time-blank",
@@ -330,7 +391,7 @@ impl Problem {
             Self::FileCount { .. } => "file-count",
             Self::NoChannel { .. } => "no-channel",
             Self::FilesApart { .. } => "files-apart",
-            Self::TimeNotIncreasing { .. } | Self::TimeRepeats { .. } => "time-not-increasing",
+            Self::TimeRepeats { .. } => "time-not-increasing",
             Self::RateOutOfRange { .. } => "rate-out-of-range",
             Self::GapTooLong { .. } => "gap-too-long",
             Self::AxleMissing { .. } => "axle-missing",
@@ -340,6 +401,9 @@ impl Problem {
             Self::Untrusted { .. } => "untrusted",
             Self::Constant { .. } => "constant",
             Self::NotExcited { .. } => "not-excited",
+            Self::NoSpeed { .. } => "no-speed",
+            Self::MatStructures { .. } => "mat-structures",
+            Self::NoFormulaValues { .. } => "no-formula-values",
         }
     }
 }

@@ -15,7 +15,7 @@ pub struct RideFile<'a> {
 /// What is to be read.
 #[derive(Clone, Copy, Debug)]
 pub enum Content<'a> {
-    /// CSV in any dialect, gzip or zstd around it, MATLAB v5/v7, Garmin FIT, GPX, TCX or the first sheet of an xlsx workbook.
+    /// CSV in any dialect, MATLAB v4/v5/v7, Garmin FIT, GPX, TCX or the first sheet of an xlsx workbook; gzip or zstd around any of them.
     Bytes(&'a [u8]),
     /// Columns in memory.
     Arrays(Arrays<'a>),

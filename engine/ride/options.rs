@@ -1,10 +1,13 @@
 //! What the user may say about a ride file.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
 use super::error::Problem;
+use super::logger::Logger;
+use super::table_layout::TableLayout;
 use crate::clocks::rates::{RATES, RATES_HZ};
 
 /// How to read a ride file.
@@ -29,9 +32,18 @@ pub struct ReadOptions {
     /// Words for a missing value, in addition to a blank cell, such as `NA`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub missing: Vec<String>,
+    /// Where the table of a text file stands and how it is written.
+    #[serde(skip_serializing_if = "TableLayout::is_empty")]
+    pub layout: TableLayout,
     /// Options for single files of several, by file name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub files: BTreeMap<String, FileOptions>,
+    /// Loggers of the lab. Set by the program, never by the sender.
+    #[serde(skip)]
+    pub loggers: Arc<[Logger]>,
+    /// Channels of columns that the file's logger names. Set by the reader, never by the sender.
+    #[serde(skip)]
+    pub named: BTreeMap<String, String>,
     /// Sizes beyond which a file is refused. Set by the program, never by the sender.
     #[serde(skip)]
     pub limits: Limits,
@@ -58,6 +70,9 @@ pub struct FileOptions {
     /// How much later (s) the file begins than its time stamps state, or than the other files where the stamps have no date.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub offset_s: Option<f64>,
+    /// Where the table of this file stands and how it is written.
+    #[serde(skip_serializing_if = "TableLayout::is_empty")]
+    pub layout: TableLayout,
 }
 
 impl Default for ReadOptions {
@@ -69,8 +84,11 @@ impl Default for ReadOptions {
             deflection_sign: 1.0,
             band_hz: None,
             missing: Vec::new(),
+            layout: TableLayout::default(),
             files: BTreeMap::new(),
             elsewhere: BTreeSet::new(),
+            loggers: Arc::default(),
+            named: BTreeMap::new(),
             limits: Limits::default(),
         }
     }
@@ -108,6 +126,10 @@ impl ReadOptions {
         {
             return bad("rows", format!("{from}:{to}"), "FROM before TO");
         }
+        let layouts = self.files.values().map(|file| &file.layout);
+        for layout in layouts.chain([&self.layout]) {
+            layout.validate()?;
+        }
         let mut offsets = self.files.values().filter_map(|file| file.offset_s);
         if let Some(offset) = offsets.find(|s| !(s.abs() <= FURTHEST_S)) {
             return bad("offset_s", format!("{offset:?} s"), "at most 1e9 s");
@@ -135,6 +157,7 @@ impl ReadOptions {
             map: self.map.clone().into_iter().chain(own.map).collect(),
             rate_hz: own.rate_hz.or(self.rate_hz),
             rows: own.rows.or(self.rows),
+            layout: own.layout.or(&self.layout),
             ..self.clone()
         }
     }
@@ -157,6 +180,8 @@ pub struct Limits {
     pub bytes: u64,
     /// Rows of a table.
     pub rows: usize,
+    /// Numbers of a table that is packed in the file.
+    pub numbers: usize,
     /// Columns of a table.
     pub columns: usize,
     /// Files of one ride.
@@ -167,9 +192,21 @@ pub struct Limits {
     pub least_samples: usize,
 }
 
-/// How many numbers may be made of a packed file of so many bytes; plain text bounds them by itself.
-pub(super) fn most_numbers(packed: usize) -> usize {
-    (2 << 20) + packed / 2
+impl Limits {
+    /// How many numbers may be made of a packed file of so many bytes; plain text bounds them by itself.
+    pub(super) fn most_numbers(&self, packed: usize) -> usize {
+        self.numbers.min((2 << 20) + packed / 2)
+    }
+
+    /// Most bytes that a packed file of so many may unpack to.
+    pub(super) fn most_unpacked(&self, packed: usize) -> u64 {
+        self.bytes.min((64 << 20) + 50 * packed as u64)
+    }
+
+    /// The same where all of it is held at once.
+    pub(super) fn most_held(&self, packed: usize) -> u64 {
+        self.bytes.min((32 << 20) + 8 * packed as u64)
+    }
 }
 
 impl Default for Limits {
@@ -177,6 +214,7 @@ impl Default for Limits {
         Self {
             bytes: 2 << 30,
             rows: 20_000_000,
+            numbers: usize::MAX,
             columns: 512,
             files: 16,
             line_bytes: 64 << 10,

@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::channels::glimpse::PreviewLine;
 use super::channels::table::{Spec, Table};
+use super::table_layout::TableLayout;
 
 /// A file with all its columns.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -16,6 +18,12 @@ pub struct PreviewTable {
     pub rows: usize,
     /// Its columns, in order.
     pub columns: Vec<PreviewColumn>,
+    /// The first lines of a text file.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lines: Vec<PreviewLine>,
+    /// How a text file was taken to be laid out.
+    #[serde(default)]
+    pub layout: TableLayout,
 }
 
 /// A column as it stands in the file.
@@ -55,6 +63,8 @@ impl PreviewTable {
             format: table.format.clone(),
             rows: table.rows,
             columns: columns.collect(),
+            lines: table.lines.clone(),
+            layout: table.layout.clone(),
         }
     }
 }

@@ -23,18 +23,61 @@ struct Style {
     mark: bool,
     packing: u8,
     last_line_end: bool,
+    /// Lines of other text above the header.
+    preamble: usize,
+    /// A row of sources below the units.
+    sources: bool,
+    minus: bool,
+    stamps: Stamps,
+}
+
+/// How times are written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Stamps {
+    Seconds,
+    OfDay,
+    Iso,
+    American,
+    German,
+}
+
+impl Stamps {
+    const ALL: [Self; 5] = [
+        Self::Seconds,
+        Self::OfDay,
+        Self::Iso,
+        Self::American,
+        Self::German,
+    ];
+
+    /// `second`: since ten o'clock on 21 May 2026.
+    fn write(self, second: f64) -> String {
+        let micros = (second * 1e6).round() as i64 + 36_000_000_000;
+        let (seconds, rest) = (micros.div_euclid(1_000_000), micros.rem_euclid(1_000_000));
+        let (hour, minute) = (seconds / 3600, seconds / 60 % 60);
+        let of_day = |hour: i64| format!("{hour:02}:{minute:02}:{:02}.{rest:06}", seconds % 60);
+        match self {
+            Self::Seconds => format!("{second:.12}"),
+            Self::OfDay => of_day(hour),
+            Self::Iso => format!("2026-05-21T{}Z", of_day(hour)),
+            Self::American => format!("05/21/2026 {} AM", of_day(hour)),
+            Self::German => format!("21.05.2026 {}", of_day(hour)),
+        }
+    }
 }
 
 fn styles() -> impl Strategy<Value = Style> {
     let flags = prop::array::uniform8(any::<bool>());
     (
-        prop::sample::select(vec![',', ';', '\t', ' ']),
+        prop::sample::select(vec![',', ';', '\t', '|', ' ']),
         flags,
-        any::<bool>(),
+        prop::array::uniform3(any::<bool>()),
         0u8..5,
+        0usize..4,
+        prop::sample::select(Stamps::ALL.to_vec()),
     )
         .prop_map(
-            |(separator, [a, b, c, d, e, f, g, h], last_line_end, packing)| Style {
+            |(separator, [a, b, c, d, e, f, g, h], [i, j, k], packing, preamble, stamps)| Style {
                 separator,
                 comma: a && (separator != ',' || b),
                 quoted: b && separator != ' ',
@@ -45,7 +88,15 @@ fn styles() -> impl Strategy<Value = Style> {
                 scientific: g,
                 mark: h,
                 packing,
-                last_line_end,
+                last_line_end: i,
+                preamble,
+                sources: j && f && separator != ' ',
+                minus: k,
+                stamps: if separator == ' ' {
+                    Stamps::Seconds
+                } else {
+                    stamps
+                },
             },
         )
 }
@@ -69,9 +120,19 @@ impl Style {
             }
             text.push_str(end);
         };
+        for line in 0..self.preamble {
+            row(vec![format!("Logger-{line}"), "made by hand".to_owned()]);
+        }
         if self.units_row {
             row(names.iter().map(|n| (*n).to_owned()).collect());
             row(units.iter().map(|n| (*n).to_owned()).collect());
+            if self.sources {
+                row(vec![
+                    "clock".to_owned(),
+                    "laser 1".to_owned(),
+                    "laser 2".to_owned(),
+                ]);
+            }
         } else {
             let both = names.iter().zip(units);
             row(both
@@ -85,19 +146,25 @@ impl Style {
                 .collect());
         }
         for i in 0..columns[0].len() {
-            let number = |c: &Vec<f64>| {
-                let n = if self.scientific {
+            let number = |(index, c): (usize, &Vec<f64>)| {
+                let mut n = if index == 0 && self.stamps != Stamps::Seconds {
+                    return self.stamps.write(c[i]);
+                } else if self.scientific {
                     format!("{:.12e}", c[i])
                 } else {
                     format!("{:.12}", c[i])
                 };
+                if self.minus {
+                    n = n.replace('-', "\u{2212}");
+                }
                 if self.comma { n.replace('.', ",") } else { n }
             };
-            row(columns.iter().map(number).collect());
+            row(columns.iter().enumerate().map(number).collect());
         }
         if self.comments {
             text = format!("# a comment; with, separators{end}{end}{text}");
-            let at = text[text.len() / 2..].find('\n').unwrap() + text.len() / 2 + 1;
+            let half = text.floor_char_boundary(text.len() / 2);
+            let at = text[half..].find('\n').unwrap() + half + 1;
             text.insert_str(at, "# paused\n\n");
         }
         if !self.last_line_end {
@@ -223,6 +290,22 @@ proptest! {
             prop_assert!((front.road[i] - columns[1][i]).abs() < 1e-11);
             prop_assert!((front.displacement[i] - 1e-3 * columns[2][i]).abs() < 1e-13);
         }
+        let start = if style.stamps == Stamps::Seconds { columns[0][0] } else { 0.0 };
+        prop_assert!((ride.start_s - start).abs() < 1e-6);
+    }
+
+    /// The layout that a preview shows, sent as an option, gives the same ride.
+    #[test]
+    fn a_layout_that_is_confirmed_changes_nothing(columns in records(), style in styles()) {
+        let bytes = style.write(&NAMES, &["s", "m", "mm"], &columns);
+        let options = ReadOptions::default();
+        let found = preview(&[RideFile::new("x", &bytes)], &options).unwrap();
+        let layout = found.tables[0].layout.clone();
+        let said = ReadOptions { layout, ..ReadOptions::default() };
+        let own = read(&bytes, "x", &Bike::default(), &options).unwrap();
+        let confirmed = read(&bytes, "x", &Bike::default(), &said).unwrap();
+        prop_assert_eq!(own.axles, confirmed.axles);
+        prop_assert_eq!(own.step_s, confirmed.step_s);
     }
 
     #[test]

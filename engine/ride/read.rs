@@ -6,9 +6,10 @@ use super::error::ReadError;
 use super::file::{FileSummary, RideFile, sha256_of};
 use super::preview_table::PreviewTable;
 use super::recording::Recording;
-use super::several::{Opened, join, open};
+use super::several::{Opened, join, names_of, open, open_or_glimpse};
 use super::{Column, ReadOptions, Ride, RideSummary, SensorClock};
 use crate::channels::channel::Channel;
+use crate::channels::sensor::{Placed, SensorKind, channel, lacking};
 use crate::formats::format::of_bytes;
 use crate::signals::clock_notes::{apart, note};
 use crate::signals::common::{Common, basis, has_only_accelerometers};
@@ -39,14 +40,9 @@ pub fn read_on_clocks(
     let sums: Vec<String> = opened.iter().map(|file| file.sha256.clone()).collect();
     let mut ride = join(opened)
         .and_then(|recording| ride(recording, bike, options, clocks))
-        .map_err(|e| e.in_file(&names(files)))?;
+        .map_err(|e| e.in_file(&names_of(files)))?;
     ride.summary.sha256 = sha256_of(&sums);
     Ok(ride)
-}
-
-fn names(files: &[RideFile<'_>]) -> String {
-    let names: Vec<&str> = files.iter().map(|file| file.name).collect();
-    names.join(", ")
 }
 
 /// Contents of a file, without the bike.
@@ -77,6 +73,9 @@ pub struct Preview {
     pub duration_s: Option<f64>,
     /// Missing stretches, at most a hundred of each clock.
     pub gaps: Vec<PreviewGap>,
+    /// What was assumed while the files were read, in sentences.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub reading: Vec<String>,
     /// Warnings: what was interpolated or looks doubtful.
     pub warnings: Vec<String>,
     /// Why the ride could not be identified with these options.
@@ -97,23 +96,23 @@ pub struct PreviewGap {
     pub missing: usize,
 }
 
-/// Says what would be read from the files of a ride. Files that are not tables at all are errors; what lacks to
-/// identify a ride (a time, an axle) is reported in [`Preview::problem`].
+/// Says what would be read from the files of a ride. What lacks to identify a ride (a time, an axle), or keeps a text file from being read, is
+/// reported in [`Preview::problem`]; other files that are not tables, and options that do not fit the files, are errors.
 pub fn preview(files: &[RideFile<'_>], options: &ReadOptions) -> Result<Preview, ReadError> {
-    let opened = open(files, options)?;
+    let (opened, fault) = open_or_glimpse(files, options)?;
     let mut preview = Preview::default();
     for file in &opened {
         preview.offer(file, opened.len() > 1);
     }
-    if let Err(e) = preview.look(opened, options) {
-        preview.problem = Some(e.in_file(&names(files)).to_string());
-    }
-    Ok(preview)
+    let fault = fault.or_else(|| preview.look(opened, options).err());
+    preview.problem = fault.map(|fault| fault.in_file(&names_of(files)).to_string());
+    // The wheelbase is the bike's, which may be given later.
+    Ok(preview.without_dead_end(true))
 }
 
 impl Preview {
     /// Says what `bike` lacks for this ride, where nothing else is in the way.
-    pub fn with_bike(mut self, bike: &Bike) -> Self {
+    pub fn with_bike(self, bike: &Bike) -> Self {
         let has = |channel: Channel| self.columns.iter().any(|c| c.channel == channel.name());
         let fault = Axle::BOTH
             .into_iter()
@@ -122,9 +121,32 @@ impl Preview {
                 alone || basis(has, *axle).is_some()
             })
             .find_map(|axle| bike.mass_or_force(axle, has(Channel::Force(axle))).err());
-        if self.problem.is_none() {
-            self.problem = fault.map(|fault| fault.to_string());
+        let fault = fault.map(|fault| fault.to_string());
+        self.or_problem(fault)
+            .without_dead_end(bike.wheelbase().is_some())
+    }
+
+    /// Says why accelerometers and a speed alone cannot give k and B.
+    fn without_dead_end(self, has_wheelbase: bool) -> Self {
+        let column = |channel: Channel| self.columns.iter().find(|c| c.channel == channel.name());
+        if !has_only_accelerometers(|channel| column(channel).is_some()) {
+            return self;
         }
+        let kinds = [SensorKind::Acceleration, SensorKind::Deflection];
+        let all = Axle::BOTH
+            .into_iter()
+            .flat_map(|axle| kinds.map(|kind| (axle, kind)));
+        let placed = all.filter_map(|(axle, kind)| {
+            let file = column(channel(kind, axle))?.file.as_deref();
+            Some(Placed { axle, kind, file })
+        });
+        let placed: Vec<Placed<'_>> = placed.collect();
+        let lack = lacking(&placed, has_wheelbase);
+        self.or_problem(lack)
+    }
+
+    fn or_problem(mut self, problem: Option<String>) -> Self {
+        self.problem = self.problem.or(problem);
         self
     }
 
@@ -142,6 +164,7 @@ impl Preview {
         });
         self.rows += table.rows;
         self.ignored.extend(table.ignored.iter().cloned());
+        self.reading.extend(table.reading.iter().cloned());
         let there = |values: &[f64]| values.iter().filter(|v| !v.is_nan()).count();
         let columns = table.columns.iter().map(|(spec, values)| Column {
             file: name.clone(),
@@ -156,6 +179,7 @@ impl Preview {
         self.columns = recording.columns.clone();
         self.gaps = gaps(&recording);
         let found = Common::new(&mut recording, options).map(|common| common.grid);
+        self.reading = recording.reading;
         self.warnings = recording.warnings;
         let grid = found?;
         self.rate_hz = Some(grid.rate_hz());
@@ -245,6 +269,7 @@ fn ride(
         files: recording.files,
         clocks: clocks.to_vec(),
         ignored: recording.ignored,
+        reading: recording.reading,
         warnings: recording.warnings,
     };
     Ok(ride)

@@ -207,6 +207,9 @@ pub struct RideSummary {
     pub clocks: Vec<SensorClock>,
     /// Header texts of columns without a recognised channel.
     pub ignored: Vec<String>,
+    /// What was assumed while the files were read, in sentences.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub reading: Vec<String>,
     /// Warnings: what was interpolated, clipped, resampled or looks doubtful.
     pub warnings: Vec<String>,
 }

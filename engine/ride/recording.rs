@@ -6,8 +6,11 @@ use super::Column;
 use super::error::{Problem, ReadError};
 use super::file::FileSummary;
 use super::options::ReadOptions;
+use super::order::put_in_order;
+use super::rate_stamps;
 use super::stamps::{Known, Stamps};
 use crate::channels::channel::Channel;
+use crate::channels::slower::{self, How};
 use crate::channels::table::{Places, Spec, Table};
 use crate::channels::unit::Unit;
 use crate::channels::values::{is_constant, size};
@@ -43,6 +46,8 @@ pub(super) struct Recording {
     pub files: Vec<FileSummary>,
     pub columns: Vec<Column>,
     pub ignored: Vec<String>,
+    /// What was assumed while the files were read, in sentences.
+    pub reading: Vec<String>,
     pub warnings: Vec<String>,
 }
 
@@ -61,6 +66,7 @@ impl Recording {
             rows: table.rows,
             epoch_s: table.epoch_s,
             ignored: std::mem::take(&mut table.ignored),
+            reading: std::mem::take(&mut table.reading),
             warnings: std::mem::take(&mut table.warnings),
             ..Self::default()
         };
@@ -68,6 +74,7 @@ impl Recording {
         for (spec, values) in &mut table.columns {
             scale(values, spec.unit.scale);
         }
+        out.leave_measured(&mut table, &stamps);
         out.leave_out_stuck(&mut table, &stamps);
         out.leave_out_implausible(&mut table, &stamps)?;
         let mut known: Vec<Known> = Vec::new();
@@ -201,6 +208,27 @@ impl Recording {
         Ok(())
     }
 
+    /// Blanks what was filled in between the samples of slower channels.
+    fn leave_measured(&mut self, table: &mut Table, stamps: &Stamps) {
+        let rate = table.rows.saturating_sub(1) as f64 / stamps.duration_s(table.rows);
+        for (spec, values) in &mut table.columns {
+            let Some(slower) = slower::find(spec, values) else {
+                continue;
+            };
+            slower.leave_measured(values);
+            let how = match slower.how {
+                How::Held => "repeats each value",
+                How::Straight => "is interpolated on a straight line between values",
+            };
+            self.reading.push(format!(
+                "{} {how} {} times: a slower channel, read at {} Hz",
+                spec.channel.name(),
+                slower.every,
+                short(rate / slower.every as f64)
+            ));
+        }
+    }
+
     /// Blanks the samples that a sensor did not measure.
     fn leave_out_stuck(&mut self, table: &mut Table, stamps: &Stamps) {
         for found in stuck::find(&table.columns, stamps.duration_s(table.rows)) {
@@ -208,11 +236,12 @@ impl Recording {
             let [first, last] = [found.rows[0], found.rows[found.rows.len() - 1]];
             let [from_s, to_s] = [first, last].map(|row| stamps.time_s(row));
             let (channel, count) = (spec.channel.name(), found.rows.len());
-            self.warnings.push(match found.zeros {
-                true => format!(
-                    "{channel}: {count} zeros between other values, the first at {from_s:.3} s; treated as missing"
+            self.warnings.push(match found.lost {
+                Some(mark) => format!(
+                    "{channel}: {count} values of {} between others far from it, the first at {from_s:.3} s; treated as missing",
+                    short(mark / spec.unit.scale)
                 ),
-                false => format!(
+                None => format!(
                     "{channel}: {count} samples between {from_s:.3} s and {to_s:.3} s repeat the same value while other channels move; \
                      treated as missing"
                 ),
@@ -232,29 +261,48 @@ impl Recording {
         };
         let (mut spec, mut times) = table.columns.remove(at);
         self.note_epoch(&mut spec, &times);
+        if let Some(rate) = options
+            .rate_hz
+            .filter(|rate| rate_stamps::are_useless(&times, spec.unit.scale, *rate))
+        {
+            if rate_stamps::count_samples(&times) {
+                self.reading.extend(put_in_order(table, &mut times));
+                scale(&mut times, 1.0 / rate);
+                self.reading.push(format!(
+                    "{} counts samples: at {rate} Hz each is {} s, and numbers that are missing are missing samples",
+                    spec.header,
+                    short(1.0 / rate)
+                ));
+                self.rows = table.rows;
+                return Ok(Stamps::Listed { spec, times });
+            }
+            scale(&mut times, spec.unit.scale);
+            if let Some([stamped_s, rows_s]) = rate_stamps::contradicted(&times, rate) {
+                let problem = Problem::RowsMissing {
+                    stamped_s,
+                    rows_s,
+                    rate_hz: rate,
+                };
+                return Err(spec.blame(problem));
+            }
+            self.reading.push(format!(
+                "the rate of {rate} Hz replaces the stamps of {}, which repeat or give another rate",
+                spec.header
+            ));
+            return Ok(Stamps::Rate(rate));
+        }
         if options.rate_hz.is_some() {
             self.warnings.push(format!(
                 "the rate was ignored: the column {} contains the time",
                 spec.header
             ));
         }
+        self.reading.extend(put_in_order(table, &mut times));
+        self.rows = table.rows;
         scale(&mut times, spec.unit.scale);
-        let blame = |row: usize, problem: Problem| {
-            table
-                .places
-                .blame(row, problem)
-                .in_column(spec.number, &spec.header)
-        };
-        let mut before = f64::NEG_INFINITY;
-        for (row, time) in times.iter().copied().enumerate() {
-            if time.is_nan() {
-                return Err(blame(row, Problem::TimeBlank));
-            }
-            if time < before {
-                let after = time;
-                return Err(blame(row, Problem::TimeNotIncreasing { before, after }));
-            }
-            before = time;
+        if let Some(row) = times.iter().position(|time| time.is_nan()) {
+            let error = table.places.blame(row, Problem::TimeBlank);
+            return Err(error.in_column(spec.number, &spec.header));
         }
         let span = times.last().unwrap_or(&0.0) - times.first().unwrap_or(&0.0);
         self.columns.push(Column::new(&spec, times.len(), span));

@@ -5,7 +5,7 @@ use super::file::{FileSummary, RideFile};
 use super::options::ReadOptions;
 use super::recording::{Recording, list};
 use crate::channels::table::Table;
-use crate::formats::format::table;
+use crate::formats::format::{glimpse, table};
 
 /// A file as a table.
 pub(super) struct Opened {
@@ -22,6 +22,64 @@ pub(super) fn open(
     files: &[RideFile<'_>],
     options: &ReadOptions,
 ) -> Result<Vec<Opened>, ReadError> {
+    check(files, options)?;
+    let opened = files.iter().map(|file| {
+        let options = options.of_file(file.name, files.len());
+        let table = table(file, &options).map_err(|e| e.in_file(file.name))?;
+        Ok(Opened::new(file, options, table))
+    });
+    let opened = opened.collect::<Result<Vec<_>, ReadError>>()?;
+    every_mapping_is_used(options, &opened)
+        .map_err(|problem| ReadError::from(problem).in_file(&names_of(files)))?;
+    Ok(opened)
+}
+
+/// The same for a preview: a text file that cannot be read gives its columns without values, and the first fault of any file.
+pub(super) fn open_or_glimpse(
+    files: &[RideFile<'_>],
+    options: &ReadOptions,
+) -> Result<(Vec<Opened>, Option<ReadError>), ReadError> {
+    check(files, options)?;
+    let (mut seen, mut first) = (Vec::new(), None);
+    for file in files {
+        let options = options.of_file(file.name, files.len());
+        let table = match table(file, &options).map_err(|e| e.in_file(file.name)) {
+            Ok(table) => table,
+            Err(fault) => match glimpse(file, &options) {
+                Some(table) => {
+                    first.get_or_insert(fault);
+                    table
+                }
+                None => return Err(first.unwrap_or(fault)),
+            },
+        };
+        seen.push(Opened::new(file, options, table));
+    }
+    let unused = || every_mapping_is_used(options, &seen).err();
+    let first = first.or_else(|| unused().map(ReadError::from));
+    Ok((seen, first))
+}
+
+impl Opened {
+    fn new(file: &RideFile<'_>, options: ReadOptions, table: Table) -> Self {
+        let own = options.own(file.name);
+        Self {
+            name: file.name.to_owned(),
+            sha256: file.sha256(),
+            offset_s: own.and_then(|(_, own)| own.offset_s),
+            options,
+            table,
+        }
+    }
+}
+
+pub(super) fn names_of(files: &[RideFile<'_>]) -> String {
+    let names: Vec<&str> = files.iter().map(|file| file.name).collect();
+    names.join(", ")
+}
+
+/// Whether the options fit the files.
+fn check(files: &[RideFile<'_>], options: &ReadOptions) -> Result<(), ReadError> {
     let names: Vec<&str> = files.iter().map(|file| file.name).collect();
     let in_ride = |problem: Problem| ReadError::from(problem).in_file(&names.join(", "));
     options.validate().map_err(in_ride)?;
@@ -55,22 +113,7 @@ pub(super) fn open(
             expected: "the file that the rows belong to, as FILE:FROM:TO",
         }));
     }
-    let opened = files.iter().map(|file| {
-        let own = options.own(file.name);
-        let offset_s = own.and_then(|(_, own)| own.offset_s);
-        let options = options.of_file(file.name, files.len());
-        let table = table(file, &options).map_err(|e| e.in_file(file.name))?;
-        Ok(Opened {
-            name: file.name.to_owned(),
-            sha256: file.sha256(),
-            options,
-            offset_s,
-            table,
-        })
-    });
-    let opened = opened.collect::<Result<Vec<_>, ReadError>>()?;
-    every_mapping_is_used(options, &opened).map_err(in_ride)?;
-    Ok(opened)
+    Ok(())
 }
 
 /// A column that is mapped without a file stands in one of them.
@@ -178,7 +221,13 @@ fn take_in(out: &mut Recording, file: FileSummary, part: Recording) -> Result<()
     let before = out.clocks.len();
     for (channel, mut track) in part.tracks {
         track.file.clone_from(&file.name);
-        if let Some(other) = out.tracks.get(&channel) {
+        // A guessed channel gives way to a named one.
+        let other = out.tracks.get(&channel);
+        if track.spec.is_guess && other.is_some() {
+            out.ignored.push(track.spec.header);
+            continue;
+        }
+        if let Some(other) = other.filter(|other| !other.spec.is_guess) {
             return Err(track.blame(Problem::ChannelTwice {
                 channel: channel.name(),
                 first: format!(
@@ -200,6 +249,7 @@ fn take_in(out: &mut Recording, file: FileSummary, part: Recording) -> Result<()
     out.ignored.extend(part.ignored);
     let named = |warning| format!("{}: {warning}", file.name);
     out.warnings.extend(part.warnings.into_iter().map(named));
+    out.reading.extend(part.reading.into_iter().map(named));
     out.files.push(file);
     Ok(())
 }

@@ -706,7 +706,7 @@ fn val_a_spring_is_affirmed_beside_a_force_from_elsewhere() {
     );
     let support = spring.support.as_ref().unwrap();
     assert!(
-        support.removed_share > 0.85 && support.blocks_led == support.blocks,
+        support.share.unwrap() > 0.85 && support.weight > 0.9,
         "{support:?}"
     );
     let rest = d.rest.as_ref().unwrap();

@@ -33,6 +33,9 @@ pub enum CliError {
         bytes: u64,
         source: Box<CliError>,
     },
+    /// The description of a logger.
+    #[error("{}: {cause}", .path.display())]
+    Logger { path: PathBuf, cause: String },
     /// The bike file; the message holds line and column.
     #[error("{}: {source}", .path.display())]
     Bike { path: PathBuf, source: EngineError },

@@ -8,6 +8,7 @@ use veloid_engine::ride::{Ride, RideFile};
 
 use super::CliError;
 use super::arguments::{Arguments, name, read_bike, set};
+use super::loggers::of_folder;
 use super::progress::ProgressLine;
 use super::unread::explained;
 use crate::export::{self, Format, IdentifiedModel};
@@ -18,7 +19,7 @@ use crate::options::Options;
 /// Progress goes to stderr, a summary to stdout. Exit status: 0 done, 2 bad input, 1 anything else.
 #[derive(Args)]
 pub struct Identify {
-    /// Ride file: CSV (also gzip or zstd) or MATLAB v5/v7. Several files are one ride, each on its own clock.
+    /// Ride file: CSV (also gzip or zstd) or MATLAB v4 to v7. Several files are one ride, each on its own clock.
     #[arg(required = true, value_name = "RIDE")]
     rides: Vec<PathBuf>,
     /// Bike file (JSON).
@@ -36,9 +37,16 @@ pub struct Identify {
     /// Data rows to use, counted from 0, the second exclusive.
     #[arg(long, value_name = "[FILE:]FROM:TO")]
     rows: Vec<String>,
+    /// How the table of a text file is laid out, where that is found wrong: `header_row=3`, `units_row=4` (0 for none), `first_row=6`,
+    /// `separator=;` (or `tab`, `blanks`), `decimal=,`, `time_format=%d/%m/%Y %H:%M:%S%.f`; may be given more than once.
+    #[arg(long, value_name = "[FILE:]KEY=VALUE")]
+    layout: Vec<String>,
     /// How much later a file begins (s) than its time stamps state, or than the other files where the stamps have no date.
     #[arg(long, value_name = "FILE:SECONDS")]
     offset: Vec<String>,
+    /// Folder with descriptions of further loggers (TOML): see docs/loggers.md.
+    #[arg(long, value_name = "FOLDER")]
+    loggers: Option<PathBuf>,
     /// Swarm trials.
     #[arg(long)]
     trials: Option<usize>,
@@ -103,6 +111,9 @@ impl Identify {
         let progress = ProgressLine::new(&options.settings);
         // What the reader doubted may be why nothing came of the ride.
         let doubts = |_: &_| {
+            for assumed in &ride.summary.reading {
+                eprintln!("read: {assumed}");
+            }
             for warning in &ride.summary.warnings {
                 eprintln!("warning: {warning}");
             }
@@ -158,8 +169,12 @@ impl Identify {
             ("map", &self.map),
             ("rate_hz", &self.rate),
             ("rows", &self.rows),
+            ("layout", &self.layout),
             ("offset_s", &self.offset),
         ])?;
+        if let Some(folder) = &self.loggers {
+            options.reading.loggers = of_folder(folder)?;
+        }
         let settings = &mut options.settings;
         set(&mut settings.trials, self.trials);
         set(&mut settings.particles, self.particles);

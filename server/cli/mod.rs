@@ -15,6 +15,7 @@ mod health;
 mod identify;
 mod keeping;
 mod key;
+mod loggers;
 mod manifest;
 mod migrate;
 mod openapi;

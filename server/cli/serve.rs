@@ -108,7 +108,7 @@ impl Serve {
         let (db, files) = self.storage.begin().await?;
         db.settle().await?;
         let access = self.entry.access(&db, self.listen).await?;
-        let (readers, hub) = (self.limits.readers()?, Hub::new());
+        let (readers, hub) = (self.limits.readers(&self.storage)?, Hub::new());
         let rides = RideCache::new(db.clone(), files.clone(), Arc::clone(&readers));
         let threads = self.workers.unwrap_or_else(cores);
         let lock = match threads {

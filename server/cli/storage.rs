@@ -3,13 +3,16 @@
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use std::sync::Arc;
 
 use clap::Args;
 use sqlx::sqlite::SqliteConnectOptions;
 use tokio::fs;
 use url::Url;
 use uuid::Uuid;
+use veloid_engine::ride::Logger;
 
+use super::loggers::of_folder;
 use super::manifest::DATABASE;
 use super::vault::{Fresh, Vault};
 use super::{CliError, room};
@@ -33,6 +36,15 @@ pub struct Storage {
 }
 
 impl Storage {
+    /// The lab's loggers, beside the database, if it has any.
+    pub fn loggers(&self) -> Result<Arc<[Logger]>, CliError> {
+        let folder = self.data.join("loggers");
+        match folder.exists() {
+            true => of_folder(&folder),
+            false => Ok(Arc::default()),
+        }
+    }
+
     /// Opens the file store and the database, with its schema up to date; both are made where they are absent.
     pub async fn begin(&self) -> Result<(Db, Files), CliError> {
         let exists = self.exists().await?;

@@ -84,12 +84,13 @@ impl WorkLimits {
     }
 
     /// Who reads rides.
-    pub fn readers(self) -> Result<Arc<Readers>, CliError> {
+    pub fn readers(self, storage: &Storage) -> Result<Arc<Readers>, CliError> {
         let patience = Patience {
             request: Duration::from_secs(self.read_timeout),
             job: self.limit(),
         };
-        let readers = Readers::new(self.isolated(), self.budget(), patience)?;
+        let loggers = storage.loggers()?;
+        let readers = Readers::new(self.isolated(), self.budget(), patience, loggers)?;
         Ok(Arc::new(readers))
     }
 
@@ -132,7 +133,7 @@ impl Worker {
         let threads = self.workers.unwrap_or_else(cores).max(1);
         let work = self.limits.work(
             &db,
-            &RideCache::new(db.clone(), files, self.limits.readers()?),
+            &RideCache::new(db.clone(), files, self.limits.readers(&self.storage)?),
             &Hub::new(),
             threads,
             targets,

@@ -1,8 +1,6 @@
 //! The guesses for all files of a ride, none of which contradicts another.
 
-use veloid_engine::ride::PreviewTable;
-
-use super::guess::{Guess, guess};
+use veloid_engine::ride::{Guess, PreviewTable, guess};
 
 /// Each file has a time of its own.
 const TIME: &str = "t";

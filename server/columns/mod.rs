@@ -2,9 +2,7 @@
 
 mod choices;
 mod files;
-mod guess;
-mod words;
 
 pub use choices::{Choice, choices};
 pub use files::guesses;
-pub use guess::Guess;
+pub use veloid_engine::ride::Guess;

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 use veloid_engine::replay::Window;
-use veloid_engine::ride::{self, Preview, Ride, RideFile, RideSummary};
+use veloid_engine::ride::{self, Logger, Preview, ReadOptions, Ride, RideFile, RideSummary};
 
 use super::at_hand::{SMALL, bytes};
 use super::budget::Budget;
@@ -20,6 +20,8 @@ use crate::store::job::Request;
 pub struct Errand {
     pub files: Vec<Source>,
     pub request: Request,
+    /// Loggers of the lab.
+    pub loggers: Vec<Logger>,
     pub wanted: Wanted,
 }
 
@@ -112,7 +114,7 @@ impl Errand {
                 Found::Checked(Box::new(self.checked(ride, comments.collect())))
             }
             Wanted::Preview => {
-                let preview = ride::preview(&files, &self.request.options.reading);
+                let preview = ride::preview(&files, &self.reading());
                 Found::Preview(Box::new(preview.map_err(Unreadable::from)?))
             }
             Wanted::Drawing(drawing) => {
@@ -131,8 +133,15 @@ impl Errand {
     }
 
     fn ride(&self, files: &[RideFile<'_>]) -> Result<Ride, Unreadable> {
-        let Request { bike, options } = &self.request;
-        Ok(veloid_engine::read(files, bike, &options.reading)?)
+        let bike = &self.request.bike;
+        Ok(veloid_engine::read(files, bike, &self.reading())?)
+    }
+
+    fn reading(&self) -> ReadOptions {
+        ReadOptions {
+            loggers: self.loggers.clone().into(),
+            ..self.request.options.reading.clone()
+        }
     }
 }
 

@@ -6,7 +6,7 @@ use std::time::Duration;
 use rayon::ThreadPoolBuildError;
 use tokio_util::sync::CancellationToken;
 use veloid_engine::replay::Window;
-use veloid_engine::ride::{Preview, Ride};
+use veloid_engine::ride::{Logger, Preview, Ride};
 
 use super::budget::Budget;
 use super::compute::Lane;
@@ -22,6 +22,7 @@ pub struct Readers {
     lane: Lane,
     budget: Budget,
     patience: Patience,
+    loggers: Arc<[Logger]>,
     seats: Arc<Seats>,
 }
 
@@ -40,11 +41,13 @@ impl Readers {
         isolated: Option<u64>,
         budget: Budget,
         patience: Patience,
+        loggers: Arc<[Logger]>,
     ) -> Result<Self, ThreadPoolBuildError> {
         Ok(Self {
             lane: Lane::new("reading", SEATS, 0, isolated)?,
             budget,
             patience,
+            loggers,
             seats: Arc::default(),
         })
     }
@@ -125,6 +128,7 @@ impl Reader<'_> {
         let errand = Arc::new(Errand {
             files,
             request,
+            loggers: self.readers.loggers.to_vec(),
             wanted,
         });
         let outcome = match self.once(&errand).await {

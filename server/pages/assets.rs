@@ -33,6 +33,7 @@ static FILES: &[(&str, &str, &str)] = &files![
     "upload.js" SCRIPT,
     "bicycle.js" SCRIPT,
     "columns.js" SCRIPT,
+    "layout.js" SCRIPT,
     "logs.js" SCRIPT,
     "kept.js" SCRIPT,
     "preview.js" SCRIPT,

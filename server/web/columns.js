@@ -1,6 +1,7 @@
 // The columns of a ride that is about to be sent: a table for each file, in which each column is given a channel and a unit.
 
-import { channelOf, hasLaser, logOf, signOf, turn, unlearn } from './logs.js';
+import { element, foldOf } from './layout.js';
+import { channelOf, hasLaser, logOf, relay, signOf, turn, unlearn } from './logs.js';
 import { rough } from './number.js';
 
 const channels = document.querySelector('#channels').content.querySelector('select');
@@ -10,22 +11,21 @@ const SIGNS = [['1', 'deflection u − z'], ['-1', 'distance to the road']];
 
 /** Shows a table for each file; `changed` is called after each choice. */
 export function offer(ride, answer, changed) {
-  if (!ride.columns) {
-    ride.columns = build(ride, changed);
-    ride.item.append(ride.columns);
-    ride.columns.open = ride.files.length > 1 || ride.files.some((file) => logOf(file).choices.size > 0) || Boolean(answer.problem);
+  // Another layout makes other columns.
+  const shape = JSON.stringify(answer.tables.map(({ columns, layout }) => [columns.map(({ header }) => header), layout]));
+  if (ride.shape !== shape) {
+    const made = build(ride, changed);
+    made.open = ride.columns?.open || ride.files.length > 1 || ride.files.some((file) => logOf(file).choices.size > 0) || Boolean(answer.problem);
+    const key = ride.columns?.contains(document.activeElement) && document.activeElement.dataset.key;
+    if (ride.columns) ride.columns.replaceWith(made);
+    else ride.item.append(made);
+    if (key) made.querySelector(`[data-key="${key}"]`)?.focus();
+    Object.assign(ride, { columns: made, shape });
   }
   ride.files.forEach((file, index) => update(logOf(file), ride.columns.querySelectorAll('.log')[index]));
   const sign = ride.columns.querySelector('.sign');
   sign.hidden = !hasLaser(ride);
   sign.querySelector('select').value = signOf(ride);
-}
-
-function element(name, className, ...nodes) {
-  const made = document.createElement(name);
-  if (className) made.className = className;
-  made.append(...nodes);
-  return made;
 }
 
 function build(ride, changed) {
@@ -38,7 +38,7 @@ function build(ride, changed) {
     changed();
   });
   details.append(element('p', 'sign', element('label', '', 'Laser columns (d_f, d_r) hold the ', select)));
-  details.append(element('p', 'hint', 'After the upload, this browser remembers the channels you choose for files with the same header.'));
+  details.append(element('p', 'hint', 'After the upload, this browser remembers the channels and rows you choose for files with the same header.'));
   return details;
 }
 
@@ -54,7 +54,8 @@ function tableOf(log, changed) {
   button.setAttribute('aria-label', `Forget the channels kept for ${name}`);
   button.addEventListener('click', () => { unlearn(log); changed(); });
   const note = element('p', 'hint kept', 'Channels from your last upload with this header. ', button);
-  return element('div', 'log', element('div', 'scroll', table), note);
+  const layout = foldOf(log, log.isLaidOut, () => { relay(log); changed(); });
+  return element('div', 'log', element('div', 'scroll', table), note, ...layout ? [layout] : []);
 }
 
 /** The first values of a column, none of them broken across lines. */

@@ -18,14 +18,17 @@ function write(kept) {
 const is = (headers) => (entry) => JSON.stringify(entry.headers) === JSON.stringify(headers);
 const isColumn = (column) => Number.isInteger(column?.number) && typeof column.channel === 'string' && typeof column.unit === 'string';
 
-/** What was kept for files with this header: columns with their channels and units, and the laser's sign. */
+const KEYS = ['header_row', 'units_row', 'first_row', 'separator', 'decimal', 'time_format'];
+const layoutOf = ({ layout }) => Object.fromEntries(KEYS.filter((key) => typeof layout?.[key] === 'string').map((key) => [key, layout[key]]));
+
+/** What was kept for files with this header: columns with their channels and units, the laser's sign and the layout. */
 export function kept(headers) {
   const found = entries().find(is(headers));
-  return found ? { columns: found.columns.filter(isColumn), sign: found.sign === -1 ? -1 : 1 } : null;
+  return found ? { columns: found.columns.filter(isColumn), sign: found.sign === -1 ? -1 : 1, layout: layoutOf(found) } : null;
 }
 
-export function keep(headers, columns, sign) {
-  write([...entries().filter((entry) => !is(headers)(entry)), { headers, columns, sign }]);
+export function keep(headers, columns, sign, layout) {
+  write([...entries().filter((entry) => !is(headers)(entry)), { headers, columns, sign, layout }]);
 }
 
 export function forget(headers) {

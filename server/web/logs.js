@@ -5,16 +5,23 @@ import { forget, keep, kept } from './kept.js';
 
 const logs = new WeakMap();
 
-/** `from` says where the choices come from: 'guess', 'kept' or 'user'; `sign` is the laser's, where it was chosen. */
+/**
+ * `from` says where the choices come from: 'guess', 'kept' or 'user'; `sign` is the laser's, where it was chosen; `layout` is what the
+ * user says of the rows, and `seen` the headers before that.
+ */
 export function logOf(file) {
-  if (!logs.has(file)) logs.set(file, { name: file.name, table: null, choices: null, guesses: new Map(), sign: null, from: 'guess' });
+  if (!logs.has(file)) logs.set(file, { name: file.name, table: null, choices: null, guesses: new Map(), sign: null, from: 'guess', layout: {}, seen: null });
   return logs.get(file);
 }
 
-/** Forgets what was guessed, as another set of files may leave other guesses. */
-export function rethink(file) {
-  const log = logOf(file);
+/** Forgets what was guessed, as another set of files or another layout may leave other guesses. */
+export function rethink(log) {
   if (log.from !== 'user') log.choices = null;
+}
+
+/** Forgets the columns of a file whose layout was chosen. */
+export function relay(log) {
+  Object.assign(log, { isLaidOut: true, from: 'guess', choices: null });
 }
 
 const headersOf = (log) => log.table.columns.map(({ header }) => header);
@@ -26,6 +33,7 @@ export function learn(ride, { tables, guesses }) {
     const log = logOf(file);
     log.table = tables[index];
     log.name = log.table.name;
+    log.seen ??= headersOf(log);
     if (log.choices) return;
     log.names = new Map(log.table.columns.map(({ number, channel }) => [number, channel]));
     log.guesses = new Map();
@@ -35,7 +43,7 @@ export function learn(ride, { tables, guesses }) {
       if (column) log.guesses.set(column.number, guess);
     }
     recall(log);
-    isNew ||= log.choices.size > 0;
+    isNew ||= log.choices === null || log.choices.size > 0;
   });
   settle(ride);
   return isNew;
@@ -43,7 +51,7 @@ export function learn(ride, { tables, guesses }) {
 
 /** Drops guesses of channels that were chosen in another file; each file has a time of its own. */
 function settle(ride) {
-  const all = ride.files.map(logOf);
+  const all = ride.files.map(logOf).filter(({ choices }) => choices);
   const chosen = all.flatMap(({ choices }) => [...choices.values()]).filter(({ isGuess }) => !isGuess).map(({ channel }) => channel);
   for (const { choices } of all) {
     for (const [number, { channel, isGuess }] of choices) {
@@ -53,7 +61,12 @@ function settle(ride) {
 }
 
 function recall(log) {
-  const found = kept(headersOf(log));
+  const found = log.isLaidOut ? null : kept(log.seen);
+  if (found && Object.keys(found.layout).length > 0 && !log.isRecalled) {
+    // The columns are those of this layout: they are recalled from the next preview.
+    Object.assign(log, { layout: found.layout, isRecalled: true });
+    return;
+  }
   log.from = found ? 'kept' : 'guess';
   log.sign = found?.sign ?? null;
   log.choices = new Map(found
@@ -63,16 +76,16 @@ function recall(log) {
 
 /** Drops what was kept for files like this one. */
 export function unlearn(log) {
-  forget(headersOf(log));
-  recall(log);
+  forget(log.seen);
+  Object.assign(log, { layout: {}, isLaidOut: false, choices: null });
 }
 
 /** Keeps what the user chose for the files of a ride. */
 export function remember(ride) {
   for (const log of ride.files.map(logOf)) {
-    if (log.from !== 'user') continue;
+    if (log.from !== 'user' && !log.isLaidOut) continue;
     const columns = [...log.choices].map(([number, { channel, unit }]) => ({ number, channel, unit }));
-    keep(headersOf(log), columns, signOf(ride));
+    keep(log.seen, columns, signOf(ride), log.layout);
   }
 }
 
@@ -104,7 +117,7 @@ function columnOf(log, number, unit) {
 /** In front of a channel a file's name ends at the first equals sign. */
 const plain = (name) => name.replaceAll('=', '_');
 
-/** Adds the chosen columns, the laser's sign and the files of a ride to a form. */
+/** Adds the chosen columns, the layouts, the laser's sign and the files of a ride to a form. */
 export function fill(body, ride) {
   const several = ride.files.length > 1;
   for (const file of ride.files) {
@@ -112,6 +125,7 @@ export function fill(body, ride) {
     for (const [number, { channel, unit }] of log.choices ?? []) {
       body.append('map', `${several ? `${plain(log.name)}:` : ''}${channel}=${columnOf(log, number, unit)}`);
     }
+    for (const [key, value] of Object.entries(log.layout)) body.append('layout', `${several ? `${plain(log.name)}:` : ''}${key}=${value}`);
     if (several) body.append('file', file, plain(file.name));
     else body.append('file', file);
   }

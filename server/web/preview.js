@@ -16,8 +16,8 @@ export async function look(ride, fields, isLast, changed) {
       return [response.ok, await response.json()];
     };
     let [isTable, answer] = await ask();
-    // Channels that were chosen for it now make another preview of it.
-    if (isTable && isLast() && learn(ride, answer)) [isTable, answer] = await ask();
+    // A layout and channels that were chosen for it now make another preview of it.
+    for (let round = 0; round < 2 && isTable && isLast() && learn(ride, answer); round += 1) [isTable, answer] = await ask();
     if (!isLast()) return;
     if (!isTable) { say(ride, answer.detail, true); return; }
     learn(ride, answer);
@@ -38,14 +38,15 @@ function describe(ride, answer) {
   if (isSingle) parts.push(columns.join(', '));
   if (isSingle && answer.ignored.length) parts.push(`not used: ${answer.ignored.join(', ')}`);
   if (answer.gaps.length) parts.push(`${answer.gaps.length === 1 ? 'a gap' : `${answer.gaps.length} gaps, the first`} from ${answer.gaps[0].from_s.toFixed(2)} to ${answer.gaps[0].to_s.toFixed(2)} s`);
-  say(ride, parts.join(' · '));
-  for (const warning of [...answer.warnings].reverse()) note(ride, warning);
   if (answer.problem) say(ride, answer.problem, true);
+  else say(ride, parts.join(' · '));
+  for (const warning of [...answer.warnings].reverse()) note(ride, `Note: ${warning}`);
+  for (const assumed of [...answer.reading ?? []].reverse()) note(ride, `Read: ${assumed}`);
 }
 
 function note(ride, text) {
   const line = document.createElement('p');
   line.className = 'note small';
-  line.textContent = `Note: ${text}`;
+  line.textContent = text;
   ride.said.after(line);
 }

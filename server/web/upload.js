@@ -2,7 +2,7 @@
 // end of its job. Without it the plain form sends one ride.
 
 import { blame, isGiven, isOfBicycle } from './bicycle.js';
-import { rethink } from './logs.js';
+import { logOf, rethink } from './logs.js';
 import { clear, lead } from './outcome.js';
 import { look } from './preview.js';
 import { send } from './send.js';
@@ -89,7 +89,7 @@ function takeBack() {
 
 /** Each file is a ride, or all of them are one. */
 function group(files) {
-  files.forEach(rethink);
+  files.map(logOf).forEach(rethink);
   if (together.checked && files.length) begin(files);
   else for (const file of files) begin([file]);
   offerOne();

@@ -55,6 +55,30 @@ pub fn axe() -> Option<String> {
     script
 }
 
+/// How often chromedriver is started.
+const STARTS: usize = 5;
+
+/// A chromedriver and its port; none where it ended before it listened.
+fn listening(driver: &Path) -> Option<(Child, String)> {
+    let mut driver = Command::new(driver)
+        .arg("--port=0")
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(driver.stdout.take().unwrap()).lines();
+    let port = lines.by_ref().map_while(Result::ok).find_map(|line| {
+        let port = line.split_once("successfully on port ")?.1;
+        Some(port.trim_end_matches('.').to_owned())
+    });
+    let Some(port) = port else {
+        driver.wait().unwrap();
+        return None;
+    };
+    std::thread::spawn(move || lines.for_each(drop));
+    Some((driver, port))
+}
+
 impl Browser {
     /// None, with a word about it, where there is no Chromium.
     pub async fn start(look: Look) -> Option<Self> {
@@ -62,26 +86,10 @@ impl Browser {
             skip("no chromium with chromedriver");
             return None;
         };
-        let mut driver = Command::new(driver)
-            .arg("--port=0")
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        let mut lines = BufReader::new(driver.stdout.take().unwrap()).lines();
-        let port = lines
-            .by_ref()
-            .map_while(Result::ok)
-            .find_map(|line| {
-                Some(
-                    line.split_once("successfully on port ")?
-                        .1
-                        .trim_end_matches('.')
-                        .to_owned(),
-                )
-            })
+        // Several that start at once may choose one port: the others end.
+        let (driver, port) = (0..STARTS)
+            .find_map(|_| listening(&driver))
             .expect("chromedriver ended before it listened");
-        std::thread::spawn(move || lines.for_each(drop));
         // A phone's width is below what a window may have, so it is emulated.
         let options = json!({
             "binary": chromium,

@@ -68,9 +68,9 @@ async fn one_ride_is_proposed_with_a_table_for_each_file() {
             .await;
         browser.sees("#rides", "40.0 s at 200 Hz").await;
         let expected = json!([
-            [["Zeit (s)", "t"], ["Abstand Gabel (mm)", "d_f"]],
+            [["Zeit (s)", ""], ["Abstand Gabel (mm)", "d_f"]],
             [
-                ["time_s", "t"],
+                ["time_s", ""],
                 ["acc_front_m_s2", "a_f"],
                 ["acc_rear_m_s2", "a_r"],
                 ["temp_c", ""]

@@ -1,7 +1,6 @@
-"""Verdicts on real recordings, whole and with parts cut off, with their reports kept: what each costs, and what each threshold trades.
+"""Verdicts on real recordings, whole and with parts cut off, with their reports kept, and what each costs.
 
 usage: sweep.py VELOID REAL FOLDER [--only TEXT] [--whole] [--jobs N] [--cases cases_new.json] [--scores]
-       sweep.py --roc FOLDER
 
 REAL holds cases.json and the recordings. Reports that FOLDER has already are not made again.
 With --scores what every set of effects leaves of held-out windows is kept in the place of reports, for `cargo run --example judge`."""
@@ -152,67 +151,18 @@ def figures(all_asked):
         print(f"| {a['name']} | {', '.join(a['expected']) or 'refused'} | {said} | {error} | {a['seconds']:.0f} | {tick} |")
 
 
-# A threshold, what of an effect's `support` it is asked of, and whether more is better.
-GATES = [
-    ("AHEAD (rival_ratio)", "rival_ratio", [1.25, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0], True),
-    ("MATERIAL (removed_share)", "removed_share", [0.5, 0.6, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95], True),
-    ("LEAD (blocks_led / blocks)", "lead", [0.5, 0.6, 0.7, 0.8, 0.9, 1.0], True),
-    ("AGREES (disagreement)", "disagreement", [0.1, 0.2, 0.35, 0.5, 0.7], False),
-]
-
-
-def evidence(all_asked):
-    """Every effect that was examined: the rig, whether it is there, and its support."""
-    for a in all_asked:
-        for e in (a["diagnosis"] or {"effects": []})["effects"]:
-            if support := e.get("support"):
-                support["lead"] = support["blocks_led"] / max(support["blocks"], 1)
-                there = e["id"] in a["expected"]
-                if there or e["id"] not in a["acceptable"]:
-                    yield a["name"].split("/")[0], there, support
-
-
-def passes(support, key, bound, more):
-    value = support.get(key)
-    return value is None or (value >= bound if more else value <= bound)
-
-
-def roc(all_asked):
-    """What each threshold alone lets pass, and what it would be if it were set without one rig."""
-    found = list(evidence(all_asked))
-    rigs = sorted({rig for rig, *_ in found})
-    print(f"{sum(there for _, there, _ in found)} examined effects that are there, {sum(not there for _, there, _ in found)} that are not, on {len(rigs)} rigs")
-    for title, key, bounds, more in GATES:
-        print(f"\n| {title} | there, pass | not there, pass |\n|---|---|---|")
-        for bound in bounds:
-            counts = [sum(passes(s, key, bound, more) for _, there, s in found if there == t) for t in (True, False)]
-            print(f"| {bound} | {counts[0]} | {counts[1]} |")
-
-        def best(without):
-            def score(bound):
-                rest = [(there, passes(s, key, bound, more)) for rig, there, s in found if rig != without]
-                share = lambda t: sum(p for there, p in rest if there == t) / max(sum(there == t for there, _ in rest), 1)
-                return share(True) - share(False)
-
-            return max(bounds, key=score)
-
-        print("without one rig, by Youden's index:", ", ".join(f"{rig} {best(rig)}" for rig in rigs))
-
-
 def main():
     asked = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    asked.add_argument("place", nargs="+", help="VELOID REAL FOLDER, or FOLDER with --roc")
+    asked.add_argument("veloid")
+    asked.add_argument("real", type=pathlib.Path)
+    asked.add_argument("folder", type=pathlib.Path)
     asked.add_argument("--only", default="")
     asked.add_argument("--whole", action="store_true")
     asked.add_argument("--jobs", type=int, default=2)
-    asked.add_argument("--roc", action="store_true")
     asked.add_argument("--cases", default="cases.json")
     asked.add_argument("--scores", action="store_true")
     asked = asked.parse_args()
-    if asked.roc:
-        roc([json.loads(p.read_text()) for p in sorted(pathlib.Path(asked.place[0]).glob("*.json"))])
-        return
-    veloid, real, folder = asked.place[0], pathlib.Path(asked.place[1]), pathlib.Path(asked.place[2])
+    veloid, real, folder = asked.veloid, asked.real, asked.folder
     folder.mkdir(parents=True, exist_ok=True)
     cases = json.loads((real / asked.cases).read_text())["cases"]
     parts = PARTS[:1] if asked.whole else PARTS

@@ -26,6 +26,9 @@ pub const GRAVITY: f64 = 9.80665;
 pub struct Bike {
     /// Name of the bicycle in the fleet.
     pub bike: String,
+    /// What it is, where that matters: a bench may have numbers that no bicycle has.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kind: Option<Kind>,
     /// Mass carried by the front wheel (kg); null: estimated where a force channel allows.
     pub mass_front_kg: Option<f64>,
     /// Mass carried by the rear wheel (kg).
@@ -54,6 +57,17 @@ pub struct Bike {
     pub equal_axles: bool,
     /// Parameters for the roll equations, paper eqs. (3) to (9).
     pub roll: Option<RollParameters>,
+}
+
+/// What a bike file describes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema), schema(as = BikeKind))]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// Somebody rides it.
+    Bicycle,
+    /// A test bench.
+    Bench,
 }
 
 /// Parameters of the roll equations, paper eqs. (4) to (9).
@@ -232,7 +246,11 @@ impl Bike {
         }
         let keys: BTreeMap<String, IgnoredAny> = json::from_text(text).map_err(BikeError::Json)?;
         let bike: Bike = json::from_text(text).map_err(BikeError::Json)?;
-        let own = serde_json::to_value(Self::default());
+        let every_key = Self {
+            kind: Some(Kind::Bicycle),
+            ..Self::default()
+        };
+        let own = serde_json::to_value(every_key);
         let known = keys_of(&own.map_err(|e| BikeError::Json(e.to_string()))?);
         let unknown: Vec<String> = (keys.keys().filter(|key| !known.contains(key)))
             .map(|key| format!("'{}'", shown(key)))

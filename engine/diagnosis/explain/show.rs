@@ -1,7 +1,7 @@
 //! From the fitted models to the report: effects with their uncertainty, held-out errors, what the
 //! omission means.
 
-use crate::verdict::affirm::Claim;
+use crate::verdict::by_parts::Claim;
 use crate::verdict::effect_report::{HAS_TWIN, RESTS_ON_PRIOR, reported, twin, unlearned};
 use veloid_core::numerics::finite::finite;
 use veloid_model::dataset::Dataset;

@@ -1,67 +1,85 @@
-//! What windows of a record say, as it is reported.
+//! The table from which a verdict is read, as it is reported.
 
-use crate::verdict::twice::Sights;
-use crate::verdict::windows::{Sight, Supported};
+use crate::judge::scores::{ScoredSet, Scores};
+use crate::judge::table::{EffectSupport, Rule};
+use crate::policy;
+use crate::verdict::by_parts::Read;
 use veloid_core::numerics::finite::finite;
-use veloid_model::dataset::{Dataset, Track};
-use veloid_model::fit::shooting::Prediction;
-use veloid_report::windows::{SingleEffect, WindowEffect, WindowStart, Windows};
+use veloid_model::dataset::Track;
+use veloid_report::windows::{EffectScore, PartLength, SetScore, Windows};
 
-/// Single effects that are reported.
-const SINGLE: usize = 8;
+/// Sets that are reported.
+const SETS: usize = 12;
 
-/// By length; the longer windows come first.
-pub fn windows(dataset: &Dataset, track: &Track, sights: &Sights) -> Vec<Windows> {
-    let of_length = |(i, sight): (usize, &Sight)| {
-        let starts = match i {
-            0 => &sights.predictions[..],
-            _ => &[],
-        };
-        let spread = track.spread();
-        Windows {
-            period_s: sight.period,
-            length_s: sight.length,
-            count: sight.plain.errors.len(),
-            plain_rms_m: finite(spread * sight.plain.left().sqrt()),
-            extended_rms_m: finite(spread * sight.found.left().sqrt()),
-            effects: sight.effects.iter().map(|e| effect(dataset, e)).collect(),
-            single: (sight.single.iter().take(SINGLE))
-                .map(|(term, left)| SingleEffect {
-                    id: term.id(dataset).to_owned(),
-                    left_share: finite(left / sight.plain.left()),
-                })
-                .collect(),
-            starts: starts.iter().map(|p| start(p, spread)).collect(),
+pub fn windows(track: &Track, read: &Read) -> Windows {
+    let (scores, judgement) = (&read.evidence.scores, &read.judgement);
+    let mut order: Vec<usize> = (0..scores.sets.len()).collect();
+    let weight = |s: &usize| judgement.weights[*s].unwrap_or(-1.0);
+    order.sort_by(|a, b| weight(b).total_cmp(&weight(a)));
+    order.truncate(SETS);
+    let supports = judgement.supports.iter().enumerate();
+    Windows {
+        rule: judgement.rule,
+        lengths: lengths(scores, track.spread()),
+        sets: (order.iter())
+            .map(|s| set(scores, &scores.sets[*s], judgement.weights[*s]))
+            .collect(),
+        effects: supports
+            .map(|(e, support)| EffectScore {
+                id: scores.effects[e].clone(),
+                support: read.support(e),
+                why_not: why_not(read, e, support),
+            })
+            .collect(),
+    }
+}
+
+/// By length, where the record's standard deviation is `spread`.
+fn lengths(scores: &Scores, spread: f64) -> Vec<PartLength> {
+    let rms = |left: f64| finite(spread * left.sqrt());
+    let of_length = |l: usize| {
+        let all = scores.sets.iter().map(|s| s.mean(l));
+        PartLength {
+            length_s: scores.lengths[l].length_s,
+            parts: scores.lengths[l].parts,
+            plain_rms_m: scores.plain().and_then(|plain| rms(plain.mean(l))),
+            best_rms_m: rms(all.fold(f64::INFINITY, f64::min)),
         }
     };
-    sights.of_length.iter().enumerate().map(of_length).collect()
+    (0..scores.lengths.len()).map(of_length).collect()
 }
 
-fn effect(dataset: &Dataset, effect: &Supported) -> WindowEffect {
-    let [blocks, blocks_led] = effect.blocks;
-    let [unseen_blocks, unseen_blocks_led] = [0, 1].map(|i| effect.unseen.map(|unseen| unseen[i]));
-    WindowEffect {
-        id: effect.term.id(dataset).to_owned(),
-        removed_share: finite(effect.share).unwrap_or_default(),
-        blocks,
-        blocks_led,
-        unseen_blocks,
-        unseen_blocks_led,
-        rival: effect.rival.map(|(term, _)| term.id(dataset).to_owned()),
-        rival_ratio: effect.rival.and_then(|(_, ratio)| finite(ratio)),
-        holds: effect.holds(),
+fn set(scores: &Scores, set: &ScoredSet, weight: Option<f64>) -> SetScore {
+    let share = |l: usize| finite(set.mean(l) / scores.plain()?.mean(l));
+    SetScore {
+        effects: (set.effects.iter())
+            .map(|e| scores.effects[*e].clone())
+            .collect(),
+        weight,
+        left_share: (0..scores.lengths.len()).map(share).collect(),
     }
 }
 
-fn start(prediction: &Prediction, spread: f64) -> WindowStart {
-    let [height_m, velocity_m_s] = prediction.start;
-    WindowStart {
-        first_sample: prediction.span.start,
-        samples: prediction.span.len(),
-        height_m,
-        velocity_m_s,
-        hidden: prediction.hidden.clone(),
-        zero_m: prediction.zero,
-        rms_m: finite(spread * prediction.left.sqrt()),
+/// Why the verdict does not name an effect; nothing where it does.
+fn why_not(read: &Read, effect: usize, support: &EffectSupport) -> Option<String> {
+    let judgement = &read.judgement;
+    if judgement.named.contains(&effect) {
+        return None;
     }
+    let Some(share) = support.least_share() else {
+        return Some("in no physical set".to_owned());
+    };
+    Some(if support.weight < policy::SUPPORT {
+        format!("support below {}", policy::SUPPORT)
+    } else if share < policy::SHARE {
+        format!("share below {}", policy::SHARE)
+    } else {
+        match judgement.rule {
+            Rule::Supported => "a sensor's, beside another".to_owned(),
+            Rule::Tied => "tied".to_owned(),
+            Rule::GeneralLaw => "a law without a name explains more".to_owned(),
+            Rule::NotFollowed => "no set follows the motion".to_owned(),
+            _ => "the plain model misses too little".to_owned(),
+        }
+    })
 }

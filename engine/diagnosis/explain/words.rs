@@ -2,7 +2,8 @@
 
 use veloid_core::bicycle::{Axle, PerAxle};
 use veloid_core::document::format_number::Quantity;
-use veloid_report::diagnosis::{Base, Diagnosis, HeldOut, Place, Support, Verdict};
+use veloid_report::diagnosis::{Base, Diagnosis, HeldOut, Place, Verdict};
+use veloid_report::windows::Support;
 
 fn at(place: Place) -> &'static str {
     match place {
@@ -145,17 +146,14 @@ fn in_part(d: &Diagnosis) -> String {
     improved(&listed(parts.iter().map(String::as_str)), d) + &left
 }
 
-/// How much an effect explains by itself.
+/// How much an effect explains by itself, and how sure that is.
 fn support(s: &Support) -> String {
-    let window = (s.window_s).map_or(String::new(), |window| {
-        format!(" in windows of {}", Quantity::rough(window, 2, "s"))
+    let share = s.share.map_or(String::new(), |share| {
+        format!("{:.0} % of the squared held-out error, ", 100.0 * share)
     });
     format!(
-        "{:.0} % of the squared held-out error{window}, better in {} of {} {}",
-        100.0 * s.removed_share,
-        s.blocks_led,
-        s.blocks,
-        s.compared()
+        "{share}support {:.2} in {} parts of the record",
+        s.weight, s.windows
     )
 }
 

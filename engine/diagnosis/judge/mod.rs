@@ -8,4 +8,4 @@ pub mod scores;
 pub mod table;
 mod weights;
 
-pub use gather::scores;
+pub use gather::{Evidence, evidence};

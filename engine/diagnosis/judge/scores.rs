@@ -20,6 +20,8 @@ pub struct Scores {
 pub struct ScoredLength {
     /// Length of a window (s); its first half gives the starting state, its second half is scored.
     pub length_s: f64,
+    /// Windows, or blocks of the whole record.
+    pub parts: usize,
     /// Samples that are scored, of all windows.
     pub samples: usize,
     /// The sensor's noise, as a share of the record's variance; zero where it is not known.
@@ -39,6 +41,17 @@ pub struct ScoredSet {
     pub is_physical: bool,
     /// Mean squared error of each block of neighbouring windows, as a share of the record's variance, by length.
     pub left: Vec<Vec<f64>>,
+}
+
+impl Scores {
+    pub fn plain(&self) -> Option<&ScoredSet> {
+        self.sets.iter().find(|s| s.effects.is_empty())
+    }
+
+    /// Parts of the record that were judged, of all lengths.
+    pub fn parts(&self) -> usize {
+        self.lengths.iter().map(|length| length.parts).sum()
+    }
 }
 
 impl ScoredSet {

@@ -3,13 +3,15 @@
 pub mod criteria;
 pub mod extend;
 mod flatness;
-pub mod in_windows;
+pub mod in_parts;
 pub mod null;
 pub mod offered;
+pub mod parts;
 pub mod refit;
 pub mod rounds;
 pub mod score_test;
 pub mod sign_flips;
+pub mod squares;
 pub mod weak_form;
 
 pub use criteria::Search;

@@ -5,29 +5,38 @@ use veloid_core::bicycle::Axle;
 use veloid_core::document::format_number::Quantity;
 use veloid_model::effects::Kind;
 use veloid_report::diagnosis::{Diagnosis, EffectReport, Verdict};
+use veloid_report::windows::Rule;
 
-/// Why the record carries no verdict, and what to record instead; nothing where it does. `moves`: RMS of what each axle
-/// does (m), or of the force that answers (N).
-pub fn why_not(d: &Diagnosis, moves: &dyn Fn(Axle) -> f64) -> Option<String> {
+/// Why the record carries no verdict, and what to record instead, with the rule that says so; nothing where it does. `moves`: RMS of
+/// what each axle does (m), or of the force that answers (N).
+pub fn why_not(d: &Diagnosis, moves: &dyn Fn(Axle) -> f64) -> Option<(Rule, String)> {
+    let because = |rule: Rule, why: Option<String>| Some((rule, why?));
+    let undetermined = || because(Rule::Undetermined, undetermined(d));
     match d.verdict {
-        Verdict::NothingMissing => unfollowed(d, moves).or_else(|| undetermined(d)),
-        Verdict::Unnamed => undetermined(d),
-        Verdict::Named | Verdict::Ambiguous => unsized_effects(d),
-        Verdict::NamedInPart | Verdict::CannotTell => None,
+        Verdict::NothingMissing => {
+            because(Rule::NotFollowed, unfollowed(d, moves, policy::FOLLOWS)).or_else(undetermined)
+        }
+        Verdict::CannotTell => because(Rule::NotFollowed, unfollowed(d, moves, 0.0)),
+        Verdict::Unnamed => undetermined(),
+        // What predicts parts of the record to which it was not fitted acts, whatever its size.
+        Verdict::Named | Verdict::Ambiguous if d.rule == Some(Rule::Likelihood) => {
+            because(Rule::Unsized, unsized_effects(d))
+        }
+        Verdict::Named | Verdict::Ambiguous | Verdict::NamedInPart => None,
     }
 }
 
-/// That the plain model follows hardly anything of an axle and no effect does better.
-fn unfollowed(d: &Diagnosis, moves: &dyn Fn(Axle) -> f64) -> Option<String> {
+/// That no set of effects follows more of an axle's motion than that share leaves.
+fn unfollowed(d: &Diagnosis, moves: &dyn Fn(Axle) -> f64, most: f64) -> Option<String> {
     let left = |(axle, held): (Axle, &veloid_report::diagnosis::HeldOut)| {
         let ([plain, ..], unit) = held.errors();
         let left = plain?;
-        (left > policy::FOLLOWS * moves(axle)).then_some((axle, left, unit))
+        (left > most * moves(axle)).then_some((axle, left, unit))
     };
     let (axle, left, unit) = d.held_out.iter().find_map(left)?;
     let size = |rms: f64| Quantity::rough(rms, 3, unit);
     Some(format!(
-        "No verdict: the plain spring and damper explain almost none of the {axle} axle's response ({} of {} are left), and no \
+        "No verdict: the plain spring and damper explain too little of the {axle} axle's response ({} of {} are left), and no \
          effect in the library explains more. Are channels swapped, inverted or only noise?",
         size(left),
         size(moves(axle))
@@ -94,6 +103,7 @@ mod tests {
         };
         let d = Diagnosis {
             verdict,
+            rule: Some(Rule::Likelihood),
             effects,
             held_out: PerAxle {
                 front: Some(held),
@@ -105,7 +115,7 @@ mod tests {
             },
             ..Diagnosis::without_verdict(String::new())
         };
-        why_not(&d, &|_| 3e-3).map(|why| why.replace('\u{a0}', " "))
+        why_not(&d, &|_| 3e-3).map(|(_, why)| why.replace('\u{a0}', " "))
     }
 
     fn friction(std_error: Option<f64>) -> EffectReport {
@@ -135,7 +145,7 @@ mod tests {
         assert_eq!(left(0.997 * policy::FOLLOWS), None);
         let nothing = left(1.003 * policy::FOLLOWS).unwrap_or_default();
         assert!(
-            nothing.contains("almost none") && nothing.contains("2.71 mm of 3 mm"),
+            nothing.contains("too little") && nothing.contains("2.71 mm of 3 mm"),
             "{nothing}"
         );
     }

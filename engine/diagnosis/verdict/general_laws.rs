@@ -157,19 +157,6 @@ fn curves(search: &Search, model: &Model, named: &[Term], family: Family) -> Vec
     laws.into_par_iter().filter_map(in_place).collect()
 }
 
-/// The model with the general laws that hold one of its effects as a case of theirs in its place.
-pub fn generalised(search: &Search, model: &Model, term: Term) -> Vec<Model> {
-    let wider = term.kind.case_of();
-    let mut found: Vec<Model> = wider
-        .and_then(|wider| widened(model, term.kind, wider))
-        .into_iter()
-        .collect();
-    if term.kind.is_named(Family::Damper) {
-        found.extend(curves(search, model, &[term], Family::Damper));
-    }
-    found
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]

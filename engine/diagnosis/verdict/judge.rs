@@ -1,6 +1,6 @@
 //! Judging what a model leaves on one axle: is it noise, or is a force still missing?
 
-use super::partly::Predictions;
+use super::by_parts::Predictions;
 use crate::policy;
 use crate::residual::omnibus::{Remainder, remainder};
 use crate::residual::replicate::{exceeds, is_noisy};

@@ -158,6 +158,12 @@ impl Track {
         }
     }
 
+    /// Whether a spring holds the mass.
+    pub fn swings(&self) -> bool {
+        let is_spring = self.scale.k > self.scale.as_good_as_none()[0];
+        self.plant.has_spring() && self.plant.moves() && is_spring
+    }
+
     /// Whether a road, a force or a rig moves the axle.
     pub fn is_driven(&self) -> bool {
         self.has_road || self.input.force.is_some() || self.input.prescribed

@@ -30,8 +30,7 @@ impl Windows {
         let step = track.input.step;
         let driven = track.has_road || track.input.force.is_some();
         let period = dominant_period(track)?;
-        let swings = track.plant.has_spring() && track.scale.k > track.scale.as_good_as_none()[0];
-        let natural = match swings && track.plant.moves() {
+        let natural = match track.swings() {
             true => track.scale.period(),
             false => 0.0,
         };
@@ -41,12 +40,11 @@ impl Windows {
         // What no fit looks at at a ride's start is no loss here, where every window has a start of its own.
         let first = track.valid.iter().position(|valid| *valid)?;
         let samples = samples - first;
-        let least = (policy::APART_PERIODS * period / step) as usize;
-        let (length, stride) = length_and_stride(wanted as usize, least, samples);
+        let length = length(wanted as usize, samples);
         if is_too_short((length as f64) * step, period) {
             return None;
         }
-        let starts = (first..first + samples).step_by(stride);
+        let starts = (first..first + samples).step_by(length);
         let all = starts.map(|start| start..start + length);
         let all = all.take_while(|span| span.end <= first + samples);
         let valid = |span: &Range<usize>| {
@@ -75,16 +73,9 @@ impl Windows {
     }
 }
 
-/// Samples in a window, and from one's start to the next: windows are as long as [`policy::FEWEST_WINDOWS`] may be, and on a record that is too short
-/// for so many of `least` samples one after the other, they overlap by half.
-fn length_and_stride(wanted: usize, least: usize, samples: usize) -> (usize, usize) {
-    let apart = wanted.clamp(LEAST, (samples / policy::FEWEST_WINDOWS).max(LEAST));
-    if apart >= least.min(wanted) {
-        return (apart, apart);
-    }
-    let stride = (samples / (policy::FEWEST_WINDOWS + 1)).max(LEAST / 2);
-    let length = wanted.min(2 * stride);
-    (length, stride.min(length))
+/// Samples in a window: as many as are wanted, as long as there is room for [`policy::FEWEST_WINDOWS`].
+fn length(wanted: usize, samples: usize) -> usize {
+    wanted.clamp(LEAST, (samples / policy::FEWEST_WINDOWS).max(LEAST))
 }
 
 /// Whether a window of so many seconds shows too little of a motion of that dominant period (s).
@@ -133,13 +124,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn windows_overlap_only_where_they_would_be_too_short() {
-        // 600 samples: six windows of 100, which hold 1.25 periods of 80 samples.
-        let least = |period: f64| (policy::APART_PERIODS * period) as usize;
-        assert_eq!(length_and_stride(320, least(80.0), 600), (100, 100));
-        assert_eq!(length_and_stride(320, least(81.0), 600), (170, 85));
-        assert_eq!(length_and_stride(40, least(10.0), 600), (40, 40));
-        assert_eq!(length_and_stride(320, least(80.0), 60), (LEAST, LEAST / 2));
+    fn windows_are_shorter_where_there_is_no_room_for_enough() {
+        assert_eq!(length(320, 100 * policy::FEWEST_WINDOWS), 100);
+        assert_eq!(length(40, 100 * policy::FEWEST_WINDOWS), 40);
+        assert_eq!(length(320, 60), LEAST);
     }
 
     #[test]

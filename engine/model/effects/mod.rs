@@ -242,6 +242,11 @@ impl Kind {
         self.spec().case_of.and_then(Kind::by_id)
     }
 
+    /// Whether it is a limit of another law, as dry friction is of its hysteresis.
+    pub fn is_limit_of(self, wide: Kind) -> bool {
+        self.spec().limit_of.contains(&wide.id())
+    }
+
     /// The effect of the library with this id.
     pub fn by_id(id: &str) -> Option<Self> {
         ALL.iter().copied().find(|k| k.id() == id)

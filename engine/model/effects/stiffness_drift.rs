@@ -14,7 +14,7 @@ impl Effect for StiffnessDrift {
     const SPEC: Spec = Spec {
         id: "stiffness_drift",
         acts: Acts::OneAxle,
-        needs: &[Need::Drive],
+        needs: &[Need::Drive, Need::Hold],
         parameters: &[RATE],
         amplitudes: &[0],
         starts: |s| vec![[(RATE.size)(s), 0.0, 0.0, 0.0]],

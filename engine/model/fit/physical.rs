@@ -49,8 +49,10 @@ pub fn has_physical_effects(dataset: &Dataset, unit: &Unit, point: &Point) -> bo
         reported.iter().all(|r| r.physical)
             && own.all(|(t, base)| {
                 let band = dataset.tracks[*t].band;
-                let shown =
-                    |r: &Reported| r.unit != "Hz" || band.is_none_or(|b| b.contains(r.value));
+                let least = policy::PERIODS_SHOWN / (dataset.samples as f64 * dataset.step);
+                let shown = |r: &Reported| {
+                    r.unit != "Hz" || r.value >= least && band.is_none_or(|b| b.contains(r.value))
+                };
                 reported.iter().all(shown)
                     && (!relaxes || base.kappa >= policy::STATIC * values[0] * base.per_mass)
             })
@@ -106,6 +108,22 @@ mod tests {
         };
         let most = example::K / policy::STATIC;
         assert!(is_tyre(0.99 * most) && !is_tyre(1.01 * most));
+    }
+
+    #[test]
+    fn what_resonates_shows_some_periods() {
+        let dataset = example::dataset();
+        let unit = Unit {
+            tracks: vec![0],
+            terms: vec![example::term(Kind::SprungMass, Axle::Front)],
+        };
+        let seconds = dataset.samples as f64 * dataset.step;
+        let is_one = |times: f64| {
+            let hz = times * policy::PERIODS_SHOWN / seconds;
+            let point = example::point(&dataset, &unit, vec![[0.1, hz, 0.3, 0.0]]);
+            has_physical_effects(&dataset, &unit, &point)
+        };
+        assert!(is_one(1.01) && !is_one(0.99));
     }
 
     #[test]

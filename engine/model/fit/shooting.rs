@@ -50,19 +50,6 @@ pub struct Shot {
     pub left: f64,
 }
 
-/// A window as a model predicts it that was not fitted to it.
-#[derive(Clone, Debug)]
-pub struct Prediction {
-    pub span: Range<usize>,
-    /// Where its first half says that it starts: height and velocity (m, m/s; none where motion is prescribed), and the states of effects.
-    pub start: [Option<f64>; 2],
-    pub hidden: Vec<f64>,
-    /// What the sensor reads at rest (m).
-    pub zero: f64,
-    /// Mean squared error of its second half, beside the record's variance; infinite where the model runs away.
-    pub left: f64,
-}
-
 /// What the fit knows: the common numbers, and each window's own.
 #[derive(Clone)]
 struct Known {
@@ -108,14 +95,15 @@ impl<'a> Shooting<'a> {
         })
     }
 
-    /// Predictions of windows that no fit has seen: the first half of each gives its starting state, and the second is judged.
-    pub fn held_out(&self, unit: &Unit, point: &Point, windows: &[usize]) -> Vec<Prediction> {
+    /// What a model leaves of windows that no fit has seen (mean squared error beside the record's variance; infinite where it runs
+    /// away): the first half of each gives its starting state, and the second is judged.
+    pub fn held_out(&self, unit: &Unit, point: &Point, windows: &[usize]) -> Vec<f64> {
         let setting = self.setting(unit, point, false);
         let judged = |window: &usize| self.judged(&setting, point, &self.spans[*window]);
         windows.par_iter().map(judged).collect()
     }
 
-    fn judged(&self, setting: &Setting, point: &Point, span: &Range<usize>) -> Prediction {
+    fn judged(&self, setting: &Setting, point: &Point, span: &Range<usize>) -> f64 {
         let half = span.start..span.start + span.len() / 2;
         let known = Known {
             point: point.clone(),
@@ -123,7 +111,7 @@ impl<'a> Shooting<'a> {
         };
         let spans = [half.clone()];
         let Some((known, _)) = self.minimised(setting, &spans, known.clone(), SETTLES) else {
-            return Prediction::new(setting, span, &known.own[0], 0.0, f64::INFINITY);
+            return f64::INFINITY;
         };
         let points = std::array::from_fn(|_| known.of_window(setting, 0));
         let track = self.data();
@@ -145,7 +133,11 @@ impl<'a> Shooting<'a> {
             .map(|e| (e - zero).powi(2))
             .collect();
         let left = squares.iter().sum::<f64>() / squares.len().max(1) as f64 / self.variance;
-        Prediction::new(setting, span, &known.own[0], zero, left)
+        if left.is_finite() {
+            left
+        } else {
+            f64::INFINITY
+        }
     }
 
     fn setting<'u>(&self, unit: &'u Unit, point: &Point, with_common: bool) -> Setting<'u> {
@@ -396,27 +388,6 @@ impl<'a> Shooting<'a> {
         Known {
             point: known.point.with(&setting.common, &next),
             own,
-        }
-    }
-}
-
-impl Prediction {
-    /// `own`: the window's own numbers.
-    fn new(setting: &Setting, span: &Range<usize>, own: &[f64], zero: f64, left: f64) -> Self {
-        let own = || setting.own.iter().zip(own);
-        let of_base =
-            |q: Coefficient| own().find(|(slot, _)| matches!(slot, Slot::Base(_, p) if *p == q));
-        let of_effects = own().filter(|(slot, _)| matches!(slot, Slot::Initial(..)));
-        Self {
-            span: span.clone(),
-            start: Coefficient::START.map(|q| of_base(q).map(|(_, value)| *value)),
-            hidden: of_effects.map(|(_, value)| *value).collect(),
-            zero,
-            left: if left.is_finite() {
-                left
-            } else {
-                f64::INFINITY
-            },
         }
     }
 }

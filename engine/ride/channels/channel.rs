@@ -78,6 +78,18 @@ impl Channel {
         }
     }
 
+    /// Another channel of the same axle, or of none, that this is a unit of.
+    pub fn of_unit(self, unit: &str) -> Option<Self> {
+        let axle = |channel: Self| match channel {
+            Road(axle) | Displacement(axle) | Deflection(axle) | Force(axle)
+            | Acceleration(axle) => Some(axle),
+            _ => None,
+        };
+        let measures =
+            |c: &Self| axle(*c) == axle(self) && Unit::parse(unit, c.dimension()).is_some();
+        Self::ALL.into_iter().find(measures)
+    }
+
     /// The channel called exactly `name`, in any case.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL
@@ -180,13 +192,41 @@ fn split_unit(cell: &str) -> (&str, Option<&str>) {
         if let Some(inside) = cell.strip_suffix(close)
             && let Some((name, unit)) = inside.rsplit_once(open)
         {
-            return (name.trim(), Some(unit.trim()));
+            return match counts(unit) {
+                true => (cell, None),
+                false => (
+                    name.trim().trim_end_matches('/').trim_end(),
+                    Some(unit.trim()),
+                ),
+            };
         }
     }
+    if let Some((name, unit)) = behind_slash(cell) {
+        return (name, Some(unit));
+    }
+    // `41:ch3` is the channel of a node.
+    let is_unit = |name: &str, unit: &str| Unit::is_one(unit) || Channel::named(name).is_some();
     match cell.split_once(':') {
-        Some((name, unit)) if !unit.trim().is_empty() => (name.trim(), Some(unit.trim())),
+        Some((name, unit)) if !unit.trim().is_empty() && is_unit(name.trim(), unit.trim()) => {
+            (name.trim(), Some(unit.trim()))
+        }
         _ => (cell, None),
     }
+}
+
+/// `accSmooth[0]`, `timestamp (+0200)`: a number in the brackets is an index or a zone and belongs to the name.
+fn counts(inside: &str) -> bool {
+    let digits = inside.trim().trim_start_matches(['+', '-']);
+    !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit())
+}
+
+/// `z_f/mm`, as DIN writes it; in `speed m/s` the slash belongs to the unit.
+pub fn behind_slash(cell: &str) -> Option<(&str, &str)> {
+    let (name, unit) = cell.split_once('/')?;
+    let last = name.rsplit([' ', '_']).next()?;
+    let word = &cell[name.len() - last.len()..];
+    let is_apart = !name.trim().is_empty() && Unit::is_one(unit) && !Unit::is_one(word);
+    is_apart.then(|| (name.trim(), unit.trim()))
 }
 
 #[cfg(test)]
@@ -211,6 +251,27 @@ mod tests {
     }
 
     #[test]
+    fn units_behind_a_slash_and_indices_in_brackets() {
+        for (cell, name, unit) in [
+            ("z_f/mm", "z_f", Some("mm")),
+            ("v/(km/h)", "v", Some("km/h")),
+            ("Weg vorne / mm", "Weg vorne", Some("mm")),
+            ("t/ms", "t", Some("ms")),
+            ("v/km/h", "v", Some("km/h")),
+            ("speed m/s", "speed m/s", None),
+            ("m/s", "m/s", None),
+            ("n/a", "n/a", None),
+            ("accSmooth[0]", "accSmooth[0]", None),
+            ("timestamp (+0200)", "timestamp (+0200)", None),
+            ("a[2] [g]", "a[2]", Some("g")),
+        ] {
+            let found = heading(cell);
+            assert_eq!((found.name, found.unit), (name, unit), "{cell}");
+        }
+        assert_eq!(heading("z_f/mm").channel, Some(Displacement(Front)));
+    }
+
+    #[test]
     fn other_columns_stay_other() {
         for cell in [
             "steer_torque",
@@ -224,6 +285,8 @@ mod tests {
             assert_eq!(heading(cell).channel, None, "{cell}");
         }
         assert_eq!(heading("V1 [V]").name, "V1");
+        assert_eq!(heading("41:ch3").name, "41:ch3");
+        assert_eq!(heading("41:g").unit, Some("g"));
         assert_eq!(heading("z_f_furlong").unit, Some("furlong"));
     }
 

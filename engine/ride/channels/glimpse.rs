@@ -1,5 +1,6 @@
 //! What stands at the beginning of a column, for people to recognise it by.
 
+use serde::{Deserialize, Serialize};
 use veloid_core::document::format_number::Number;
 
 /// Cells that are shown of a column.
@@ -7,6 +8,28 @@ const CELLS: usize = 3;
 /// Most of a cell (characters).
 const LONGEST: usize = 24;
 const DIGITS: i32 = 6;
+/// Most cells of a line that is shown.
+const WIDEST: usize = 24;
+
+/// A line of a text file.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct PreviewLine {
+    /// Counted from 1.
+    pub number: usize,
+    /// The first of its cells.
+    pub cells: Vec<String>,
+}
+
+impl PreviewLine {
+    pub fn new(number: usize, cells: &[String]) -> Self {
+        let shown = |cell: &String| cell.chars().take(LONGEST).collect();
+        Self {
+            number,
+            cells: cells.iter().take(WIDEST).map(shown).collect(),
+        }
+    }
+}
 
 /// The header and the first cells of a column, as they stand in the file.
 #[derive(Clone, Debug, Default, PartialEq)]

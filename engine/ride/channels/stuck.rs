@@ -1,4 +1,5 @@
-//! Samples that a sensor did not measure: the last value repeated while the axle moves on, and zeros in place of values that were lost.
+//! Samples that a sensor did not measure: the last value repeated while the axle moves on, and zeros, or the end of its range, in place of values
+//! that were lost.
 
 use crate::channels::channel::Channel;
 use crate::channels::table::Spec;
@@ -9,10 +10,16 @@ const SHORTEST_S: f64 = 0.5;
 const FEWEST: usize = 12;
 /// How much another channel of the ride must go on moving meanwhile: its steps beside those of the whole record.
 const MOVES: f64 = 0.3;
-/// How many times the usual distance from the mean of its neighbours a zero must be, to be none of the motion; and the fewest of such zeros.
+/// And how widely: its standard deviation beside that of the whole record. Of a test that holds still on purpose only noise moves on.
+const WIDELY: f64 = 0.1;
+/// How many times the usual distance from the mean of its neighbours a value must be, to be none of the motion; and the fewest of such values.
 const APART: f64 = 8.0;
-const ZEROS: usize = 3;
-/// Most zeros in a row that were lost at once.
+const LOST: usize = 3;
+/// Change of speed (m/s^2) that no bicycle reaches: gravity.
+const FASTEST_M_S2: f64 = 9.8;
+/// How far beyond all others the end of a range must lie, in widths of their range.
+const BEYOND: f64 = 0.25;
+/// Most values in a row that were lost at once.
 const IN_A_ROW: usize = 3;
 
 /// Samples of one channel that say nothing.
@@ -21,8 +28,8 @@ pub struct Stuck {
     /// Which column.
     pub column: usize,
     pub rows: Vec<usize>,
-    /// Whether they are zeros, else one value repeated.
-    pub zeros: bool,
+    /// What stands in place of values that were lost (SI); else one value is repeated.
+    pub lost: Option<f64>,
 }
 
 /// Finds them in columns (SI) of a file of `duration_s`.
@@ -32,23 +39,28 @@ pub fn find(columns: &[(Spec, Vec<f64>)], duration_s: f64) -> Vec<Stuck> {
         .collect();
     let mut found = Vec::new();
     for (column, track) in tracks.iter().enumerate() {
+        if track.channel == Channel::Speed {
+            let rows = track.impossible_stops(duration_s);
+            if !rows.is_empty() {
+                let lost = Some(0.0);
+                found.push(Stuck { column, rows, lost });
+            }
+        }
         if !track.is_motion() {
             continue;
         }
         let others: Vec<&Track> = (tracks.iter())
             .filter(|other| other.channel != track.channel && track.moves_with(other))
             .collect();
-        let mut add = |rows: Vec<usize>, zeros: bool| {
+        let mut add = |rows: Vec<usize>, lost: Option<f64>| {
             if !rows.is_empty() {
-                found.push(Stuck {
-                    column,
-                    rows,
-                    zeros,
-                });
+                found.push(Stuck { column, rows, lost });
             }
         };
-        add(track.zeros(), true);
-        add(track.frozen(&others, duration_s), false);
+        for value in track.marks() {
+            add(track.lost(value), Some(value));
+        }
+        add(track.frozen(&others, duration_s), None);
     }
     found
 }
@@ -109,6 +121,20 @@ impl<'a> Track<'a> {
         (squares / steps.len().max(1) as f64).sqrt()
     }
 
+    /// Standard deviation of the samples from `first` to `last`.
+    fn spread(&self, first: usize, last: usize) -> f64 {
+        let from = self.rows.partition_point(|row| *row < first);
+        let to = self.rows.partition_point(|row| *row <= last);
+        let rows = &self.rows[from..to];
+        let count = rows.len().max(1) as f64;
+        let mean = rows.iter().map(|row| self.values[*row]).sum::<f64>() / count;
+        let squares: f64 = rows
+            .iter()
+            .map(|row| (self.values[*row] - mean).powi(2))
+            .sum();
+        (squares / count).sqrt()
+    }
+
     /// Rows after the first of runs of one value, while any of the others moves on.
     fn frozen(&self, others: &[&Track], duration_s: f64) -> Vec<usize> {
         let least = (SHORTEST_S / duration_s * self.rows.len() as f64).ceil();
@@ -118,20 +144,50 @@ impl<'a> Track<'a> {
             .chunk_by(|a, b| self.values[*a] == self.values[*b]);
         let runs = runs.filter(|run| run.len() >= least && run.len() < self.rows.len());
         let last = self.values.len().saturating_sub(1);
-        let usual: Vec<f64> = others.iter().map(|other| other.steps(0, last)).collect();
+        let usual: Vec<[f64; 2]> = others
+            .iter()
+            .map(|other| [other.steps(0, last), other.spread(0, last)])
+            .collect();
         let stuck = runs.filter(|run| {
             let (first, last) = (run[0], run[run.len() - 1]);
             let mut moving = others.iter().zip(&usual);
-            moving.any(|(other, usual)| *usual > 0.0 && other.steps(first, last) > MOVES * usual)
+            moving.any(|(other, [steps, spread])| {
+                *steps > 0.0
+                    && other.steps(first, last) > MOVES * steps
+                    && other.spread(first, last) > WIDELY * spread
+            })
         });
         stuck.flat_map(|run| run[1..].iter().copied()).collect()
     }
 
-    /// Rows of zeros that lie far from both neighbours.
-    fn zeros(&self) -> Vec<usize> {
+    /// What may stand in place of values that were lost: zero, and the ends of an acceleration's range where they stand apart.
+    fn marks(&self) -> Vec<f64> {
+        let mut marks = vec![0.0];
+        if matches!(self.channel, Channel::Acceleration(_)) {
+            let values = || self.rows.iter().map(|row| self.values[*row]);
+            let ends = [
+                values().fold(f64::INFINITY, f64::min),
+                values().fold(f64::NEG_INFINITY, f64::max),
+            ];
+            let stands_apart = |end: &f64| {
+                let others = values().filter(|v| v != end);
+                let (least, most) = others
+                    .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), v| {
+                        (least.min(v), most.max(v))
+                    });
+                f64::max(least - end, end - most) > BEYOND * (most - least)
+            };
+            marks.extend(ends.into_iter().filter(stands_apart));
+        }
+        marks
+    }
+
+    /// Rows of `mark` that lie far from both neighbours; of an end of the range all do, or it was clipped.
+    fn lost(&self, mark: f64) -> Vec<usize> {
         let at = |place: usize| self.values[self.rows[place]];
-        let is_zero = |place: &usize| at(*place) == 0.0;
-        if !(0..self.rows.len()).any(|place| is_zero(&place)) {
+        let is_mark = |place: &usize| at(*place) == mark;
+        let count = (0..self.rows.len()).filter(is_mark).count();
+        if count < LOST {
             return Vec::new();
         }
         let inner = 1..self.rows.len().saturating_sub(1);
@@ -141,21 +197,46 @@ impl<'a> Track<'a> {
         distances.sort_unstable_by(f64::total_cmp);
         let usual = distances.get(distances.len() / 2).copied().unwrap_or(0.0);
         let places: Vec<usize> = (0..self.rows.len()).collect();
-        let runs = places.chunk_by(|a, b| is_zero(a) && is_zero(b));
+        let runs = places.chunk_by(|a, b| is_mark(a) && is_mark(b));
         let lost = runs
-            .filter(|run| is_zero(&run[0]) && run.len() <= IN_A_ROW)
+            .filter(|run| is_mark(&run[0]) && run.len() <= IN_A_ROW)
             .filter(|run| {
                 let (first, last) = (run[0], run[run.len() - 1]);
                 let before = first.checked_sub(1).map(at);
                 let after = (last + 1 < places.len()).then(|| at(last + 1));
                 let mean = before.zip(after).map(|(a, b)| 0.5 * (a + b));
-                mean.is_some_and(|mean| mean.abs() > APART * usual)
+                mean.is_some_and(|mean| (mean - mark).abs() > APART * usual)
             });
         let rows: Vec<usize> = lost.flatten().map(|place| self.rows[*place]).collect();
-        match rows.len() >= ZEROS {
+        match rows.len() >= LOST && (mark == 0.0 || rows.len() == count) {
             true => rows,
             false => Vec::new(),
         }
+    }
+
+    /// Rows in which a speed is zero, or a negative mark, between others that no bicycle brakes from, or comes to, so fast.
+    fn impossible_stops(&self, duration_s: f64) -> Vec<usize> {
+        let step_s = duration_s / self.values.len().max(2) as f64;
+        let runs = self
+            .rows
+            .chunk_by(|a, b| self.values[*a] <= 0.0 && self.values[*b] <= 0.0);
+        let runs: Vec<&[usize]> = runs.collect();
+        let jumps = |a: usize, b: usize| {
+            let change = (self.values[a] - self.values[b]).abs();
+            change > FASTEST_M_S2 * b.abs_diff(a) as f64 * step_s
+        };
+        let impossible = runs.iter().enumerate().filter(|(place, run)| {
+            let (first, last) = (run[0], run[run.len() - 1]);
+            let before = place.checked_sub(1).map(|p| runs[p][runs[p].len() - 1]);
+            let after = runs.get(place + 1).map(|next| next[0]);
+            self.values[first] <= 0.0
+                && (before.is_some() || after.is_some())
+                && before.is_none_or(|before| jumps(before, first))
+                && after.is_none_or(|after| jumps(last, after))
+        });
+        impossible
+            .flat_map(|(_, run)| run.iter().copied())
+            .collect()
     }
 }
 
@@ -168,6 +249,7 @@ mod tests {
         Spec {
             number: 1,
             header: channel.name().to_owned(),
+            is_guess: false,
             channel,
             unit: Unit {
                 name: "m".to_owned(),
@@ -230,12 +312,51 @@ mod tests {
                 .sum::<usize>()
         };
         assert_eq!(lost(&[500, 900, 1300, 1301]), 4);
-        assert_eq!(lost(&[500, 900][..ZEROS - 1]), 0);
+        assert_eq!(lost(&[500, 900][..LOST - 1]), 0);
         assert_eq!(lost(&[500, 501, 502, 503]), 0, "longer than a hiccup");
         // A motion about zero passes through it, however coarsely it is read.
         let z: Vec<f64> = wave(3.0).iter().map(|x| x - 2e-3).collect();
         assert_eq!(found(z.clone(), wave(3.3)), []);
         let coarse = z.iter().map(|x| (x / 1e-4).round() * 1e-4);
         assert_eq!(found(coarse.collect(), wave(3.3)), []);
+    }
+
+    #[test]
+    fn the_end_of_a_range_far_from_its_neighbours_is_no_measurement() {
+        let marked = |rows: &[usize], mark: f64| {
+            let mut a = wave(3.0);
+            rows.iter().for_each(|row| a[*row] = mark);
+            let columns = [(spec(Channel::Acceleration(Axle::Front)), a)];
+            find(&columns, 30.0).first().map(|s| (s.rows.len(), s.lost))
+        };
+        // The others lie from 1 to 3.
+        assert_eq!(marked(&[500, 900, 1300], -0.008), Some((3, Some(-0.008))));
+        assert_eq!(marked(&[500, 900], -0.008), None);
+        assert_eq!(marked(&[500, 900, 1300], 3.6e-3), Some((3, Some(3.6e-3))));
+        assert_eq!(marked(&[500, 900, 1300], 3.4e-3), None);
+    }
+
+    #[test]
+    fn a_speed_that_no_brake_explains_is_no_measurement() {
+        let stops = |ramp: usize| {
+            let mut v = vec![5.0; 3000];
+            v[1000..1500].fill(0.0);
+            for i in 0..ramp {
+                v[1000 - ramp + i] = 5.0 * (1.0 - i as f64 / ramp as f64);
+                v[1500 + i] = 5.0 * i as f64 / ramp as f64;
+            }
+            find(&[(spec(Channel::Speed), v)], 30.0)
+                .first()
+                .map_or(0, |s| s.rows.len())
+        };
+        assert_eq!(stops(1), 501);
+        assert_eq!(stops(200), 0);
+        let mut late = vec![5.0; 3000];
+        late[..300].fill(0.0);
+        assert_eq!(
+            find(&[(spec(Channel::Speed), late)], 30.0)[0].rows.len(),
+            300
+        );
+        assert_eq!(find(&[(spec(Channel::Speed), vec![0.0; 3000])], 30.0), []);
     }
 }

@@ -1,9 +1,10 @@
 //! The recognised columns of a file as numbers, before anything is made of them.
 
 use crate::channels::channel::Channel;
-use crate::channels::glimpse::Glimpse;
+use crate::channels::glimpse::{Glimpse, PreviewLine};
 use crate::channels::unit::Unit;
 use crate::error::{Problem, ReadError};
+use crate::table_layout::TableLayout;
 
 /// Largest magnitude that a measurement may have in the file's unit.
 pub const LARGEST: f64 = 1e15;
@@ -16,6 +17,8 @@ pub struct Spec {
     pub header: String,
     pub channel: Channel,
     pub unit: Unit,
+    /// Whether words of the header alone say that it is this channel.
+    pub is_guess: bool,
 }
 
 impl Spec {
@@ -56,7 +59,12 @@ pub struct Table {
     pub ignored: Vec<String>,
     /// Every column of the file, in order.
     pub glimpses: Vec<Glimpse>,
+    /// The first lines of a text file, and how it is laid out.
+    pub lines: Vec<PreviewLine>,
+    pub layout: TableLayout,
     pub warnings: Vec<String>,
+    /// What was assumed while the file was read, in sentences.
+    pub reading: Vec<String>,
     /// Format of the file, in words.
     pub format: String,
 }
@@ -79,11 +87,27 @@ impl Places {
         self.next_line = line + 1;
     }
 
+    /// Those of some rows, in their order.
+    pub fn of_rows(&self, rows: &[usize]) -> Self {
+        let mut out = Self::default();
+        for (place, row) in rows.iter().enumerate() {
+            if let Some(line) = self.line(*row) {
+                out.push(place, line);
+            }
+        }
+        out
+    }
+
+    fn line(&self, row: usize) -> Option<usize> {
+        let after = self.jumps.partition_point(|(r, _)| *r as usize <= row);
+        let (first, line) = self.jumps[after.checked_sub(1)?];
+        Some(line as usize + row - first as usize)
+    }
+
     /// Names the place of `row` in `error`.
     pub fn blame(&self, row: usize, error: impl Into<ReadError>) -> ReadError {
-        let after = self.jumps.partition_point(|(r, _)| *r as usize <= row);
-        match after.checked_sub(1).map(|i| self.jumps[i]) {
-            Some((r, line)) => error.into().at_line(line as usize + row - r as usize),
+        match self.line(row) {
+            Some(line) => error.into().at_line(line),
             None => error.into().at_sample(row + 1),
         }
     }

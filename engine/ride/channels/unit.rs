@@ -29,38 +29,85 @@ const RPM: f64 = std::f64::consts::TAU / 60.0;
 const G: f64 = veloid_core::bicycle::GRAVITY;
 
 const UNITS: &[(Dimension, &[&str], f64)] = &[
-    (Time, &["s", "sec", "secs", "second", "seconds"], 1.0),
-    (Time, &["ms", "msec", "millis"], 1e-3),
-    (Time, &["us", "usec"], 1e-6),
-    (Time, &["ns"], 1e-9),
-    (Time, &["min"], 60.0),
-    (Length, &["m", "metre", "meter"], 1.0),
-    (Length, &["mm"], 1e-3),
-    (Length, &["cm"], 1e-2),
+    (
+        Time,
+        &["s", "sec", "secs", "second", "seconds", "unixtime"],
+        1.0,
+    ),
+    (
+        Time,
+        &["ms", "msec", "millis", "millisecond", "milliseconds"],
+        1e-3,
+    ),
+    (
+        Time,
+        &["us", "usec", "micros", "microsecond", "microseconds"],
+        1e-6,
+    ),
+    (Time, &["ns", "nanos", "nanosecond", "nanoseconds"], 1e-9),
+    (Time, &["min", "minute", "minutes"], 60.0),
+    (Length, &["m", "metre", "meter", "metres", "meters"], 1.0),
+    (
+        Length,
+        &[
+            "mm",
+            "millimetre",
+            "millimeter",
+            "millimetres",
+            "millimeters",
+        ],
+        1e-3,
+    ),
+    (
+        Length,
+        &[
+            "cm",
+            "centimetre",
+            "centimeter",
+            "centimetres",
+            "centimeters",
+        ],
+        1e-2,
+    ),
     (Length, &["um"], 1e-6),
     (Length, &["in", "inch"], 0.0254),
     (Length, &["ft"], 0.3048),
-    (Speed, &["m/s", "mps"], 1.0),
+    (Speed, &["m/s", "mps", "ms-1", "m.s-1", "m/sec"], 1.0),
     (Speed, &["mm/s"], 1e-3),
-    (Speed, &["km/h", "kmh", "kph"], 1.0 / 3.6),
+    (
+        Speed,
+        &["km/h", "kmh", "kph", "km/hr", "kmph", "kmh-1"],
+        1.0 / 3.6,
+    ),
     (Speed, &["mph", "mi/h"], 0.44704),
     (Speed, &["ft/s", "fps"], 0.3048),
-    (Acceleration, &["m/s2", "ms2", "ms-2", "mps2", "m/s/s"], 1.0),
+    (
+        Speed,
+        &["knots", "knot", "kt", "kts", "kn"],
+        1852.0 / 3600.0,
+    ),
+    (
+        Acceleration,
+        &[
+            "m/s2", "ms2", "ms-2", "mps2", "m/s/s", "m.s-2", "m/sec2", "m/s**2",
+        ],
+        1.0,
+    ),
     (Acceleration, &["mm/s2"], 1e-3),
     (Acceleration, &["cm/s2"], 1e-2),
     (Acceleration, &["ft/s2"], 0.3048),
-    (Acceleration, &["g"], G),
+    (Acceleration, &["g", "gs", "g's", "gn"], G),
     (Acceleration, &["mg"], 1e-3 * G),
-    (Force, &["n", "newton"], 1.0),
+    (Force, &["n", "newton", "newtons"], 1.0),
     (Force, &["kn"], 1e3),
     (Force, &["lbf"], 4.448_221_615_260_5),
     (Force, &["kgf"], G),
-    (Angle, &["rad"], 1.0),
+    (Angle, &["rad", "radian", "radians"], 1.0),
     (Angle, &["mrad"], 1e-3),
-    (Angle, &["deg"], DEGREE),
-    (AngularRate, &["rad/s"], 1.0),
+    (Angle, &["deg", "degree", "degrees"], DEGREE),
+    (AngularRate, &["rad/s", "rad/sec", "rads-1"], 1.0),
     (AngularRate, &["mrad/s"], 1e-3),
-    (AngularRate, &["deg/s", "dps"], DEGREE),
+    (AngularRate, &["deg/s", "dps", "deg/sec", "degs-1"], DEGREE),
     (AngularRate, &["rpm"], RPM),
     (Cadence, &["rpm", "1/min", "rev/min"], 1.0),
     (Cadence, &["hz", "1/s", "rps", "rev/s"], 60.0),
@@ -98,11 +145,14 @@ impl Unit {
     /// The unit written as `text`, if it measures `dimension`.
     pub fn parse(text: &str, dimension: Dimension) -> Option<Self> {
         let key = normalise(text);
+        // `hh:mm:ss` is how the cells are written, which say the rest.
+        let is_pattern = dimension == Time && key.contains("hh:mm");
         let scale = UNITS
             .iter()
             .find(|(d, names, _)| *d == dimension && names.contains(&key.as_str()))
             .map(|(_, _, scale)| *scale)
-            .or_else(|| PLAIN.iter().find(|(n, _)| *n == key).map(|(_, s)| *s))?;
+            .or_else(|| PLAIN.iter().find(|(n, _)| *n == key).map(|(_, s)| *s))
+            .or_else(|| is_pattern.then_some(1.0))?;
         Some(Self {
             name: text.trim().to_owned(),
             scale,
@@ -160,12 +210,14 @@ impl Dimension {
     }
 }
 
-/// Lower case, without blanks and carets, with ASCII in place of signs.
+/// Lower case, without blanks, brackets and carets, with ASCII in place of signs.
 fn normalise(text: &str) -> String {
     let mut key = String::new();
     for c in text.trim().chars().flat_map(char::to_lowercase) {
         match c {
-            ' ' | '^' => {}
+            ' ' | '^' | '(' | ')' | '\u{b7}' | '\u{22c5}' => {}
+            '\u{207b}' | '\u{2212}' => key.push('-'),
+            '\u{b9}' => key.push('1'),
             '\u{b5}' | '\u{3bc}' => key.push('u'),
             '\u{b2}' => key.push('2'),
             '\u{b0}' => key.push_str("deg"),
@@ -191,12 +243,15 @@ mod tests {
         assert_eq!(scale("km_h", Speed), Some(1.0 / 3.6));
         assert_eq!(scale("m/s\u{b2}", Acceleration), Some(1.0));
         assert_eq!(scale("m/s^2", Acceleration), Some(1.0));
+        assert_eq!(scale("m/(s^2)", Acceleration), Some(1.0));
         assert_eq!(scale("g", Acceleration), Some(9.80665));
         assert_eq!(scale("kN", Force), Some(1e3));
         assert_eq!(scale("min", Time), Some(60.0));
         assert_eq!(scale("\u{b0}/s", AngularRate), Some(DEGREE));
         assert!((scale("rad/s", Cadence).unwrap() - 9.549_296_585_513_72).abs() < 1e-12);
         assert_eq!(scale("V", Force), Some(1.0));
+        assert_eq!(scale("HH:mm:ss.fff", Time), Some(1.0));
+        assert_eq!(scale("hh:mm", Length), None);
     }
 
     #[test]

@@ -22,6 +22,8 @@ pub fn read(arrays: &Arrays<'_>, options: &ReadOptions) -> Result<Table, ReadErr
     let recognised = Offered {
         names: &names,
         units: &[],
+        are_times: &[],
+        paces: &[],
         line: None,
     }
     .recognise(options)?;

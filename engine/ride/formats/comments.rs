@@ -1,6 +1,6 @@
 //! What a text file says in comments above its header.
 
-use crate::formats::dialect::{decode, is_comment};
+use crate::formats::head::{decode, is_comment};
 use crate::formats::source::Source;
 use crate::options::Limits;
 

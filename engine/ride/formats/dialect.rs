@@ -3,26 +3,26 @@
 use std::borrow::Cow;
 
 use crate::channels::channel::{Channel, heading, with_unit};
-use crate::channels::glimpse::Glimpse;
+use crate::channels::glimpse::{Glimpse, PreviewLine};
 use crate::error::{Problem, ReadError};
-use crate::formats::cells::{Separator, is_number, is_numeric, is_two_numbers, is_units, split};
+use crate::formats::cells::{Separator, is_cell_number, split, split_wide};
+use crate::formats::head::{Line, SAMPLE, sample};
+use crate::formats::labels::Labels;
+use crate::formats::layout::{Given, Layout, separator_of};
+use crate::formats::number::{Decimal, is_number, with_unit as number_with_unit};
+use crate::formats::pace::Pace;
+use crate::formats::times::{Order, is_date, is_time, order};
 use crate::options::ReadOptions;
+use crate::table_layout::TableLayout;
 
-/// Data lines looked at before deciding.
-const SAMPLE: usize = 200;
-const SAMPLE_BYTES: usize = 128 << 10;
 /// Letters of a line that messages show.
 const SHOWN: usize = 40;
-/// Lines of other text that may stand above the header.
-const PREAMBLE: usize = 64;
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Decimal {
-    Point,
-    Comma,
-    /// Only whole numbers so far.
-    Undecided,
-}
+/// Rows that decide whether a column holds dates.
+const DATED_ROWS: usize = 20;
+/// Lines that previews show.
+const SHOWN_LINES: usize = 24;
+/// What serial monitors put between the time of day and the line.
+pub const ARROW: &str = " -> ";
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dialect {
@@ -32,30 +32,36 @@ pub struct Dialect {
     pub names: Vec<String>,
     pub units: Vec<String>,
     pub header_line: Option<usize>,
+    units_line: Option<usize>,
     /// Where the rows of numbers begin: offset in the first block, and lines before it.
     pub offset: usize,
     pub lines_before: usize,
-    /// Lines of other text above the header.
-    pub preamble: usize,
+    /// Whether a time of day and an arrow precede each line: the arrow then separates like the separator.
+    pub has_arrow: bool,
+    pub order: Order,
+    /// What was assumed, in sentences.
+    pub reading: Vec<String>,
     /// Every column, in order.
     pub glimpses: Vec<Glimpse>,
-}
-
-struct Line<'a> {
-    text: Cow<'a, str>,
-    /// Counted from 1.
-    number: usize,
-    start: usize,
-    end: usize,
-}
-
-pub fn is_comment(line: &[u8]) -> bool {
-    matches!(line.trim_ascii_start(), [b'#' | b'%', ..])
+    /// The first lines.
+    pub lines: Vec<PreviewLine>,
+    pub time_format: Option<String>,
+    /// The column of dates, where the times of day stand in another one, and that of milliseconds behind these.
+    pub dates: Option<usize>,
+    pub milliseconds: Option<usize>,
+    /// Per column: the unit behind each number, and whether the cells are times.
+    pub units_in_cells: Vec<Option<String>>,
+    pub are_times: Vec<bool>,
+    pub paces: Vec<Option<Pace>>,
+    /// The label and the mark behind it before each number, where the rows hold the names.
+    pub labels: Option<Labels>,
+    /// Lines below the header, and how the first line begins, where no cell of them is a number.
+    no_numbers: Option<(usize, String)>,
 }
 
 /// Looks at the beginning of a file.
 pub fn sniff(head: &[u8], options: &ReadOptions) -> Result<Dialect, ReadError> {
-    let (lines, comments) = sample(head, options.limits.line_bytes)?;
+    let (mut lines, comments) = sample(head, options.limits.line_bytes)?;
     if lines.is_empty() {
         let nothing = head.trim_ascii().is_empty();
         return Err(if nothing {
@@ -65,33 +71,150 @@ pub fn sniff(head: &[u8], options: &ReadOptions) -> Result<Dialect, ReadError> {
         }
         .into());
     }
-    let preamble = preamble(&lines, options);
-    let lines = &lines[preamble..];
-    let separator = separator_of(lines);
+    let has_arrow = lines
+        .iter()
+        .rev()
+        .take(SAMPLE / 2)
+        .all(|line| has_arrow(&line.text));
+    let texts: Vec<&str> = lines
+        .iter()
+        .map(|line| behind_arrow(&line.text, has_arrow))
+        .collect();
+    let said = &options.layout;
+    let labels = Labels::of(&texts).filter(|_| said.is_empty() && !has_arrow);
+    let separator = match said.separator() {
+        Some(b' ') => Separator::Blanks,
+        Some(byte) => Separator::Byte(byte),
+        None => match &labels {
+            Some(labels) => labels.separator,
+            None => separator_of(&texts),
+        },
+    };
+    if let Some(labels) = &labels {
+        for line in &mut lines {
+            if let Some(plain) = labels.without(line.text.as_bytes()) {
+                line.text = Cow::Owned(String::from_utf8_lossy(&plain).into_owned());
+            }
+        }
+    }
+    if has_arrow {
+        for line in &mut lines {
+            line.text = Cow::Owned(line.text.replacen(
+                ARROW,
+                separator.as_char().encode_utf8(&mut [0; 4]),
+                1,
+            ));
+        }
+    }
+    let rows: Vec<Vec<String>> = lines.iter().map(|l| split(&l.text, separator)).collect();
+    let above = (comments.iter()).find(|line| said.header_row == Some(line.number));
+    let given = given(said, &lines, above.is_some())?;
+    let layout = Layout::of(&rows, &|cell| is_known(cell, options), given);
+    let numbers = &rows[layout.first.min(rows.len())..];
+    let is_number = |row: &Vec<String>| row.iter().any(|cell| is_cell_number(cell));
+    let shown = lines.iter().zip(&rows).take(SHOWN_LINES);
     let mut dialect = Dialect {
         separator,
-        decimal: Decimal::Undecided,
+        decimal: match said.decimal() {
+            Some(b',') => Decimal::Comma,
+            Some(_) => Decimal::Point,
+            None => decimal_of(numbers),
+        },
         names: Vec::new(),
         units: Vec::new(),
         header_line: None,
-        offset: lines[0].start,
-        lines_before: lines[0].number - 1,
-        preamble,
+        units_line: None,
+        offset: 0,
+        lines_before: 0,
+        has_arrow,
+        order: Order::default(),
+        reading: Vec::new(),
         glimpses: Vec::new(),
+        lines: shown
+            .map(|(line, row)| PreviewLine::new(line.number, row))
+            .collect(),
+        time_format: said.time_format.clone(),
+        dates: None,
+        milliseconds: None,
+        units_in_cells: Vec::new(),
+        are_times: Vec::new(),
+        paces: Vec::new(),
+        labels: None,
+        no_numbers: (lines.len() > 1 && !numbers.iter().any(is_number)).then(|| {
+            let first = lines[0].text.chars().take(SHOWN).collect();
+            (lines.len() - 1, first)
+        }),
     };
-    let mut rows: Vec<Vec<String>> = lines.iter().map(|l| split(&l.text, separator)).collect();
-    let used = if is_numeric(&rows[0]) {
+    if layout.header.is_none() {
         let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
-        dialect.take_names_above(&comments, columns, options);
-        0
-    } else {
-        dialect.take_header(lines, &mut rows)
-    };
-    let rows = &rows[used..];
-    dialect.check(lines, rows, options)?;
-    dialect.decimal = decimal_of(rows);
-    dialect.glimpses = glimpses(&dialect.names, rows);
+        match above {
+            Some(line) => dialect.take_names_of(line, columns),
+            None => dialect.take_names_above(&comments, columns, options),
+        }
+    }
+    dialect.take_header(&layout, &lines, &rows);
+    if let Some(labels) = labels {
+        dialect.names = labels.names();
+        dialect.header_line = Some(lines[0].number);
+        dialect.labels = Some(labels);
+        (dialect.reading).push("each row holds the names of its values".to_owned());
+    }
+    if let Some(header) = layout.header {
+        dialect.take_row_names(&rows[header], numbers);
+    }
+    dialect.take_dates(numbers);
+    dialect.take_order(numbers);
+    dialect.take_columns(numbers);
+    dialect.glimpses = glimpses(&dialect.names, numbers);
     Ok(dialect)
+}
+
+/// Where the rows stand that the user names by their lines. `is_above`: the header is one of the comments.
+fn given(said: &TableLayout, lines: &[Line<'_>], is_above: bool) -> Result<Given, Problem> {
+    let expected = "a line of the first 200 that is neither blank nor a comment, the header above the units and these above the numbers";
+    let bad = |name, number: usize| Problem::BadOption {
+        name,
+        value: number.to_string(),
+        expected,
+    };
+    let index = |name, number: usize| {
+        let at = lines.iter().position(|line| line.number == number);
+        at.ok_or_else(|| bad(name, number))
+    };
+    let row = |name, number: Option<usize>| match number {
+        None => Ok(None),
+        Some(0) => Ok(Some(None)),
+        Some(number) => index(name, number).map(|at| Some(Some(at))),
+    };
+    let header_row = said
+        .header_row
+        .map(|number| if is_above { 0 } else { number });
+    let given = Given {
+        header: row("layout.header_row", header_row)?,
+        units: row("layout.units_row", said.units_row)?,
+        first: match said.first_row {
+            Some(number) => Some(index("layout.first_row", number)?),
+            None => None,
+        },
+    };
+    let rows = [given.header.flatten(), given.units.flatten(), given.first];
+    let rows: Vec<usize> = rows.into_iter().flatten().collect();
+    match rows.is_sorted_by(|a, b| a < b) {
+        true => Ok(given),
+        false => Err(bad("layout.header_row", said.header_row.unwrap_or(0))),
+    }
+}
+
+fn has_arrow(line: &str) -> bool {
+    line.split_once(ARROW)
+        .is_some_and(|(time, _)| is_time(time.trim()))
+}
+
+fn behind_arrow(line: &str, has_arrow: bool) -> &str {
+    match line.split_once(ARROW) {
+        Some((_, behind)) if has_arrow => behind,
+        _ => line,
+    }
 }
 
 fn glimpses(names: &[String], rows: &[Vec<String>]) -> Vec<Glimpse> {
@@ -102,46 +225,68 @@ fn glimpses(names: &[String], rows: &[Vec<String>]) -> Vec<Glimpse> {
         .collect()
 }
 
-/// Lines of other text above the header.
-fn preamble(lines: &[Line<'_>], options: &ReadOptions) -> usize {
-    let hits = |line: &Line<'_>| {
-        let known = |cell: &String| is_known(cell, options);
-        let count = |s: &Separator| split(&line.text, *s).iter().filter(|c| known(c)).count();
-        CANDIDATES.iter().map(count).max().unwrap_or(0)
-    };
-    let first = &lines[0];
-    if hits(first) > 0 || is_numeric(&split(&first.text, separator_of(lines))) {
-        0
-    } else {
-        let known = lines.iter().take(PREAMBLE).position(|l| hits(l) > 1);
-        known.or_else(|| above_numbers(lines)).unwrap_or(0)
-    }
-}
-
 /// Whether a cell is the name of a channel, its own or the mapping's.
 fn is_known(cell: &str, options: &ReadOptions) -> bool {
     let mapped = (options.map.values()).any(|c| {
         c.parse::<usize>().is_err() && (c == cell || with_unit(c).is_some_and(|c| c.0 == cell))
     });
-    mapped || heading(cell).channel.is_some()
+    mapped || options.named.contains_key(heading(cell).name) || heading(cell).channel.is_some()
 }
 
 impl Dialect {
-    /// Takes names and units from the rows above the numbers; how many these are.
-    fn take_header(&mut self, lines: &[Line<'_>], rows: &mut [Vec<String>]) -> usize {
-        self.names = rows[0].clone();
-        while self.names.last().is_some_and(String::is_empty) {
-            self.names.pop();
+    /// Takes names and units from the rows above the numbers.
+    fn take_header(&mut self, layout: &Layout, lines: &[Line<'_>], rows: &[Vec<String>]) {
+        if let Some(header) = layout.header {
+            self.names.clone_from(&rows[header]);
+            while self.names.last().is_some_and(String::is_empty) {
+                self.names.pop();
+            }
+            // Between columns of a fixed width names may hold single blanks.
+            let width = rows.get(layout.first).map_or(0, Vec::len);
+            let wide = split_wide(&lines[header].text);
+            if self.separator == Separator::Blanks
+                && self.names.len() != width
+                && wide.len() == width
+            {
+                self.names = wide;
+            }
+            if let Some(first) = self.names.first_mut() {
+                // Some loggers set a comment's sign before the names.
+                *first = first.trim_start_matches([';', ' ']).to_owned();
+            }
+            self.header_line = Some(lines[header].number);
+            if header > 0 {
+                self.reading.push(format!(
+                    "{header} lines of other text above the header were skipped"
+                ));
+            }
         }
-        self.header_line = Some(lines[0].number);
-        let mut used = 1;
-        if rows.get(1).is_some_and(|row| is_units(row)) {
-            self.units = std::mem::take(&mut rows[1]);
-            used = 2;
+        if let Some(units) = layout.units {
+            self.units.clone_from(&rows[units]);
+            self.units_line = Some(lines[units].number);
+            self.reading
+                .push(format!("the units stand in line {}", lines[units].number));
         }
-        self.offset = lines[used - 1].end;
-        self.lines_before = lines[used - 1].number;
-        used
+        let below = layout.header.into_iter().chain(layout.units).max();
+        let skipped = layout.first - below.map_or(layout.first, |below| below + 1);
+        if skipped > 0 {
+            let from = below.map_or(0, |below| lines[below + 1].number);
+            self.reading.push(format!(
+                "{skipped} line(s) from line {from} on, above the numbers, were skipped"
+            ));
+        }
+        match layout.first.checked_sub(1) {
+            Some(last) => (self.offset, self.lines_before) = (lines[last].end, lines[last].number),
+            None => (self.offset, self.lines_before) = (lines[0].start, lines[0].number - 1),
+        }
+    }
+
+    /// Takes the names of a comment.
+    fn take_names_of(&mut self, line: &Line<'_>, columns: usize) {
+        let text = line.text.trim_start_matches(['#', '%', ' ', '\t']);
+        self.names = split(text, self.separator);
+        self.names.resize(columns, String::new());
+        self.header_line = Some(line.number);
     }
 
     /// Takes names from the last comment that holds as many as there are columns.
@@ -162,130 +307,99 @@ impl Dialect {
         }
     }
 
-    /// Refuses what is no table of channels. `rows`: those below the header.
-    fn check(
-        &self,
-        lines: &[Line<'_>],
-        rows: &[Vec<String>],
-        options: &ReadOptions,
-    ) -> Result<(), ReadError> {
-        let numbers = |row: &Vec<String>| row.iter().any(|cell| is_number(cell));
-        if !rows.is_empty() && !rows.iter().any(numbers) {
-            let first: String = lines[0].text.chars().take(SHOWN).collect();
-            let rows = rows.len();
-            return Err(ReadError::from(Problem::NoTable { first, rows }));
+    /// Finds a column of dates beside one of times of day; where blanks separate, the two may have one name.
+    fn take_dates(&mut self, rows: &[Vec<String>]) {
+        let rows = &rows[..rows.len().min(DATED_ROWS)];
+        let widest = rows.iter().map(Vec::len).max().unwrap_or(0);
+        let all = |column: usize, is: &dyn Fn(&str) -> bool| {
+            !rows.is_empty()
+                && rows
+                    .iter()
+                    .all(|row| row.get(column).is_some_and(|cell| is(cell)))
+        };
+        let found = (0..widest.saturating_sub(1)).find(|column| all(*column, &is_date));
+        self.dates = found.filter(|date| (date + 1..widest).any(|column| all(column, &is_time)));
+        if let Some(date) = self.dates
+            && self.separator == Separator::Blanks
+            && self.names.len() + 1 == widest
+        {
+            self.names.insert(date, "date".to_owned());
+            if !self.units.is_empty() {
+                self.units.insert(date.min(self.units.len()), String::new());
+            }
         }
+    }
+
+    /// Finds out whether days or months stand first in dates.
+    fn take_order(&mut self, rows: &[Vec<String>]) {
+        let dates = self
+            .dates
+            .map(|column| rows.iter().filter_map(move |row| row.get(column)));
+        let beside: Vec<String> = dates
+            .into_iter()
+            .flatten()
+            .map(|date| format!("{date} 00:00"))
+            .collect();
+        let times = rows.iter().flatten().filter(|cell| cell.contains(':'));
+        let (found, open) = order(beside.iter().chain(times).map(String::as_str));
+        self.order = found;
+        if let Some([day_first, month_first]) = open {
+            self.reading.push(format!(
+                "the dates may be {day_first} or {month_first}: read as the first, with the day in front; the times within the ride are the same"
+            ));
+        } else if found == Order::MonthFirst {
+            self.reading
+                .push("dates are read as month/day/year".to_owned());
+        }
+    }
+
+    /// Refuses what is no table of channels.
+    pub fn check(&self, options: &ReadOptions) -> Result<(), ReadError> {
+        if let Some((rows, first)) = self.no_numbers.clone() {
+            return Err(Problem::NoTable { first, rows }.into());
+        }
+        let line = self.lines.first().map_or(1, |line| line.number);
         if self.header_line.is_none() && options.map.is_empty() {
             let known = Channel::known();
-            return Err(ReadError::from(Problem::NoHeader { known }).at_line(lines[0].number));
+            return Err(ReadError::from(Problem::NoHeader { known }).at_line(line));
         }
         if self.names.len() > options.limits.columns {
             let too_many = Problem::TooMany {
                 what: "columns",
                 limit: options.limits.columns,
             };
-            return Err(ReadError::from(too_many).at_line(lines[0].number));
+            return Err(ReadError::from(too_many).at_line(line));
         }
         Ok(())
     }
-}
 
-/// The first lines that are neither blank nor comments, and the comments above them.
-fn sample(head: &[u8], limit: usize) -> Result<(Vec<Line<'_>>, Vec<Line<'_>>), ReadError> {
-    let (mut lines, mut comments) = (Vec::new(), Vec::new());
-    let (mut start, mut number) = (0, 0);
-    while start < head.len() && lines.len() < SAMPLE && (start < SAMPLE_BYTES || lines.len() < 3) {
-        let end = memchr::memchr(b'\n', &head[start..]).map_or(head.len(), |i| start + i + 1);
-        number += 1;
-        if end - start > limit + 2 && !is_comment(&head[start..end]) {
-            return Err(ReadError::from(Problem::LineTooLong { limit }).at_line(number));
+    /// How the file is laid out, as the user may say it.
+    pub fn layout(&self) -> TableLayout {
+        let unit_line = self.units_line.unwrap_or(0);
+        TableLayout {
+            header_row: Some(self.header_line.unwrap_or(0)),
+            units_row: Some(unit_line),
+            first_row: Some(self.lines_before + 1),
+            separator: Some(self.separator.name()),
+            decimal: Some(char::from(self.decimal.sign()).to_string()),
+            time_format: self.time_format.clone(),
         }
-        let bytes = head[start..end].trim_ascii_end();
-        let line = Line {
-            text: decode(bytes),
-            number,
-            start,
-            end,
-        };
-        if is_comment(bytes) {
-            if lines.is_empty() && comments.len() < PREAMBLE {
-                comments.push(line);
-            }
-        } else if !bytes.is_empty() {
-            lines.push(line);
-        }
-        start = end;
     }
-    Ok((lines, comments))
-}
-
-/// UTF-8, or else Latin-1.
-pub fn decode(bytes: &[u8]) -> Cow<'_, str> {
-    match std::str::from_utf8(bytes) {
-        Ok(text) => Cow::Borrowed(text),
-        Err(_) => Cow::Owned(bytes.iter().map(|b| *b as char).collect()),
-    }
-}
-
-const CANDIDATES: [Separator; 4] = [
-    Separator::Byte(b';'),
-    Separator::Byte(b'\t'),
-    Separator::Byte(b','),
-    Separator::Blanks,
-];
-
-/// The first separator that cuts header and rows into equally many cells.
-fn separator_of(lines: &[Line<'_>]) -> Separator {
-    let fits = |separator: &Separator| {
-        let rows: Vec<Vec<String>> = (lines.iter().take(32))
-            .map(|l| split(&l.text, *separator))
-            .collect();
-        let least = if *separator == Separator::Blanks {
-            1
-        } else {
-            2
-        };
-        let columns = rows.get(1).unwrap_or(&rows[0]).len();
-        let unlike = rows[1..].iter().filter(|r| r.len() != columns).count();
-        columns >= least
-            && rows[0].len() >= least
-            && rows[0].len().abs_diff(columns) <= 1
-            && unlike <= rows.len() / 3
-            && !rows.iter().any(|r| r.iter().any(|c| is_two_numbers(c)))
-    };
-    let contained = |separator: &Separator| match separator {
-        Separator::Byte(b) => lines[0].text.as_bytes().contains(b),
-        Separator::Blanks => true,
-    };
-    let mut by_cells = CANDIDATES.into_iter().filter(|s| fits(s));
-    let mut by_header = CANDIDATES.into_iter().filter(|s| contained(s));
-    by_cells
-        .next()
-        .or_else(|| by_header.next())
-        .unwrap_or(Separator::Blanks)
-}
-
-/// The line above the first from which on all hold as many numbers, two or more: a header whose names nobody knows.
-fn above_numbers(lines: &[Line<'_>]) -> Option<usize> {
-    let is_row = |line: &Line<'_>, separator: Separator, columns: usize| {
-        let cells = split(&line.text, separator);
-        cells.len() == columns && is_numeric(&cells) && cells.iter().any(|c| !c.is_empty())
-    };
-    CANDIDATES.iter().find_map(|separator| {
-        let columns = split(&lines.last()?.text, *separator).len();
-        let rows = lines.iter().rev();
-        let rows = rows.take_while(|l| is_row(l, *separator, columns)).count();
-        let first = lines.len() - rows;
-        let fits = columns > 1 && rows > 1 && first > 0;
-        (fits && split(&lines[first - 1].text, *separator).len() == columns).then(|| first - 1)
-    })
 }
 
 fn decimal_of(rows: &[Vec<String>]) -> Decimal {
-    // Times of day hold points whatever the decimal sign is.
-    let numbers = || (rows.iter().flatten()).filter(|c| is_number(c) && !c.contains(':'));
-    let points = numbers().filter(|c| c.contains('.')).count();
-    let commas = numbers().filter(|c| c.contains(',')).count();
+    let (mut points, mut commas) = (0, 0);
+    for cell in rows.iter().flatten() {
+        let signs = [cell.contains('.'), cell.contains(',')];
+        // Times of day hold points whatever the decimal sign is.
+        if signs == [false, false] || cell.contains(':') {
+            continue;
+        }
+        if is_number(cell) || number_with_unit(cell).is_some_and(|(number, _)| is_number(number)) {
+            points += usize::from(signs[0]);
+            commas += usize::from(signs[1]);
+        }
+    }
     match (points, commas) {
         (0, 0) => Decimal::Undecided,
         (p, c) if c > p => Decimal::Comma,
@@ -304,13 +418,13 @@ mod tests {
             .iter()
             .map(|(a, b)| ((*a).into(), (*b).into()))
             .collect();
-        sniff(
-            text.as_bytes(),
-            &ReadOptions {
-                map,
-                ..ReadOptions::default()
-            },
-        )
+        let options = ReadOptions {
+            map,
+            ..ReadOptions::default()
+        };
+        let dialect = sniff(text.as_bytes(), &options)?;
+        dialect.check(&options)?;
+        Ok(dialect)
     }
 
     #[test]
@@ -319,7 +433,10 @@ mod tests {
         let map = [("t", "1"), ("u_f", "2"), ("z_f", "3")];
         let dialect = of(text, &map).unwrap();
         assert_eq!(dialect.names, ["Zeit", "Strasse", "Rad"]);
-        assert_eq!((dialect.preamble, dialect.separator), (2, Byte(b';')));
+        assert_eq!(
+            (dialect.header_line, dialect.separator),
+            (Some(3), Byte(b';'))
+        );
         let words = of("Messung\nZeit;Rad\nfrüh;auf\nspät;ab\n", &map);
         assert!(matches!(
             *words.unwrap_err().problem,
@@ -368,9 +485,13 @@ mod tests {
         let d = of("% x v\r\n 0 1 2 3\r\n 0 2 3 4\r\n", &[("t", "2")]).unwrap();
         assert_eq!((d.names, d.header_line), (vec![String::new(); 4], None));
         let d = of("Logger 7\nrider,me\nt,z_f\n0,1\n", &[]).unwrap();
-        assert_eq!((d.header_line, d.preamble), (Some(3), 2));
+        assert_eq!(d.header_line, Some(3));
         let d = of("t,z_f,\u{e9}\n0,1,2\n", &[]).unwrap();
         assert_eq!(d.names[2], "\u{e9}");
+        assert_eq!(
+            crate::formats::head::decode(b"z \x96 \xb5m"),
+            "z \u{2013} \u{b5}m"
+        );
     }
 
     #[test]

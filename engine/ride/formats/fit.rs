@@ -1,5 +1,7 @@
 //! Garmin FIT: speed and cadence of a head unit, by times of day. Format: "FIT Protocol", Garmin, 2023; message `record`.
 
+use std::borrow::Cow;
+
 use rustyfit::profile::typedef::MesgNum;
 use rustyfit::proto::{Message, Value};
 use rustyfit::{Decoder, DecoderEvent, StreamingIterator};
@@ -8,7 +10,7 @@ use crate::channels::glimpse::Glimpse;
 use crate::channels::table::Table;
 use crate::error::{Problem, ReadError};
 use crate::formats::header::Offered;
-use crate::options::{ReadOptions, most_numbers};
+use crate::options::ReadOptions;
 
 const TIMESTAMP: u8 = 253;
 /// What the fields of a record hold: number, name, units of the file in one of ours. Of two with one name the last goes before.
@@ -33,6 +35,7 @@ const NAMES: [&str; 6] = [
 /// device was switched on.
 const EPOCH_S: f64 = 631_065_600.0;
 const LEAST_DATE: u32 = 0x1000_0000;
+const DAY_S: u32 = 86_400;
 
 pub fn is_fit(bytes: &[u8]) -> bool {
     bytes.get(8..12) == Some(b".FIT")
@@ -48,7 +51,11 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadError> {
         }
         .into());
     }
-    let Records { stamps, values } = records(bytes, options)?;
+    let Records {
+        stamps,
+        values,
+        warnings,
+    } = records(bytes, options)?;
     let rows = stamps.len();
     let (from, to) = options.rows.unwrap_or((0, rows));
     if from >= rows {
@@ -70,6 +77,8 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadError> {
     let recognised = Offered {
         names: &names,
         units: &[],
+        are_times: &[],
+        paces: &[],
         line: None,
     }
     .recognise(options)?;
@@ -89,7 +98,7 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadError> {
         epoch_s: (first >= LEAST_DATE).then(|| EPOCH_S + f64::from(first)),
         unfound: recognised.unfound,
         ignored: recognised.ignored,
-        warnings: recognised.warnings,
+        warnings: [recognised.warnings, warnings].concat(),
         format: "Garmin FIT".to_owned(),
         columns: (recognised.specs.into_iter())
             .map(|spec| (spec.clone(), column(spec.number)))
@@ -103,34 +112,171 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<Table, ReadError> {
 struct Records {
     stamps: Vec<u32>,
     values: [Vec<f64>; NAMES.len()],
+    /// What is damaged.
+    warnings: Vec<String>,
 }
 
 fn records(bytes: &[u8], options: &ReadOptions) -> Result<Records, Problem> {
-    let most = (options.limits.rows).min(most_numbers(bytes.len()) / NAMES.len());
-    let mut decoder = Decoder::builder().expand_components(false).build();
-    let mut events = decoder.stream(bytes);
+    let most = (options.limits.rows).min(options.limits.most_numbers(bytes.len()) / NAMES.len());
     let mut out = Records::default();
-    while let Some(event) = events.next() {
-        let event = event.map_err(|error| Problem::Corrupt {
-            format: "FIT",
-            cause: error.to_string(),
-        })?;
-        if let DecoderEvent::Message(message) = event
-            && message.num == MesgNum::RECORD
-        {
-            out.add(message);
-            if out.stamps.len() > most {
+    let mut rest = bytes;
+    while let Some(part) = Part::first_of(rest) {
+        let before = out.stamps.len();
+        let end = out.read(&part, most)?;
+        let rows = out.stamps.len() - before;
+        match (&part.damage, end) {
+            (None, None) => {}
+            (None, Some(cause)) => return Err(corrupt(cause)),
+            (Some(damage), end) if rows == 0 => {
+                let end = end.map(|cause| format!(" ({cause})")).unwrap_or_default();
+                return Err(corrupt(format!("{damage}; no record is intact{end}")));
+            }
+            (Some(damage), _) => out.warnings.push(format!(
+                "{damage}; the {rows} seconds recorded before its end or first damage are read"
+            )),
+        }
+        rest = &rest[part.length..];
+    }
+    match rest.len() {
+        0 => {}
+        length if length == bytes.len() => return Err(corrupt("not a FIT file".to_owned())),
+        length => (out.warnings).push(format!("{length} bytes after the checksum are not read")),
+    }
+    Ok(out)
+}
+
+fn corrupt(cause: String) -> Problem {
+    Problem::Corrupt {
+        format: "FIT",
+        cause,
+    }
+}
+
+/// One file of several that may be chained.
+struct Part<'a> {
+    /// Header and messages, and the checksum if it is right; the header declares the size that is there.
+    bytes: Cow<'a, [u8]>,
+    /// Bytes of the file that it takes up.
+    length: usize,
+    damage: Option<String>,
+}
+
+impl<'a> Part<'a> {
+    /// What begins with a header, if anything does.
+    fn first_of(rest: &'a [u8]) -> Option<Self> {
+        let head = usize::from(*rest.first()?);
+        if !matches!(head, 12 | 14) || rest.len() < head || !is_fit(rest) {
+            return None;
+        }
+        let declared = u32::from_le_bytes(rest.get(4..8)?.try_into().ok()?) as usize;
+        let end = head.saturating_add(declared);
+        let found = rest.get(end..end.saturating_add(2));
+        if let Some(found) = found {
+            let found = u16::from_le_bytes([found[0], found[1]]);
+            let expected = checksum(&rest[..end]);
+            if (found == expected || found == checksum(&rest[head..end])) && has_sound_head(rest) {
+                return Some(Self {
+                    bytes: Cow::Borrowed(&rest[..end + 2]),
+                    length: end + 2,
+                    damage: None,
+                });
+            }
+            if declared > 0 {
+                let damage = match found {
+                    0 => "the checksum is zero, as some devices write it".to_owned(),
+                    _ => format!("the checksum is {found:#06x}, expected {expected:#06x}"),
+                };
+                return Some(Self::damaged(rest, head, end, end + 2, damage));
+            }
+        }
+        let there = rest.len() - head;
+        let (end, damage) = match declared {
+            0 => {
+                let is_closed = there >= 2 && checksum(&rest[head..]) == 0;
+                let end = rest.len() - if is_closed { 2 } else { 0 };
+                let damage = "the file declares a size of 0 bytes and so has no valid checksum";
+                (end, damage.to_owned())
+            }
+            _ if end <= rest.len() => (end, "the checksum is missing".to_owned()),
+            _ => {
+                let damage = format!(
+                    "the file is cut: {there} of {declared} bytes and no checksum are there"
+                );
+                (rest.len(), damage)
+            }
+        };
+        Some(Self::damaged(rest, head, end, rest.len(), damage))
+    }
+
+    /// The messages up to `end`, under a header that says so. No checksum follows, lest its bytes complete a cut record.
+    fn damaged(rest: &[u8], head: usize, end: usize, length: usize, damage: String) -> Self {
+        let mut bytes = rest[..end].to_vec();
+        let size = u32::try_from(end - head).unwrap_or(u32::MAX);
+        bytes[4..8].copy_from_slice(&size.to_le_bytes());
+        Self {
+            bytes: Cow::Owned(bytes),
+            length,
+            damage: Some(damage),
+        }
+    }
+}
+
+/// Whether the checksum of the header is right, or is not given.
+fn has_sound_head(file: &[u8]) -> bool {
+    match file {
+        [14, ..] => file[12..14] == [0, 0] || checksum(&file[..14]) == 0,
+        _ => true,
+    }
+}
+
+/// FIT's checksum: the cyclic redundancy check of polynomial 0xa001, by half bytes; 0 over bytes with their own checksum.
+fn checksum(bytes: &[u8]) -> u16 {
+    const HALVES: [u16; 16] = [
+        0x0000, 0xcc01, 0xd801, 0x1400, 0xf001, 0x3c00, 0x2800, 0xe401, 0xa001, 0x6c00, 0x7800,
+        0xb401, 0x5000, 0x9c01, 0x8801, 0x4400,
+    ];
+    let half = |crc: u16, bits: u8| (crc >> 4) ^ HALVES[usize::from((crc as u8 ^ bits) & 0xf)];
+    let byte = |crc, byte: &u8| half(half(crc, *byte), *byte >> 4);
+    bytes.iter().fold(0, byte)
+}
+
+impl Records {
+    /// Adds the records of a part; why it ended early, if it did.
+    fn read(&mut self, part: &Part<'_>, most: usize) -> Result<Option<String>, Problem> {
+        let builder = Decoder::builder().expand_components(false).checksum(false);
+        let mut decoder = builder.build();
+        let mut events = decoder.stream(part.bytes.as_ref());
+        while let Some(event) = events.next() {
+            let message = match event {
+                Ok(DecoderEvent::Message(message)) if message.num == MesgNum::RECORD => message,
+                Ok(DecoderEvent::Crc(_)) => return Ok(None),
+                Ok(_) => continue,
+                Err(error) => return Ok(Some(error.to_string())),
+            };
+            if part.damage.is_some() && self.leaps(message) {
+                return Ok(Some("a time is more than a day from the one before".into()));
+            }
+            self.add(message);
+            if self.stamps.len() > most {
                 return Err(Problem::TooMany {
                     what: "rows",
                     limit: most,
                 });
             }
         }
+        Ok(None)
     }
-    Ok(out)
-}
 
-impl Records {
+    /// Whether the time of a record is far from the last one, as where the bytes of a damaged file are out of step.
+    fn leaps(&self, record: &Message) -> bool {
+        let stamp = record.fields.iter().find(|f| f.num == TIMESTAMP);
+        let stamp = stamp.and_then(|f| whole(&f.value));
+        match (stamp, self.stamps.last()) {
+            (Some(stamp), Some(last)) => *last >= LEAST_DATE && stamp.abs_diff(*last) > DAY_S,
+            _ => false,
+        }
+    }
+
     fn add(&mut self, record: &Message) {
         let stamp = record.fields.iter().find(|f| f.num == TIMESTAMP);
         let Some(stamp) = stamp.and_then(|f| whole(&f.value)) else {
@@ -164,94 +310,4 @@ fn whole(value: &Value) -> Option<u32> {
 }
 
 #[cfg(test)]
-pub mod tests {
-    #![allow(clippy::unwrap_used)]
-    use proptest::prelude::*;
-
-    use super::*;
-
-    /// FIT's checksum (the protocol's chapter on CRC).
-    fn crc(bytes: &[u8]) -> u16 {
-        let step = |crc: u16, bit: u8| {
-            (crc >> 1)
-                ^ if (crc as u8 ^ bit) & 1 == 1 {
-                    0xa001
-                } else {
-                    0
-                }
-        };
-        let byte = |crc, byte: &u8| (0..8).fold(crc, |crc, i| step(crc, byte >> i));
-        bytes.iter().fold(0, byte)
-    }
-
-    fn closed(messages: &[u8]) -> Vec<u8> {
-        let mut file = vec![12, 0x20, 0x54, 0x08];
-        file.extend((messages.len() as u32).to_le_bytes());
-        file.extend(b".FIT");
-        file.extend(messages);
-        file.extend(crc(&file).to_le_bytes());
-        file
-    }
-
-    /// Records of a stamp, a speed (mm/s) and a cadence.
-    pub fn file(records: &[(u32, u16, u8)]) -> Vec<u8> {
-        let mut messages = vec![0x40, 0, 0, 20, 0, 3, 253, 4, 0x86, 6, 2, 0x84, 4, 1, 0x02];
-        for (stamp, speed, cadence) in records {
-            messages.push(0);
-            messages.extend(stamp.to_le_bytes());
-            messages.extend(speed.to_le_bytes());
-            messages.push(*cadence);
-        }
-        closed(&messages)
-    }
-
-    #[test]
-    fn speed_and_cadence_are_read_by_times_of_day() {
-        let start = 1_000_000_000;
-        let bytes = file(&[
-            (start, 5000, 80),
-            (start + 1, 0xffff, 81),
-            (start + 1, 5250, 0xff),
-            (start + 3, 5500, 82),
-        ]);
-        assert!(is_fit(&bytes));
-        let table = read(&bytes, &ReadOptions::default()).unwrap();
-        assert_eq!(table.epoch_s, Some(EPOCH_S + f64::from(start)));
-        let column = |i: usize| (table.columns[i].0.channel.name(), &table.columns[i].1[..]);
-        assert_eq!(column(0), ("t", &[0.0, 1.0, 3.0][..]));
-        assert_eq!(column(1), ("v", &[5.0, 5.25, 5.5][..]));
-        assert_eq!(column(2), ("cadence", &[80.0, 81.0, 82.0][..]));
-        let rows = ReadOptions {
-            rows: Some((1, 2)),
-            ..ReadOptions::default()
-        };
-        assert_eq!(read(&bytes, &rows).unwrap().columns[1].1, [5.25]);
-        let early = read(&file(&[(50, 5000, 80)]), &ReadOptions::default()).unwrap();
-        assert_eq!(early.epoch_s, None);
-    }
-
-    #[test]
-    fn damage_is_refused() {
-        let bytes = file(&[(1_000_000_000, 5000, 80), (1_000_000_001, 5000, 80)]);
-        let kind = |bytes: &[u8]| read(bytes, &ReadOptions::default()).unwrap_err().kind();
-        assert_eq!(kind(&bytes[..bytes.len() - 3]), "corrupt-file");
-        let mut other = bytes.clone();
-        other[30] ^= 1;
-        assert_eq!(kind(&other), "corrupt-file");
-        let no_record = [0x40, 0, 0, 0, 0, 1, 0, 1, 0, 0, 4];
-        assert_eq!(kind(&closed(&no_record)), "header-only");
-        assert_eq!(kind(&bytes[..12]), "corrupt-file");
-    }
-
-    proptest! {
-        #[test]
-        fn no_messages_do_harm(messages in prop::collection::vec(any::<u8>(), 0..600), begun in any::<bool>()) {
-            let record = [0x40, 0, 0, 20, 0, 1, 253, 4, 0x86];
-            let messages = match begun {
-                true => [&record[..], &messages].concat(),
-                false => messages,
-            };
-            let _ = read(&closed(&messages), &ReadOptions::default());
-        }
-    }
-}
+pub mod tests;

@@ -1,9 +1,11 @@
 //! From column names to channels and units.
 
 use crate::channels::channel::{Channel, Heading, heading, with_unit};
+use crate::channels::guess::guess;
 use crate::channels::table::Spec;
 use crate::channels::unit::Unit;
 use crate::error::{Problem, ReadError};
+use crate::formats::pace::{Pace, steadiest};
 use crate::options::ReadOptions;
 
 /// Columns that a file offers. `names` are blank in a file without a header.
@@ -11,6 +13,10 @@ pub struct Offered<'a> {
     pub names: &'a [String],
     /// A row of units below the header.
     pub units: &'a [String],
+    /// Which columns hold times of day, with dates or without.
+    pub are_times: &'a [bool],
+    /// The steps of those columns whose cells are times or numbers that do not fall.
+    pub paces: &'a [Option<Pace>],
     /// Line of the header.
     pub line: Option<usize>,
 }
@@ -23,6 +29,25 @@ pub struct Recognised {
     pub unfound: Vec<String>,
     pub ignored: Vec<String>,
     pub warnings: Vec<String>,
+    /// What was assumed, in sentences.
+    pub reading: Vec<String>,
+}
+
+/// Whether a header names a time, as `t_r` or `time_imu` do.
+fn names_a_time(name: &str) -> bool {
+    let first = name
+        .split(|c: char| !c.is_alphanumeric())
+        .next()
+        .unwrap_or_default();
+    first.eq_ignore_ascii_case(Channel::Time.name())
+        || guess(name).is_some_and(|g| g.channel == Channel::Time.name())
+}
+
+/// What the words of a header name, and a unit at their end.
+#[derive(Clone)]
+struct Guessed {
+    channel: Channel,
+    unit: Option<String>,
 }
 
 impl Offered<'_> {
@@ -36,6 +61,7 @@ impl Offered<'_> {
                 channel: name.clone(),
                 known: Channel::known(),
             })?;
+            self.is_clear(name, column)?;
             let Some((index, unit)) = self.find(column) else {
                 if options.elsewhere.contains(name) {
                     unfound.push(name.clone());
@@ -54,18 +80,51 @@ impl Offered<'_> {
             channels[index] = Some(channel);
             units[index] = unit;
         }
+        self.take_named(options, &mut channels, &mut units);
         let mapped = channels.clone();
         let mut out = Recognised {
             unfound,
             ..Recognised::default()
         };
+        let named: Vec<Option<Channel>> = (self.names.iter().zip(&mapped))
+            .map(|(name, mapped_to)| {
+                let h = heading(name);
+                let is_free = |c: &Channel| {
+                    !(mapped.contains(&Some(*c)) || h.underscore && self.has_plain(*c))
+                };
+                mapped_to.or(h.channel.filter(is_free))
+            })
+            .collect();
+        let guessed = self.guesses(&named, options);
+        let is_time = |found: &Option<Guessed>| {
+            found
+                .as_ref()
+                .is_some_and(|found| found.channel == Channel::Time)
+        };
+        let has_time = named.contains(&Some(Channel::Time)) || guessed.iter().any(is_time);
         for (index, name) in self.names.iter().enumerate() {
-            let h = heading(name);
-            let channel = mapped[index].or(h
-                .channel
-                .filter(|c| !(mapped.contains(&Some(*c)) || h.underscore && self.has_plain(*c))));
+            let mut h = heading(name);
+            let guess = guessed[index].as_ref();
+            if let Some(guess) = guess {
+                h.unit = h.unit.or(guess.unit.as_deref());
+                let unit = h
+                    .unit
+                    .or(self.units.get(index).map(String::as_str))
+                    .filter(|unit| !unit.is_empty());
+                out.reading.push(format!(
+                    "{name} is read as {} ({})",
+                    guess.channel.name(),
+                    unit.unwrap_or("no unit is stated")
+                ));
+            }
+            let channel = named[index].or(guess.map(|guess| guess.channel));
             let Some(channel) = channel else {
                 if !name.is_empty() {
+                    if names_a_time(name) && has_time {
+                        out.reading.push(format!(
+                            "{name} may be a second time column and is not read: channels with times of their own belong in a file of their own"
+                        ));
+                    }
                     out.ignored.push(name.clone());
                 }
                 continue;
@@ -87,9 +146,88 @@ impl Offered<'_> {
                 header: name.clone(),
                 channel,
                 unit,
+                is_guess: guess.is_some(),
             });
         }
         Ok(out)
+    }
+
+    /// Takes the columns that the file's logger names, where neither the user nor another column has their channel.
+    fn take_named<'o>(
+        &self,
+        options: &'o ReadOptions,
+        channels: &mut [Option<Channel>],
+        units: &mut [Option<&'o str>],
+    ) {
+        for (column, text) in &options.named {
+            let (name, unit) = match with_unit(text) {
+                Some((name, unit)) => (name, Some(unit)),
+                None => (text.as_str(), None),
+            };
+            let Some(channel) = Channel::named(name) else {
+                continue;
+            };
+            let is_there = channels.contains(&Some(channel))
+                || self
+                    .names
+                    .iter()
+                    .any(|name| heading(name).channel == Some(channel));
+            let index = self
+                .names
+                .iter()
+                .position(|name| name == column)
+                .or_else(|| {
+                    self.names
+                        .iter()
+                        .position(|name| heading(name).name == column)
+                });
+            if let Some(index) = index.filter(|index| !is_there && channels[*index].is_none()) {
+                channels[index] = Some(channel);
+                // The header's own unit is nearer to the file.
+                let is_stated = heading(&self.names[index]).unit.is_some()
+                    || self.units.get(index).is_some_and(|unit| !unit.is_empty());
+                units[index] = unit.filter(|_| !is_stated);
+            }
+        }
+    }
+
+    /// Channels that words of the headers name, where one column alone may hold them, nothing else does and the unit is stated; a time
+    /// without one is looked at later.
+    fn guesses(&self, named: &[Option<Channel>], options: &ReadOptions) -> Vec<Option<Guessed>> {
+        let of_name = |(index, name): (usize, &String)| -> Option<Guessed> {
+            let found =
+                guess(name).filter(|g| named[index].is_none() && g.deflection_sign.is_none())?;
+            let channel = Channel::named(found.channel)?;
+            let is_open =
+                !named.contains(&Some(channel)) && !options.map.contains_key(channel.name());
+            let below = self.units.get(index).filter(|unit| !unit.is_empty());
+            let has_unit =
+                found.unread_unit.is_some() || heading(name).unit.is_some() || below.is_some();
+            (is_open && (has_unit || channel == Channel::Time)).then_some(Guessed {
+                channel,
+                unit: found.unread_unit,
+            })
+        };
+        let all: Vec<Option<Guessed>> = self.names.iter().enumerate().map(of_name).collect();
+        let are = |channel: Channel| {
+            let at = 0..all.len();
+            at.filter(|at| {
+                all[*at]
+                    .as_ref()
+                    .is_some_and(|found| found.channel == channel)
+            })
+            .collect::<Vec<usize>>()
+        };
+        let is_chosen = |index: usize, found: &Guessed| match are(found.channel).as_slice() {
+            [_] => true,
+            several => {
+                found.channel == Channel::Time && steadiest(several, self.paces) == Some(index)
+            }
+        };
+        all.iter()
+            .enumerate()
+            .map(|(index, found)| found.clone().filter(|found| is_chosen(index, found)))
+            .collect()
     }
 
     /// The unit that the mapping `given` for the column says, else that in the header, else in the units row, else SI.
@@ -101,6 +239,10 @@ impl Offered<'_> {
         given: Option<Option<&str>>,
     ) -> Result<Unit, ReadError> {
         let dimension = channel.dimension();
+        if channel == Channel::Time && self.are_times.get(index) == Some(&true) {
+            // A bracket behind its name says how they are written, as in `loggingTime(txt)`.
+            return Ok(Unit::si(dimension));
+        }
         let in_header = heading.unit.filter(|unit| {
             // The name of a mapped column is free text: its ending need not be a unit.
             !(given.is_some() && heading.underscore) || Unit::parse(unit, dimension).is_some()
@@ -117,7 +259,14 @@ impl Offered<'_> {
                 Problem::UnknownUnit {
                     unit: text.to_owned(),
                     channel: channel.name(),
-                    expected: dimension.expected(),
+                    expected: match channel.of_unit(text) {
+                        Some(other) => format!(
+                            "{}; {text} is a unit of {}",
+                            dimension.expected(),
+                            other.name()
+                        ),
+                        None => dimension.expected(),
+                    },
                 },
             )
         })
@@ -125,23 +274,42 @@ impl Offered<'_> {
 
     /// A column of the mapping, and the unit that it gives to it.
     fn find<'c>(&self, column: &'c str) -> Option<(usize, Option<&'c str>)> {
-        let plain = self.named(column).map(|index| (index, None));
+        let uncommented = column.trim_start_matches(['%', '#', ';', ' ']);
+        let plain = self.named(column).or_else(|| self.named(uncommented));
+        let plain = plain.map(|index| (index, None));
         plain.or_else(|| {
-            let (name, unit) = with_unit(column)?;
+            let (name, unit) = with_unit(uncommented)?;
             Some((self.named(name)?, Some(unit)))
         })
+    }
+
+    /// Refuses a name without a unit that several columns have.
+    fn is_clear(&self, channel: &str, column: &str) -> Result<(), Problem> {
+        let column = column.trim();
+        let whole = |n: &&String| n.eq_ignore_ascii_case(column);
+        let part = |n: &&String| heading(n).name.eq_ignore_ascii_case(column);
+        let found: Vec<String> = self.names.iter().filter(part).cloned().collect();
+        match found.len() > 1 && self.names.iter().filter(whole).count() == 0 {
+            true => Err(Problem::AmbiguousColumn {
+                channel: channel.to_owned(),
+                column: column.to_owned(),
+                found: found.join(", "),
+            }),
+            false => Ok(()),
+        }
     }
 
     /// A column by its header text, by its name without the unit, or by its number.
     fn named(&self, column: &str) -> Option<usize> {
         let column = column.trim();
         let by = |f: &dyn Fn(&str) -> bool| self.names.iter().position(|n| f(n));
+        let without_unit = |n: &str| heading(n).name.eq_ignore_ascii_case(column);
         if column.is_empty() {
             return None;
         }
         by(&|n| n == column)
             .or_else(|| by(&|n| n.eq_ignore_ascii_case(column)))
-            .or_else(|| by(&|n| heading(n).name.eq_ignore_ascii_case(column)))
+            .or_else(|| by(&without_unit))
             .or_else(|| {
                 let number: usize = column.parse().ok()?;
                 (1..=self.names.len()).contains(&number).then(|| number - 1)
@@ -207,6 +375,8 @@ mod tests {
         Offered {
             names: &split(names),
             units: &units,
+            are_times: &[],
+            paces: &[],
             line: Some(1),
         }
         .recognise(&options)

@@ -4,9 +4,12 @@
 use std::io::Read;
 
 use crate::error::{Problem, ReadError};
+use crate::formats::matrix::{Numbers, Offer, Visit, corrupt, text, visit_columns};
 
-pub const HEADER: usize = 128;
+const HEADER: usize = 128;
 const DEEPEST: usize = 4;
+/// Most structures of an array that are entered.
+const MOST_STRUCTURES: usize = 1024;
 /// Data types of elements.
 const MATRIX: u32 = 14;
 const COMPRESSED: u32 = 15;
@@ -17,81 +20,45 @@ const OPAQUE: u8 = 17;
 /// Flag of an array with an imaginary part.
 const COMPLEX: u32 = 0x800;
 
-/// A column that the file offers; of length 0 if it does not hold numbers.
-#[derive(Clone)]
-pub struct Offer {
-    pub name: String,
-    pub length: usize,
-    /// Whether an imaginary part goes with it, which no channel has.
-    pub complex: bool,
-    /// Whether it is a table, timetable or other object, whose numbers only MATLAB can read.
-    pub object: bool,
+pub fn begins(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"MATLAB ") && matches!(bytes.get(126..HEADER), Some(b"IM" | b"MI"))
 }
 
-impl Offer {
-    /// Something that is no column of numbers.
-    fn other(name: String) -> Self {
-        Self {
-            name,
-            length: 0,
-            complex: false,
-            object: false,
-        }
-    }
-}
-
-/// The numbers of a column as they lie in the file.
-pub struct Numbers<'a> {
-    kind: u32,
-    bytes: &'a [u8],
-    big_endian: bool,
-}
-
-pub type Visit<'v> = dyn FnMut(&Offer, &Numbers<'_>) -> Result<(), ReadError> + 'v;
-
-pub struct File<'a> {
-    pub bytes: &'a [u8],
-    pub big_endian: bool,
-}
-
-impl File<'_> {
-    /// Visits every column in the order of the file.
-    pub fn columns(&self, visit: &mut Visit<'_>) -> Result<(), ReadError> {
-        let mut elements = Elements {
-            rest: &self.bytes[HEADER..],
-            big_endian: self.big_endian,
-        };
-        // As for packed text: a bound on what is unpacked, whatever is in it.
-        let most = (32 << 20) + 4 * self.bytes.len() as u64;
-        let mut unpacked = 0;
-        while let Some((kind, data)) = elements.next()? {
-            match kind {
-                COMPRESSED => {
-                    let inside = unpack(data, most - unpacked, self.big_endian)
-                        .map_err(|e| corrupt(&e.to_string()))?;
-                    unpacked += inside.len() as u64;
-                    if unpacked > most {
-                        return Err(Problem::GzipBomb {
-                            packed: self.bytes.len(),
-                            what: "bytes",
-                            limit: most,
-                        }
-                        .into());
+/// Visits every column in the order of the file, of which no more than `limit` bytes are unpacked.
+pub fn columns(bytes: &[u8], limit: u64, visit: &mut Visit<'_>) -> Result<(), ReadError> {
+    let (header, rest) = bytes.split_at(HEADER.min(bytes.len()));
+    let big_endian = header.ends_with(b"MI");
+    let mut elements = Elements { rest, big_endian };
+    // As for packed text: a bound on what is unpacked, whatever is in it.
+    let most = limit.min((32 << 20) + 4 * bytes.len() as u64);
+    let mut unpacked = 0;
+    while let Some((kind, data)) = elements.next()? {
+        match kind {
+            COMPRESSED => {
+                let inside = unpack(data, most - unpacked, big_endian)
+                    .map_err(|e| corrupt(&e.to_string()))?;
+                unpacked += inside.len() as u64;
+                if unpacked > most {
+                    return Err(Problem::GzipBomb {
+                        packed: bytes.len(),
+                        what: "bytes",
+                        limit: most,
                     }
-                    let mut inner = Elements {
-                        rest: &inside,
-                        big_endian: self.big_endian,
-                    };
-                    if let Some((MATRIX, data)) = inner.next()? {
-                        matrix(inner.of(data), None, 0, visit)?;
-                    }
+                    .into());
                 }
-                MATRIX => matrix(elements.of(data), None, 0, visit)?,
-                _ => {}
+                let mut inner = Elements {
+                    rest: &inside,
+                    big_endian,
+                };
+                if let Some((MATRIX, data)) = inner.next()? {
+                    matrix(inner.of(data), None, 0, visit)?;
+                }
             }
+            MATRIX => matrix(elements.of(data), None, 0, visit)?,
+            _ => {}
         }
-        Ok(())
     }
+    Ok(())
 }
 
 /// A packed element, as long as its tag says, up to `most` bytes and one.
@@ -140,16 +107,38 @@ fn matrix(
         .collect();
     let own_name = text(parts.expect("its name")?);
     let name = field.map_or(own_name, str::to_owned);
-    if class == STRUCTURE && depth < DEEPEST && shape.iter().all(|n| *n == 1) {
+    if class == STRUCTURE
+        && depth < DEEPEST
+        && let Some(count) = elements_of(&shape)
+    {
         let width = parts.expect("its fields")?;
         let width = parts.u32(width).unwrap_or(0) as usize;
         let names = parts.expect("its fields")?;
         if width == 0 || width > 1024 {
             return Err(corrupt("field names of impossible length").into());
         }
-        for name in names.chunks(width) {
-            let field = parts.expect("a field")?;
-            matrix(parts.of(field), Some(&text(name)), depth + 1, visit)?;
+        for at in 1..=count {
+            for field in names.chunks(width).map(text) {
+                let value = parts.expect("a field")?;
+                if count == 1 {
+                    matrix(parts.of(value), Some(&field), depth + 1, visit)?;
+                    continue;
+                }
+                let prefix = format!("{name}({at}).");
+                matrix(
+                    parts.of(value),
+                    Some(&field),
+                    depth + 1,
+                    &mut |offer, numbers| {
+                        let offer = Offer {
+                            name: format!("{prefix}{}", offer.name),
+                            structures: Some(name.clone()),
+                            ..offer.clone()
+                        };
+                        visit(&offer, numbers)
+                    },
+                )?;
+            }
         }
         return Ok(());
     }
@@ -159,38 +148,16 @@ fn matrix(
     let Some((kind, bytes)) = parts.next()? else {
         return visit(&Offer::other(name), &Numbers::none());
     };
-    let numbers = Numbers {
-        kind,
-        bytes,
-        big_endian: parts.big_endian,
-    };
-    let (rows, columns) = (shape[0], shape[1]);
-    if rows.checked_mul(columns) != Some(numbers.len()) {
-        return Err(corrupt(&format!(
-            "{name} does not contain {rows} x {columns} numbers"
-        ))
-        .into());
-    }
-    if rows == 1 || columns == 1 {
-        let length = rows * columns;
-        let offer = Offer {
-            name,
-            length,
-            complex,
-            object: false,
-        };
-        return visit(&offer, &numbers);
-    }
-    for column in 0..columns.min(1024) {
-        let offer = Offer {
-            name: format!("{name}#{}", column + 1),
-            length: rows,
-            complex,
-            object: false,
-        };
-        visit(&offer, &numbers.part(column * rows, rows))?;
-    }
-    Ok(())
+    let numbers = Numbers::new(kind, bytes, parts.big_endian);
+    visit_columns(&name, (shape[0], shape[1]), complex, &numbers, visit)
+}
+
+/// How many structures an array of them has, if so many can be channels.
+fn elements_of(shape: &[usize]) -> Option<usize> {
+    let count = shape
+        .iter()
+        .try_fold(1, |count: usize, n| count.checked_mul(*n))?;
+    (1..=MOST_STRUCTURES).contains(&count).then_some(count)
 }
 
 /// Data elements one after the other.
@@ -247,71 +214,5 @@ impl<'a> Elements<'a> {
         element
             .map(|(_, data)| data)
             .ok_or_else(|| corrupt(&format!("a variable without {what}")))
-    }
-}
-
-impl<'a> Numbers<'a> {
-    fn none() -> Self {
-        Numbers {
-            kind: 1,
-            bytes: &[],
-            big_endian: false,
-        }
-    }
-
-    fn width(&self) -> usize {
-        match self.kind {
-            1 | 2 => 1,
-            3 | 4 => 2,
-            5..=7 => 4,
-            _ => 8,
-        }
-    }
-
-    fn len(&self) -> usize {
-        self.bytes.len() / self.width()
-    }
-
-    fn part(&self, from: usize, length: usize) -> Numbers<'a> {
-        let width = self.width();
-        Numbers {
-            bytes: &self.bytes[from * width..(from + length) * width],
-            ..*self
-        }
-    }
-
-    pub fn iter(&self) -> impl Iterator<Item = f64> {
-        self.bytes.chunks_exact(self.width()).map(|chunk| {
-            let mut b = [0; 8];
-            b[..chunk.len()].copy_from_slice(chunk);
-            if self.big_endian {
-                b[..chunk.len()].reverse();
-            }
-            let [b0, b1, b2, b3, ..] = b;
-            match self.kind {
-                1 => f64::from(b0 as i8),
-                2 => f64::from(b0),
-                3 => f64::from(i16::from_le_bytes([b0, b1])),
-                4 => f64::from(u16::from_le_bytes([b0, b1])),
-                5 => f64::from(i32::from_le_bytes([b0, b1, b2, b3])),
-                6 => f64::from(u32::from_le_bytes([b0, b1, b2, b3])),
-                7 => f64::from(f32::from_le_bytes([b0, b1, b2, b3])),
-                12 => i64::from_le_bytes(b) as f64,
-                13 => u64::from_le_bytes(b) as f64,
-                _ => f64::from_le_bytes(b),
-            }
-        })
-    }
-}
-
-fn text(bytes: &[u8]) -> String {
-    let end = bytes.iter().position(|b| *b == 0).unwrap_or(bytes.len());
-    String::from_utf8_lossy(&bytes[..end]).trim().to_owned()
-}
-
-pub fn corrupt(cause: &str) -> Problem {
-    Problem::Corrupt {
-        format: "MATLAB",
-        cause: cause.to_owned(),
     }
 }

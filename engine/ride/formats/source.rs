@@ -1,18 +1,24 @@
 //! The text of a ride file in blocks of whole lines, unpacked and recoded on the way.
 //!
-//! A compressed file is never held unpacked: a block is about a megabyte, and both the unpacked
+//! A compressed text is never held unpacked: a block is about a megabyte, and both the unpacked
 //! size and (in [`Source::most_cells`]) the numbers made of it are bounded by the packed size.
 
 use std::io::{self, Cursor, Read};
+
+use encoding_rs::{Encoding, UTF_16BE, UTF_16LE};
+use encoding_rs_io::DecodeReaderBytesBuilder;
+use flate2::bufread::MultiGzDecoder;
 
 use crate::error::Problem;
 #[cfg(feature = "spreadsheets")]
 use crate::formats::xlsx;
 use crate::formats::zstd::Zstd;
 use crate::formats::{spreadsheet, track};
-use crate::options::{Limits, most_numbers};
+use crate::options::Limits;
 
 const BLOCK: usize = 1 << 20;
+/// Bytes by which the encoding of a text is recognised.
+const HEAD: u64 = 64;
 
 pub enum Source<'a> {
     Whole(Option<&'a [u8]>),
@@ -30,6 +36,18 @@ pub struct Stream<'a> {
     packed: usize,
     unpacked: u64,
     most_unpacked: u64,
+    most_numbers: usize,
+}
+
+/// How a file is packed, and what unpacks it.
+type Packed<'a> = (&'static str, Box<dyn Read + 'a>);
+
+pub fn unpacking(bytes: &[u8]) -> Option<Packed<'_>> {
+    match bytes {
+        [0x1f, 0x8b, ..] => Some(("gzip", Box::new(MultiGzDecoder::new(bytes)))),
+        [0x28, 0xb5, 0x2f, 0xfd, ..] => Some(("zstd", Box::new(Zstd::new(bytes)))),
+        _ => None,
+    }
 }
 
 impl<'a> Source<'a> {
@@ -40,28 +58,18 @@ impl<'a> Source<'a> {
                 limit: limits.bytes,
             });
         }
-        let packed: Option<(&'static str, Box<dyn Read + 'a>)> = match bytes {
-            [0x1f, 0x8b, ..] => Some((
-                "gzip",
-                Box::new(flate2::bufread::MultiGzDecoder::new(bytes)),
-            )),
-            [0x28, 0xb5, 0x2f, 0xfd, ..] => Some(("zstd", Box::new(Zstd::new(bytes)))),
-            _ if spreadsheet::is_xlsx(bytes) => {
+        let (format, mut reader): Packed<'a> = match unpacking(bytes) {
+            Some(packed) => packed,
+            None if spreadsheet::is_xlsx(bytes) => {
                 let text = of_workbook(bytes, limits)?;
                 let text = Cursor::new(text.into_bytes());
-                Some((spreadsheet::FORMAT, Box::new(text)))
+                (spreadsheet::FORMAT, Box::new(text))
             }
-            _ if track::is_track(bytes) => {
+            None if track::is_track(bytes) => {
                 let text = track::text(bytes)?;
-                Some((track::FORMAT, Box::new(Cursor::new(text.into_bytes()))))
+                (track::FORMAT, Box::new(Cursor::new(text.into_bytes())))
             }
-            _ => None,
-        };
-        let (format, mut reader) = match packed {
-            Some(packed) => packed,
-            None if matches!(bytes, [0xff, 0xfe, ..] | [0xfe, 0xff, ..]) => {
-                ("UTF-16", Box::new(bytes) as Box<dyn Read + 'a>)
-            }
+            None if utf16(bytes).is_some() => ("UTF-16", Box::new(bytes)),
             None => {
                 let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
                 return Ok(Self::Whole(Some(text)));
@@ -73,22 +81,16 @@ impl<'a> Source<'a> {
             cause: e.to_string(),
         };
         (&mut reader)
-            .take(3)
+            .take(HEAD)
             .read_to_end(&mut head)
             .map_err(corrupt)?;
-        let reader: Box<dyn Read + 'a> = match head.as_slice() {
-            [0xef, 0xbb, 0xbf] => reader,
-            [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => {
-                let big_endian = head[0] == 0xfe;
-                Box::new(Utf16::new(
-                    Cursor::new(head.split_off(2)).chain(reader),
-                    big_endian,
-                ))
-            }
-            _ => Box::new(Cursor::new(head).chain(reader)),
-        };
+        let reader = DecodeReaderBytesBuilder::new()
+            .encoding(utf16(&head))
+            .utf8_passthru(true)
+            .strip_bom(true)
+            .build(Cursor::new(head).chain(reader));
         Ok(Self::Stream(Stream {
-            reader,
+            reader: Box::new(reader),
             format,
             buffer: vec![0; BLOCK],
             used: 0,
@@ -96,7 +98,8 @@ impl<'a> Source<'a> {
             ended: false,
             packed: bytes.len(),
             unpacked: 0,
-            most_unpacked: limits.bytes.min((64 << 20) + 50 * bytes.len() as u64),
+            most_unpacked: limits.most_unpacked(bytes.len()),
+            most_numbers: limits.most_numbers(bytes.len()),
         }))
     }
 
@@ -121,7 +124,7 @@ impl<'a> Source<'a> {
         match self {
             Self::Whole(_) => None,
             Self::Stream(stream) => {
-                let limit = most_numbers(stream.packed);
+                let limit = stream.most_numbers;
                 let bomb = Problem::GzipBomb {
                     packed: stream.packed,
                     what: "numbers",
@@ -186,82 +189,44 @@ fn of_workbook(_: &[u8], _: &Limits) -> Result<String, Problem> {
     })
 }
 
-/// Recodes UTF-16 to UTF-8; a broken surrogate becomes U+FFFD.
-struct Utf16<R> {
-    inner: R,
-    big_endian: bool,
-    /// A code unit's first byte, a pair's first unit, and text not handed out yet.
-    odd: Option<u8>,
-    high: Option<u16>,
-    ready: Vec<u8>,
-    given: usize,
-}
-
-impl<R: Read> Utf16<R> {
-    fn new(inner: R, big_endian: bool) -> Self {
-        Self {
-            inner,
-            big_endian,
-            odd: None,
-            high: None,
-            ready: Vec::new(),
-            given: 0,
-        }
-    }
-
-    fn refill(&mut self) -> io::Result<()> {
-        let mut raw = [0; 16 << 10];
-        let n = self.inner.read(&mut raw)?;
-        let bytes = self.odd.take().into_iter().chain(raw[..n].iter().copied());
-        let mut units: Vec<u16> = self.high.take().into_iter().collect();
-        let mut first = None;
-        for byte in bytes {
-            match first.take() {
-                None => first = Some(byte),
-                Some(a) if self.big_endian => units.push(u16::from_be_bytes([a, byte])),
-                Some(a) => units.push(u16::from_le_bytes([a, byte])),
-            }
-        }
-        self.odd = first.filter(|_| n > 0);
-        if n > 0 && units.last().is_some_and(|u| (0xd800..0xdc00).contains(u)) {
-            self.high = units.pop();
-        }
-        self.ready.clear();
-        self.given = 0;
-        for c in char::decode_utf16(units) {
-            let c = c.unwrap_or(char::REPLACEMENT_CHARACTER);
-            self.ready
-                .extend_from_slice(c.encode_utf8(&mut [0; 4]).as_bytes());
-        }
-        if n > 0 && self.ready.is_empty() {
-            return self.refill();
-        }
-        Ok(())
-    }
-}
-
-impl<R: Read> Read for Utf16<R> {
-    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
-        if self.given == self.ready.len() {
-            self.refill()?;
-        }
-        let n = (&self.ready[self.given..]).read(out)?;
-        self.given += n;
-        Ok(n)
+/// The UTF-16 of a text, by its byte order mark, or else by the zeros that half of its letters have on one side and none on the other.
+fn utf16(bytes: &[u8]) -> Option<&'static Encoding> {
+    let head = &bytes[..bytes.len().min(HEAD as usize)];
+    let zeros = |at| head.chunks_exact(2).filter(|pair| pair[at] == 0).count();
+    let half = head.len().div_ceil(4);
+    match (head, zeros(0), zeros(1)) {
+        ([0xff, 0xfe, ..], ..) => Some(UTF_16LE),
+        ([0xfe, 0xff, ..], ..) => Some(UTF_16BE),
+        ([_, _, ..], 0, zeros) if zeros >= half => Some(UTF_16LE),
+        ([_, _, ..], zeros, 0) if zeros >= half => Some(UTF_16BE),
+        _ => None,
     }
 }
 
 /// What a file that is not text seems to be.
 pub fn binary(head: &[u8]) -> Option<String> {
     const KNOWN: &[(&[u8], &str)] = &[
-        (b"PK\x03\x04", "a zip archive or a spreadsheet"),
+        (
+            b"PK\x03\x04",
+            "a zip archive (unpack it and send the files in it) or a spreadsheet (save it as .xlsx or CSV)",
+        ),
+        (
+            b"\xd0\xcf\x11\xe0",
+            "an old Excel workbook (save it as .xlsx or CSV)",
+        ),
+        (b"TDSm", "a LabVIEW TDMS file (export it as CSV)"),
+        (b"MDF     ", "an MDF measurement file (export it as CSV)"),
+        (
+            b"\x93NUMPY",
+            "a NumPy array (save it with savetxt, or as .mat)",
+        ),
+        (b"#ROSBAG", "a ROS bag (export it with rostopic echo -p)"),
         (
             b"\x89HDF",
             "an HDF5 file that MATLAB did not write (save it as CSV, or as .mat v7)",
         ),
         (b"\x1f\x8b", "a gzip file inside another"),
         (b"\x28\xb5\x2f\xfd", "a zstd file inside another"),
-        (b"MATLAB ", "a MATLAB file inside a compressed one"),
         (b"PAR1", "a Parquet file"),
         (b"SQLite format 3", "an SQLite database"),
         (b"%PDF", "a PDF document"),
@@ -270,9 +235,6 @@ pub fn binary(head: &[u8]) -> Option<String> {
     ];
     if let Some((_, what)) = KNOWN.iter().find(|(magic, _)| head.starts_with(magic)) {
         return Some((*what).to_owned());
-    }
-    if head.get(8..12) == Some(b".FIT") {
-        return Some("a Garmin FIT file".to_owned());
     }
     let head = &head[..head.len().min(4096)];
     let control = |b: &u8| matches!(b, 0..=8 | 14..=25 | 28..=31 | 127);
@@ -289,113 +251,4 @@ pub fn binary(head: &[u8]) -> Option<String> {
 }
 
 #[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used)]
-    use super::*;
-    use crate::formats::zstd::tests::packed as zstd;
-    use std::io::Write;
-
-    fn all(bytes: &[u8]) -> Result<Vec<u8>, Problem> {
-        let mut source = Source::open(bytes, &Limits::default())?;
-        let mut out = Vec::new();
-        while let Some(block) = source.next_block()? {
-            out.extend_from_slice(block);
-        }
-        Ok(out)
-    }
-
-    fn gzip(text: &[u8]) -> Vec<u8> {
-        let mut e = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
-        e.write_all(text).unwrap();
-        e.finish().unwrap()
-    }
-
-    fn utf16(text: &str, big: bool) -> Vec<u8> {
-        let units = std::iter::once(0xfeff).chain(text.encode_utf16());
-        units
-            .flat_map(|u: u16| {
-                if big {
-                    u.to_be_bytes()
-                } else {
-                    u.to_le_bytes()
-                }
-            })
-            .collect()
-    }
-
-    #[test]
-    fn packed_and_recoded_text_is_the_same_text() {
-        let text: String = (0..200_000)
-            .map(|i| format!("{i};\u{b5}\u{1f6b2}\n"))
-            .collect();
-        let bytes = text.as_bytes();
-        assert_eq!(all(bytes).unwrap(), bytes);
-        assert_eq!(all(&[b"\xef\xbb\xbf", bytes].concat()).unwrap(), bytes);
-        assert_eq!(all(&gzip(bytes)).unwrap(), bytes);
-        assert_eq!(
-            all(&[gzip(bytes), gzip(b"x\n")].concat()).unwrap(),
-            [bytes, b"x\n"].concat()
-        );
-        assert_eq!(all(&zstd(bytes)).unwrap(), bytes);
-        assert_eq!(all(&utf16(&text, false)).unwrap(), bytes);
-        assert_eq!(all(&gzip(&utf16(&text, true))).unwrap(), bytes);
-    }
-
-    #[test]
-    fn blocks_end_with_lines() {
-        let packed = gzip("0.123,4.5\n".repeat(300_000).as_bytes());
-        let mut source = Source::open(&packed, &Limits::default()).unwrap();
-        while let Some(block) = source.next_block().unwrap() {
-            assert!(block.ends_with(b"\n") && block.len() <= BLOCK);
-        }
-    }
-
-    #[test]
-    fn bombs_are_refused() {
-        let zeros = vec![b'\n'; 100 << 20];
-        let kind = |packed: &[u8]| all(packed).map(|text| text.len()).unwrap_err().kind();
-        assert_eq!(kind(&gzip(&zeros)), "gzip-bomb");
-        assert_eq!(kind(&zstd(&zeros)), "gzip-bomb");
-        assert_eq!(kind(&gzip(&vec![b'x'; 2 << 20])), "line-too-long");
-        let limits = Limits {
-            bytes: 10,
-            ..Limits::default()
-        };
-        assert_eq!(
-            Source::open(&[b'1'; 11], &limits).err().unwrap().kind(),
-            "too-large"
-        );
-    }
-
-    #[test]
-    fn damaged_archives_are_refused() {
-        let packed = gzip(b"t,z_f\n0,1\n");
-        assert_eq!(
-            all(&packed[..packed.len() - 6]).unwrap_err().kind(),
-            "corrupt-file"
-        );
-        let packed = zstd(b"t,z_f\n0,1\n");
-        assert_eq!(
-            all(&packed[..packed.len() - 3]).unwrap_err().kind(),
-            "corrupt-file"
-        );
-        assert_eq!(all(b"\x1f\x8bhello").unwrap_err().kind(), "corrupt-file");
-    }
-
-    #[cfg(not(feature = "spreadsheets"))]
-    #[test]
-    fn a_workbook_is_refused_with_what_this_build_lacks() {
-        let fault = all(b"PK\x03\x04 xl/workbook.xml").unwrap_err();
-        assert_eq!(fault.kind(), "not-built");
-        assert!(fault.to_string().contains("`spreadsheets`"), "{fault}");
-    }
-
-    #[test]
-    fn binaries_are_reported_from_text() {
-        assert!(binary(b"PK\x03\x04...").unwrap().contains("zip"));
-        assert!(binary(b"t,z\x00").unwrap().contains("offset 3"));
-        assert!(binary(&[0x01, 0x80, 0xff, 0x07, 0x41]).is_some());
-        assert_eq!(binary("t,z_f [\u{b5}m]\r\n1,2\n\x1a".as_bytes()), None);
-        assert_eq!(binary(b""), None);
-    }
-}
+mod tests;

@@ -15,6 +15,7 @@ const HEAD: usize = 4096;
 const LONGEST: usize = 64;
 /// Columns: a point's time, speed (m/s) and cadence, by the local names of their elements.
 const HEADER: &str = "t,v,cadence\n";
+const WITHOUT_SPEED: &str = "t,cadence\n";
 const FIELDS: [[&str; 2]; 3] = [["time", "Time"], ["speed", "Speed"], ["cad", "Cadence"]];
 const POINTS: [&str; 2] = ["trkpt", "Trackpoint"];
 
@@ -32,6 +33,7 @@ pub fn text(bytes: &[u8]) -> Result<String, Problem> {
     let mut text = HEADER.to_owned();
     let mut point: Option<[String; FIELDS.len()]> = None;
     let mut field = None;
+    let (mut points, mut speeds, mut cadences) = (0, 0, 0);
     loop {
         match reader.read_event().map_err(|e| corrupt(&e))? {
             Event::Start(element) => {
@@ -54,17 +56,42 @@ pub fn text(bytes: &[u8]) -> Result<String, Problem> {
                     && let Some(point) = point.take()
                     && !point[0].is_empty()
                 {
+                    points += 1;
+                    speeds += usize::from(!point[1].is_empty());
+                    cadences += usize::from(!point[2].is_empty());
                     text += &(point.join(",") + "\n");
                 }
             }
-            Event::Eof => return Ok(text),
+            Event::Eof => break,
             _ => {}
         }
     }
+    match (speeds, cadences) {
+        (0, 0) if points > 0 => Err(Problem::NoSpeed { points }),
+        (0, 1..) => Ok(without_speed(&text)),
+        _ => Ok(text),
+    }
 }
 
-/// A value without what would end its cell.
+/// The rows without the column of speeds, in which there is none.
+fn without_speed(text: &str) -> String {
+    let rows = text
+        .lines()
+        .skip(1)
+        .map(|row| row.replace(",,", ",") + "\n");
+    WITHOUT_SPEED.to_owned() + &rows.collect::<String>()
+}
+
+/// A value without what would end its cell. Some programs write the decimal sign of their language.
 fn cell(value: &str) -> String {
+    let digits = |part: &str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
+    if let Some((whole, fraction)) = value.trim().split_once(',')
+        && value.len() <= LONGEST
+        && digits(whole.strip_prefix('-').unwrap_or(whole))
+        && digits(fraction)
+    {
+        return format!("{whole}.{fraction}");
+    }
     let plain = |c: char| match c.is_whitespace() || matches!(c, ',' | '"') {
         true => '_',
         false => c,
@@ -118,6 +145,27 @@ pub mod tests {
     }
 
     #[test]
+    fn decimal_commas_are_read() {
+        let track = gpx("2026-05-01T10:00", &[5.25]).replace("5.25", "5,25");
+        assert!(text(track.as_bytes()).unwrap().ends_with("Z,5.25,80\n"));
+    }
+
+    #[test]
+    fn a_track_without_speeds_offers_none() {
+        let track = gpx("2026-05-01T10:00", &[5.0]);
+        let slow = track.replace("<x:speed>5</x:speed>", "");
+        let expected = "t,cadence\n2026-05-01T10:00:00Z,80\n";
+        assert_eq!(text(slow.as_bytes()).unwrap(), expected);
+        let positions = slow.replace("<x:cad>80</x:cad>", "");
+        let error = text(positions.as_bytes()).unwrap_err();
+        assert_eq!(error.kind(), "no-speed");
+        assert!(
+            error.to_string().starts_with("no point has a speed"),
+            "{error}"
+        );
+    }
+
+    #[test]
     fn damage_is_refused_and_values_stay_in_their_cells() {
         let track = gpx("2026-05-01T10:00", &[5.0]);
         let cut = &track[..track.find("<x:cad>").unwrap() + 3];
@@ -139,7 +187,7 @@ pub mod tests {
             let track = format!("<gpx>{}", pieces.concat());
             prop_assert!(is_track(track.as_bytes()));
             if let Ok(text) = text(track.as_bytes()) {
-                prop_assert!(text.lines().all(|row| row.split(',').count() == 3));
+                prop_assert!(text.lines().all(|row| [2, 3].contains(&row.split(',').count())));
             }
         }
     }

@@ -9,7 +9,7 @@ use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
 use crate::error::Problem;
 use crate::formats::markup::{Markup, corrupt};
-use crate::options::{Limits, most_numbers};
+use crate::options::Limits;
 
 /// Rows that a sheet can have.
 pub const ROWS: u32 = 1 << 20;
@@ -44,8 +44,8 @@ pub fn sifted(bytes: &[u8], limits: &Limits) -> Result<Vec<u8>, Problem> {
     let packed = bytes.len() as u64;
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|e| corrupt(&e))?;
     let mut sifted = ZipWriter::new(Cursor::new(Vec::new()));
-    let mut left = limits.bytes.min((64 << 20) + 50 * packed);
-    let most_cells = most_numbers(bytes.len());
+    let mut left = limits.most_unpacked(bytes.len());
+    let most_cells = limits.most_numbers(bytes.len());
     let mut cells = 0;
     for i in 0..archive.len() {
         let entry = archive.by_index(i).map_err(|e| corrupt(&e))?;

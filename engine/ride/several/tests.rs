@@ -283,7 +283,7 @@ fn what_cannot_be_is_refused_by_name() {
         apart.1
     );
     assert_eq!(fault(&[], &plain).0, "file-count");
-    let mixed = z.replace("\n0.01,", "\n2026-11-23T09:51:10,");
+    let mixed = z.replace("\n0.0", "\n2026-11-23T09:51:10.0");
     assert_eq!(
         fault(&[("z.csv", mixed.as_bytes()), named[1]], &plain).0,
         "other-time"

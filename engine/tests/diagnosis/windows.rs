@@ -6,7 +6,7 @@ use veloid_diagnosis::policy;
 use veloid_model::dataset::Windows;
 use veloid_model::dataset::windows::dominant_period;
 use veloid_model::fit::physical::has_physical_effects;
-use veloid_model::fit::shooting::{Prediction, Shooting};
+use veloid_model::fit::shooting::Shooting;
 
 /// N/m^3
 const K3: f64 = 3e9;
@@ -35,9 +35,7 @@ fn windows_show_a_law_and_predict_what_they_were_not_fitted_to() {
     };
     let (even, odd): (Vec<usize>, Vec<usize>) =
         (0..windows.spans.len()).partition(|window| window % 2 == 0);
-    let mean = |predictions: Vec<Prediction>| {
-        predictions.iter().map(|p| p.left).sum::<f64>() / predictions.len() as f64
-    };
+    let mean = |left: Vec<f64>| left.iter().sum::<f64>() / left.len() as f64;
     let held_out = |terms: Vec<Term>| {
         let start = Point {
             base: vec![axle(1.2 * K)],

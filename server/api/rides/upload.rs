@@ -24,7 +24,7 @@ const KNOWN: HeaderName = HeaderName::from_static("veloid-known");
     reason = "describes the form; `receive` reads it as a stream"
 )]
 pub struct Upload {
-    /// The ride: CSV (also gzip or zstd) or MATLAB v5/v7. Several parts `file` with different names are one ride, each on its
+    /// The ride: CSV (also gzip or zstd) or MATLAB v4 to v7. Several parts `file` with different names are one ride, each on its
     /// own clock.
     #[schema(value_type = String, format = Binary, content_media_type = "application/octet-stream")]
     file: Vec<u8>,
@@ -51,7 +51,7 @@ pub struct Upload {
 /// As a form with the parts `file`, `bike` and `options`, or as the raw file with `bike` and options in the query or in the
 /// headers `Veloid-Bike` and `Veloid-Options`. The file is checked at once; the answer 202 is sent when it is safe on disk and
 /// the job is committed. The same file, bike and options return the same job unless `again` is set. Every part and every option
-/// may be given once, `map` once for each channel, `missing` once for each word, `file` once for each file of the ride; an
+/// may be given once, `map` once for each channel, `layout` once for each key (`layout=header_row=3`), `missing` once for each word, `file` once for each file of the ride; an
 /// option for a single file begins with its name, such as `rate_hz=laser.csv:30`.
 #[utoipa::path(post, path = "/v1/rides", operation_id = "upload_ride", tag = "rides",
     params(

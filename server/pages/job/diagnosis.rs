@@ -4,11 +4,13 @@ use veloid_engine::bicycle::Axle;
 use veloid_engine::document::format_number::{Quantity, fixed, powers, significant};
 use veloid_engine::report::Report;
 use veloid_engine::report::diagnosis::{
-    Detectable, Diagnosis, EffectReport, HeldOut, NextRide, Place, Stronger, Support, Verdict,
+    Detectable, Diagnosis, EffectReport, HeldOut, NextRide, Place, Stronger, Verdict,
 };
+use veloid_engine::report::windows::Support;
 use veloid_engine::result_of;
 
 use super::bars;
+use super::tried::TriedView;
 use crate::pages::words;
 
 pub struct DiagnosisView {
@@ -19,6 +21,7 @@ pub struct DiagnosisView {
     pub alternatives: Vec<String>,
     pub warnings: Vec<String>,
     pub axles: Vec<AxleView>,
+    pub tried: Vec<TriedView>,
     pub next: Option<NextRide>,
     pub detectable: Vec<[String; 4]>,
     pub switched_off: Vec<(String, String)>,
@@ -105,6 +108,12 @@ impl DiagnosisView {
                 .into_iter()
                 .filter_map(|axle| AxleView::of(d, axle, report.settings.alpha))
                 .collect(),
+            tried: (d.windows.iter())
+                .map(|(axle, windows)| {
+                    let unit = d.held_out.get(axle).map_or("m", |held| held.errors().1);
+                    TriedView::of(axle.name(), windows, unit)
+                })
+                .collect(),
             next: d.next_ride.clone(),
             detectable: d.detectable.iter().map(detectable).collect(),
             switched_off: d
@@ -176,17 +185,19 @@ impl EffectView {
 
 /// Evidence that does not rest on a complete model.
 fn supported(support: &Support) -> String {
-    let rival = support.rival.as_ref().zip(support.rival_ratio);
-    let rival = rival.map_or(String::new(), |(id, ratio)| {
-        let name = words::plain(id);
-        format!("; {name} instead leaves {} times as much", fixed(ratio, 1))
+    let share = support.share.map_or(String::new(), |share| {
+        format!(
+            "Without it {} % of the squared held-out error returns. ",
+            fixed(100.0 * share, 0)
+        )
+    });
+    let next = support.next.as_ref().map_or(String::new(), |id| {
+        format!("; {} comes nearest in its place", words::plain(id))
     });
     format!(
-        "Removes {} % of the squared held-out error; the error falls in {} of {} {}{rival}.",
-        fixed(100.0 * support.removed_share, 0),
-        support.blocks_led,
-        support.blocks,
-        support.compared()
+        "{share}Support {} in {} parts of the record{next}.",
+        fixed(support.weight, 2),
+        support.windows
     )
 }
 

@@ -4,6 +4,7 @@ mod bars;
 mod diagnosis;
 mod latent;
 mod report;
+mod tried;
 
 use askama::Template;
 use axum::extract::State;

@@ -1,30 +1,29 @@
 //! From a header to a channel.
 
 use serde::Serialize;
-use utoipa::ToSchema;
-use veloid_engine::ride::is_unit;
 
+use super::channel::{behind_slash, is_unit};
 use super::words::{self, holds};
 
 /// What a column may hold in which no channel was recognised.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-#[schema(as = ColumnGuess)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema), schema(as = ColumnGuess))]
 pub struct Guess {
     /// Name of the file, where the ride has several.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(nullable = false)]
+    #[cfg_attr(feature = "openapi", schema(nullable = false))]
     pub file: Option<String>,
     /// Header text as in the file.
     pub header: String,
     /// Likely channel.
-    #[schema(value_type = String)]
+    #[cfg_attr(feature = "openapi", schema(value_type = String))]
     pub channel: &'static str,
     /// Unit at the end of the header that is only read if the mapping repeats it in brackets (`z_f=Weg vorne mm [mm]`);
     /// otherwise the column is read as SI.
     pub unread_unit: Option<String>,
     /// -1 for a distance to the road: set `deflection_sign` to it.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(nullable = false)]
+    #[cfg_attr(feature = "openapi", schema(nullable = false))]
     pub deflection_sign: Option<i8>,
 }
 
@@ -58,13 +57,46 @@ fn without_unit(header: &str) -> (&str, bool) {
             return (name.trim_end(), true);
         }
     }
-    (header, false)
+    match behind_slash(header) {
+        Some((name, _)) => (name, true),
+        None => (header, false),
+    }
 }
 
 /// Units other than SI as they end headers.
-const UNITS: [&str; 26] = [
-    "km/h", "kmh", "km_h", "kph", "mph", "mm/s", "ft/s", "mm", "cm", "µm", "um", "inch", "in",
-    "ft", "ms", "us", "ns", "min", "mg", "g", "kn", "lbf", "kgf", "deg/s", "deg", "°",
+const UNITS: [&str; 32] = [
+    "milliseconds",
+    "millis",
+    "microseconds",
+    "micros",
+    "nanoseconds",
+    "minutes",
+    "km/h",
+    "kmh",
+    "km_h",
+    "kph",
+    "mph",
+    "mm/s",
+    "ft/s",
+    "mm",
+    "cm",
+    "µm",
+    "um",
+    "inch",
+    "in",
+    "ft",
+    "ms",
+    "us",
+    "ns",
+    "min",
+    "mg",
+    "g",
+    "kn",
+    "lbf",
+    "kgf",
+    "deg/s",
+    "deg",
+    "°",
 ];
 
 /// The unit that a header ends in, behind a blank or an underscore.
@@ -113,6 +145,8 @@ fn channel(words: &[String]) -> Option<&'static str> {
         (words::STEER, "steer"),
     ];
     let found = rest.into_iter().find(|(known, _)| is(known));
+    // `ms_elapsed` is in no unit that is read.
+    let found = found.filter(|(_, channel)| *channel != "t" || !is(words::PARTS));
     found.map(|(_, channel)| channel)
 }
 
@@ -154,6 +188,9 @@ mod tests {
             ("Yaw rate", "yaw_rate"),
             ("Zeit [s]", "t"),
             ("Timestamp (ms)", "t"),
+            ("seconds_elapsed", "t"),
+            ("epoc (ms)", "t"),
+            ("Weg vorne/mm", "z_f"),
             ("Trittfrequenz", "cadence"),
             ("Rollwinkel [deg]", "roll"),
             ("Lenkwinkel", "steer"),
@@ -232,6 +269,7 @@ mod tests {
             "Abstand (mm)",
             "orange front",
             "laser front kN",
+            "ms_elapsed",
         ] {
             assert_eq!(guess(header), None, "{header}");
         }
@@ -245,6 +283,7 @@ mod tests {
             ("disp_rear_cm", "z_r", "cm"),
             ("AccZ_front g", "a_f", "g"),
             ("time_ms", "t", "ms"),
+            ("elapsed_millis", "t", "millis"),
         ] {
             let guess = guess(header).unwrap();
             assert_eq!(

@@ -1,21 +1,24 @@
-//! The same search by windows: models are fitted to every other window of one axle's record and judged on the second halves of
-//! those between, whose first halves give them their starting states. No noise model is asked, and no long simulation.
+//! The search by parts of one axle's record: models are fitted to every other one and judged on those between. Of windows the first
+//! half gives the starting state, and the second is judged. No noise model is asked.
+
+use std::ops::Range;
 
 use rayon::prelude::*;
 
 use super::Search;
+use super::parts::{Blocks, Parts, contiguous};
 use super::weak_form;
+use crate::policy;
 use veloid_model::dataset::Windows;
 use veloid_model::fit::physical::has_physical_effects;
-use veloid_model::fit::shooting::{Prediction, Shooting, Shot};
+use veloid_model::fit::shooting::{Shooting, Shot};
 use veloid_model::fit::{Fitted, Point, Term, Unit};
 use veloid_model::law::{MAX_PARAMETERS, Values};
 use veloid_report::diagnosis::Place;
 
-/// Windows, spread evenly, on which starts are tried, and steps of each try.
-const TRIED_ON: usize = 10;
+/// Steps of each try of a start.
 const TRIES: usize = 5;
-/// Starts that are fitted to all windows, and steps of such a fit and of one to a fold.
+/// Starts that are fitted to all parts, and steps of such a fit to windows and of one to a fold.
 const FITTED: usize = 2;
 const STEPS: usize = 10;
 const FOLD_STEPS: usize = 6;
@@ -30,19 +33,19 @@ const SIZES: [f64; 3] = [0.3, 1.0, 4.0];
 /// Stiffnesses beside the plain model's at which the plain model is tried.
 const STIFFER: [f64; 5] = [0.1, 0.4, 1.0, 3.0, 10.0];
 
-/// A set of effects as the windows of one axle see it.
+/// A set of effects, fitted to parts of one axle's record.
 #[derive(Clone)]
 pub struct Seen {
     pub unit: Unit,
-    /// Fitted to all windows, and to every other one in turn.
+    /// Fitted to all parts, and to every other one in turn.
     pub point: Point,
     pub folds: [Point; 2],
-    /// Held-out mean squared error of each window, beside the record's variance.
+    /// Held-out mean squared error of each part, beside the record's variance.
     pub errors: Vec<f64>,
 }
 
 impl Seen {
-    /// Mean over the windows.
+    /// Mean over the parts.
     pub fn left(&self) -> f64 {
         self.errors.iter().sum::<f64>() / self.errors.len().max(1) as f64
     }
@@ -52,36 +55,48 @@ impl Seen {
     }
 }
 
-/// One axle in windows.
-pub struct InWindows<'a> {
+/// One axle, in windows or in blocks of its whole record.
+pub struct InParts<'a> {
     search: &'a Search<'a>,
-    shooting: Shooting<'a>,
+    parts: Parts<'a>,
     track: usize,
     /// Terms that act on this axle alone.
     pub candidates: Vec<Term>,
 }
 
-impl<'a> InWindows<'a> {
+impl<'a> InParts<'a> {
     pub fn new(search: &'a Search<'a>, track: usize, windows: &'a Windows) -> Self {
         let dataset = search.fitter.dataset;
-        let axle = dataset.tracks[track].axle;
+        let shooting = Shooting {
+            dataset,
+            track,
+            spans: &windows.spans,
+            period: windows.period / dataset.step,
+            variance: (dataset.tracks[track].spread().powi(2)).max(f64::MIN_POSITIVE),
+        };
+        Self::of(search, track, Parts::Windows(shooting))
+    }
+
+    /// The axle's record as one simulation, in blocks.
+    pub fn whole(search: &'a Search<'a>, track: usize) -> Self {
+        let white = search.plain.noise_model(track).bleached();
+        let blocks = Blocks::new(search.fitter.dataset, track, policy::BLOCKS, white);
+        Self::of(search, track, Parts::Blocks(blocks))
+    }
+
+    fn of(search: &'a Search<'a>, track: usize, parts: Parts<'a>) -> Self {
+        let axle = search.fitter.dataset.tracks[track].axle;
         let alone = |term: &&Term| term.acts_on(axle) && term.place != Place::Both;
         Self {
             search,
             track,
-            shooting: Shooting {
-                dataset,
-                track,
-                spans: &windows.spans,
-                period: windows.period / dataset.step,
-                variance: (dataset.tracks[track].spread().powi(2)).max(f64::MIN_POSITIVE),
-            },
+            parts,
             candidates: search.candidates.iter().filter(alone).copied().collect(),
         }
     }
 
     fn count(&self) -> usize {
-        self.shooting.spans.len()
+        self.parts.count()
     }
 
     fn unit(&self, terms: &[Term]) -> Unit {
@@ -133,15 +148,6 @@ impl<'a> InWindows<'a> {
         self.best(unit, starts)
     }
 
-    /// The model with several effects, one after the other.
-    pub fn of_set(&self, plain: &Seen, terms: &[Term]) -> Option<Seen> {
-        let mut seen = plain.clone();
-        for term in terms {
-            seen = self.with(&seen, *term)?;
-        }
-        Some(seen)
-    }
-
     /// A model that fits of the whole record have led to.
     pub fn known(&self, fit: &Fitted) -> Option<Seen> {
         self.best(self.unit(&fit.unit.terms), vec![fit.point.clone()])
@@ -156,19 +162,17 @@ impl<'a> InWindows<'a> {
         has_physical_effects(self.search.fitter.dataset, &seen.unit, &seen.point)
     }
 
-    /// All windows as the numbers predict them that are fitted to all.
-    pub fn predictions(&self, seen: &Seen) -> Vec<Prediction> {
-        let all: Vec<usize> = (0..self.count()).collect();
-        self.shooting.held_out(&seen.unit, &seen.point, &all)
-    }
-
-    /// What a model leaves of some windows, beside the record's variance.
-    pub fn held_out(&self, seen: &Seen, windows: &[usize]) -> Vec<f64> {
-        let judged = self.shooting.held_out(&seen.unit, &seen.point, windows);
-        judged
-            .into_iter()
-            .map(|prediction| prediction.left)
-            .collect()
+    /// Fits of a model without each of some groups of neighbouring parts in turn.
+    pub fn without_each(&self, seen: &Seen, groups: usize) -> Vec<Point> {
+        let count = self.count();
+        let fit = |left_out: Range<usize>| {
+            let kept: Vec<usize> = (0..count).filter(|part| !left_out.contains(part)).collect();
+            let steps = self.parts.steps(FOLD_STEPS);
+            self.parts.fit(&seen.unit, &seen.point, &kept, steps)
+        };
+        let all: Vec<Range<usize>> = contiguous(count, groups).collect();
+        let fits = all.into_par_iter().filter_map(fit);
+        fits.map(|shot| shot.point).collect()
     }
 
     /// Starts of the effect itself.
@@ -203,29 +207,29 @@ impl<'a> InWindows<'a> {
     /// The best fit from several starts, and what windows say of it that were not fitted.
     fn best(&self, unit: Unit, starts: Vec<Point>) -> Option<Seen> {
         let all: Vec<usize> = (0..self.count()).collect();
-        let some: Vec<usize> = match self.count() > TRIED_ON {
-            true => (0..TRIED_ON).map(|i| i * self.count() / TRIED_ON).collect(),
-            false => all.clone(),
-        };
-        let tried = |start: &Point| self.shooting.fit(&unit, start, &some, TRIES);
+        let some = self.parts.some();
+        let tried = |start: &Point| self.parts.fit(&unit, start, &some, TRIES);
         let mut ranked: Vec<Shot> = starts.par_iter().filter_map(tried).collect();
         ranked.sort_by(|a, b| a.left.total_cmp(&b.left));
         ranked.truncate(FITTED);
         let worth = FOLLOWED * ranked.first().map_or(0.0, |first| first.left);
         ranked.retain(|shot| shot.left <= worth);
-        let fitted = |shot: &Shot| self.shooting.fit(&unit, &shot.point, &all, STEPS);
+        let steps = |of_windows| self.parts.steps(of_windows);
+        let fitted = |shot: &Shot| self.parts.fit(&unit, &shot.point, &all, steps(STEPS));
         let fits = ranked.par_iter().filter_map(fitted);
         let shot = fits.min_by(|a, b| a.left.total_cmp(&b.left))?;
         let mut errors = vec![f64::INFINITY; all.len()];
         let folds = [0, 1].map(|fold| {
             let (held, fitted): (Vec<usize>, Vec<usize>) =
                 all.iter().partition(|w| **w % 2 == fold);
-            let fit = self.shooting.fit(&unit, &shot.point, &fitted, FOLD_STEPS);
+            let fit = self
+                .parts
+                .fit(&unit, &shot.point, &fitted, steps(FOLD_STEPS));
             let point = fit.map_or_else(|| shot.point.clone(), |shot| shot.point);
-            let judged = self.shooting.held_out(&unit, &point, &held);
+            let judged = self.parts.held_out(&unit, &point, &held);
             held.iter()
                 .zip(judged)
-                .for_each(|(w, prediction)| errors[*w] = prediction.left);
+                .for_each(|(w, left)| errors[*w] = left);
             point
         });
         Some(Seen {

@@ -61,6 +61,21 @@ pub const TIME: &[&str] = &[
     "tiempo",
     "tempo",
     "tijd",
+    "elapsed",
+    "epoch",
+    "epoc",
+];
+/// Parts of a second as words of a name.
+pub const PARTS: &[&str] = &[
+    "ms",
+    "us",
+    "ns",
+    "millis",
+    "micros",
+    "nanos",
+    "milliseconds",
+    "microseconds",
+    "nanoseconds",
 ];
 pub const ROAD: &[&str] = &["road", "fahrbahn", "strasse", "straße", "untergrund"];
 pub const ACCELERATION: &[&str] = &[
