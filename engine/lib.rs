@@ -29,7 +29,7 @@ pub use veloid_core::{
 };
 pub use veloid_core::{bicycle, document, plant};
 pub use veloid_diagnosis as diagnosis;
-pub use veloid_diagnosis::impose::{Imposed, ride as simulate};
+pub use veloid_diagnosis::impose::{Imposed, ride as simulate, sensed};
 pub use veloid_methods::{least_squares, observer, output_error, simulate, swarm, uncertainty};
 pub use veloid_report as report;
 pub use veloid_report::Report;

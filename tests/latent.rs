@@ -36,9 +36,11 @@ fn is_found(report: &Value, truth: &str) {
     }
     assert_eq!(found["road"]["class"], "C");
     let diagnosis = &report["diagnosis"];
-    assert_eq!(diagnosis["verdict"], "cannot_tell");
-    let said = diagnosis["sentence"].as_str().unwrap();
-    assert!(said.contains("the road was not measured"), "{said}");
+    assert_eq!(diagnosis["verdict"], "nothing_missing", "{diagnosis}");
+    let detectable = diagnosis["detectable"].as_array().unwrap();
+    let friction = detectable.iter().find(|d| d["id"] == "coulomb_friction");
+    let friction = friction.unwrap()["smallest_detectable"].as_f64().unwrap();
+    assert!((0.1..10.0).contains(&friction), "{friction} N");
     let notes = report["comparison"]["notes"].to_string();
     assert!(notes.contains("skipped"), "{notes}");
 }
@@ -53,7 +55,7 @@ fn the_command_line_needs_no_road() {
         "latent road     front",
         "road: ISO 8608 class C",
         "a_r: noise 0.0",
-        "was not measured",
+        "explain this ride to within its noise",
     ] {
         assert!(summary.contains(said), "{said}: {summary}");
     }
@@ -201,6 +203,53 @@ async fn without_a_model_there_is_no_script() {
         let detail = problem["detail"].as_str().unwrap();
         assert!(detail.contains("one accelerometer alone"), "{detail}");
     }
+}
+
+/// A concealed effect is named with its size at its axle, k and B are those beside it, and the page's figures have their data.
+#[test]
+fn an_effect_is_named_without_a_road() {
+    let folder = Folder::new();
+    let [ride, bike] =
+        ["ride.csv", "bike.json"].map(|name| folder.0.join(name).to_str().unwrap().to_owned());
+    let done = veloid(&[
+        "simulate",
+        &ride,
+        "--bike",
+        &bike,
+        "--road",
+        "c",
+        "--accelerometers",
+        "0.03",
+        "--stiffness",
+        "110000:95000",
+        "--damping",
+        "1150:900",
+        "--effect",
+        "coulomb_friction:rear:friction=30",
+    ]);
+    assert!(done.status.success(), "{done:?}");
+    let (report, summary) = harness::identify(ride.as_ref(), bike.as_ref(), &["--trials", "2"]);
+    let diagnosis = &report["diagnosis"];
+    assert_eq!(diagnosis["verdict"], "named", "{}", diagnosis["sentence"]);
+    let effect = &diagnosis["effects"][0];
+    assert_eq!(
+        (&effect["id"], &effect["axle"]),
+        (&"coulomb_friction".into(), &"rear".into())
+    );
+    let friction = effect["parameters"]["friction"]["value"].as_f64().unwrap();
+    assert!((friction / 30.0 - 1.0).abs() < 0.35, "{friction} N");
+    assert!(summary.contains("Dry friction of"), "{summary}");
+    for (axle, k) in [("front", 110e3), ("rear", 95e3)] {
+        let found = &report["result"][axle]["k"];
+        assert_eq!(found["method"], "extended", "{found}");
+        assert!(
+            (found["value"].as_f64().unwrap() / k - 1.0).abs() < 0.02,
+            "{found}"
+        );
+    }
+    let evidence = &diagnosis["evidence"]["rear"];
+    assert_eq!(evidence["predicted"], "acceleration");
+    assert!(evidence["worst"]["measured_m"].as_array().unwrap().len() > 50);
 }
 
 #[test]

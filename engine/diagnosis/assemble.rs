@@ -105,7 +105,10 @@ fn tables(record: &Dataset, decision: &Decision) -> PerAxle<Windows> {
     let mut found = PerAxle::default();
     for (track, read) in record.tracks.iter().zip(&decision.read) {
         if let Some(read) = read {
-            found.set(track.axle, windows::windows(track, read));
+            found.set(
+                track.axle,
+                windows::windows(track.spread(), &read.evidence.scores, &read.judgement),
+            );
         }
     }
     found

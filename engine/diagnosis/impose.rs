@@ -11,7 +11,7 @@ use veloid_core::plant::Coefficients;
 use veloid_core::settings::within;
 use veloid_core::{EngineError, ImposedProblem, SettingProblem};
 use veloid_methods::output_error::AxleFit;
-use veloid_methods::simulate::simulated_ride::SimulatedRide;
+use veloid_methods::simulate::simulated_ride::{FINE, SimulatedRide};
 use veloid_model::dataset::Dataset;
 use veloid_model::effects::Kind;
 use veloid_model::fit::{Point, Term, Unit};
@@ -80,6 +80,42 @@ pub fn ride(
     if effects.is_empty() {
         return Ok(simulated_ride.ride());
     }
+    Ok(simulated_ride.recorded(&moved(simulated_ride, bike, effects)?))
+}
+
+/// The same as two accelerometers with white noise (m/s^2, standard deviation) and a speed sensor record it.
+///
+/// # Errors
+/// As of [`ride`].
+pub fn sensed(
+    simulated_ride: &SimulatedRide,
+    bike: &Bike,
+    effects: &[Imposed],
+    noise: f64,
+) -> Result<Ride, EngineError> {
+    if effects.is_empty() {
+        return simulated_ride.sensed(noise);
+    }
+    simulated_ride.validate()?;
+    let fine = moved(simulated_ride, bike, effects)?;
+    let accelerations = fine.axles.map(|_, record| {
+        let z = &record.displacement;
+        let last = z.len().saturating_sub(2);
+        let at = |i: usize| {
+            let i = i.clamp(1, last.max(1));
+            (z[i + 1] - 2.0 * z[i] + z[i - 1]) / (fine.step_s * fine.step_s)
+        };
+        (0..z.len()).step_by(FINE).map(at).collect()
+    });
+    simulated_ride.accelerations(&accelerations, noise)
+}
+
+/// The fine ride as it moves with these effects.
+fn moved(
+    simulated_ride: &SimulatedRide,
+    bike: &Bike,
+    effects: &[Imposed],
+) -> Result<Ride, EngineError> {
     within("number of effects", effects.len() as f64, 0.0, MOST as f64)?;
     let samples = simulated_ride.samples() as f64;
     within("samples with effects", samples, 0.0, MOST_SAMPLES as f64)?;
@@ -120,7 +156,7 @@ pub fn ride(
             }
         }
     }
-    Ok(simulated_ride.recorded(&fine))
+    Ok(fine)
 }
 
 /// The fine ride as the diagnosis would see it, with sizes and limits at the logger's rate.

@@ -11,6 +11,7 @@ mod example;
 mod explain;
 pub mod impose;
 pub mod judge;
+pub mod no_road;
 pub mod policy;
 pub mod prepare;
 mod residual;

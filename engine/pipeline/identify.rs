@@ -219,13 +219,6 @@ fn skipped(ride: &Ride) -> Vec<String> {
         .collect()
 }
 
-/// Why a ride without a road has no verdict.
-const NO_ROAD: &str = "No verdict: the road was not measured, and an unknown road can absorb missing physics. Record the road (u_f, u_r), \
-    or a laser's distance to it (d_f, d_r) together with the accelerometers.";
-/// The same where something else comes first.
-const NO_ROAD_EITHER: &str = "A verdict on missing physics needs the road as well, which was not measured: record it (u_f, u_r), or a \
-    laser's distance to it (d_f, d_r) together with the accelerometers.";
-
 /// Stage `diagnose`: what physics the model leaves out.
 pub fn diagnose(
     ride: &Ride,
@@ -236,6 +229,11 @@ pub fn diagnose(
 ) -> Result<Diagnosis, EngineError> {
     if let Some(why) = no_verdict(ride, conclusion) {
         return checked("diagnose", Diagnosis::without_verdict(why));
+    }
+    if ride.has_no_road() {
+        let unidentified = conclusion.unidentified.as_deref();
+        let found = veloid_diagnosis::no_road::diagnose(ride, bike, unidentified, progress)?;
+        return checked("diagnose", found);
     }
     let found = match veloid_diagnosis::diagnose(ride, bike, settings, conclusion, progress) {
         // What the other methods found stands without it.
@@ -279,14 +277,7 @@ fn no_verdict(ride: &Ride, conclusion: &Conclusion) -> Option<String> {
     let clocks = &ride.summary.clocks;
     let laser = || misleading(clocks, &conclusion.output_error, &conclusion.laser_error);
     if ride.has_no_road() {
-        let unidentified = conclusion.unidentified.as_ref();
-        let first = to_be_mended(&conclusion.mistakes)
-            .or_else(|| unidentified.map(|why| format!("No result: {why}.")))
-            .or_else(laser);
-        return Some(match first {
-            Some(first) => format!("{first} {NO_ROAD_EITHER}"),
-            None => NO_ROAD.to_owned(),
-        });
+        return to_be_mended(&conclusion.mistakes).or_else(laser);
     }
     let noise = || decides(&conclusion.output_error, &conclusion.road_noise_error);
     let first = to_be_mended(&conclusion.mistakes)

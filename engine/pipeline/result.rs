@@ -63,11 +63,13 @@ fn best_method(report: &Report, axle: Axle) -> Method {
         )
     };
     let is_unrecorded = report.output_error.get(axle).is_none() && report.latent_road.is_some();
-    if is_unrecorded || road_misleads(report) {
+    if road_misleads(report) {
         return Method::LatentRoad;
     }
     match &report.diagnosis {
+        Some(d) if is_unrecorded && d.extended.get(axle).is_none() => Method::LatentRoad,
         Some(d) if names(d.verdict) && !d.effects.is_empty() => Method::Extended,
+        _ if is_unrecorded => Method::LatentRoad,
         _ => Method::OutputError,
     }
 }

@@ -358,7 +358,7 @@ pub struct HeldOut {
     /// RMS of the displacement sensor's noise: declared in the bike file, or measured where the record contains nothing else.
     /// Never a model's residual; null where unknown.
     pub noise_floor_m: Option<f64>,
-    /// Quantity of these errors: where it is a force, they are in N, whatever the names of the fields.
+    /// Quantity of these errors: where it is a force or an acceleration, they are in N or m/s^2, whatever the names of the fields.
     #[serde(default)]
     pub predicted: Predicted,
     /// Share of the explainable held-out variance that the effects remove; null where the noise floor is null or nothing could
@@ -390,6 +390,8 @@ pub enum Predicted {
     Displacement,
     /// The force (N) that answers to a prescribed motion.
     Force,
+    /// The acceleration (m/s^2) of an axle on the road that the other axle's acceleration gives.
+    Acceleration,
 }
 
 impl Predicted {
@@ -398,6 +400,7 @@ impl Predicted {
         match self {
             Predicted::Displacement => "m",
             Predicted::Force => "N",
+            Predicted::Acceleration => "m/s^2",
         }
     }
 }
@@ -502,7 +505,8 @@ pub struct Consequences {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Evidence {
-    /// Quantity of `worst` and `spectrum`: in N and N^2/Hz where it is a force.
+    /// Quantity of `worst` and `spectrum`: in N and N^2/Hz where it is a force, in m/s^2 and their square for each Hz where it is an
+    /// acceleration.
     #[serde(default)]
     pub predicted: Predicted,
     /// Measurement and models where the plain model's error is largest.

@@ -10,7 +10,7 @@ use veloid_engine::report::diagnosis::Place;
 use veloid_engine::simulate::laser::Laser;
 use veloid_engine::simulate::road::{Bump, Roughness};
 use veloid_engine::simulate::simulated_ride::{Excitation, SimulatedRide, SpeedChange, Spring};
-use veloid_engine::{EngineError, Imposed, SettingProblem, simulate};
+use veloid_engine::{EngineError, Imposed, SettingProblem, sensed, simulate};
 
 use super::{CliError, ride_csv, split};
 
@@ -102,7 +102,7 @@ pub struct Simulate {
     #[arg(
         long,
         value_name = "M_S2",
-        conflicts_with_all = ["shaker", "release", "effect", "noise", "road_noise"]
+        conflicts_with_all = ["shaker", "release", "noise", "road_noise"]
     )]
     accelerometers: Option<f64>,
     /// A laser next to the accelerometer on an axle, on its own logger: axle, white noise (m, standard deviation), delay of its
@@ -165,7 +165,7 @@ impl Simulate {
         let (simulated_ride, bike) = (self.simulated_ride(), self.bicycle());
         let effects: Vec<Imposed> = self.effect.iter().map(|e| e.0.clone()).collect();
         let ride = match self.accelerometers {
-            Some(noise) => simulated_ride.sensed(noise)?,
+            Some(noise) => sensed(&simulated_ride, &bike, &effects, noise)?,
             None => simulate(&simulated_ride, &bike, &effects)?,
         };
         let lasers = self.lasers()?;

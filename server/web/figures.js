@@ -14,6 +14,13 @@ const INKS = {
 };
 const NAMES = { plain: 'output error', least_squares: 'least squares', logged: 'accelerometer' };
 
+/** What a model predicts, and the unit that it is drawn in. */
+const PREDICTED = {
+  displacement: { name: 'z', unit: 'mm', scale: 1e3 },
+  force: { name: 'force', unit: 'N', scale: 1 },
+  acceleration: { name: "z''", unit: 'm/s²', scale: 1 },
+};
+
 /** Draws every figure that the page has a place for. */
 export async function drawAll(job) {
   const report = await (await fetch(`${job}/report`)).json();
@@ -27,18 +34,18 @@ export async function drawAll(job) {
   const evidence = report.diagnosis?.evidence;
   // No curve shows what the result withholds.
   const stated = (axle) => ['k', 'B'].every((name) => report.result[axle]?.[name]?.value !== null);
-  for (const axle of present) {
+  for (const axle of AXLES) {
     const found = evidence?.[axle];
     const named = report.diagnosis?.effects.some((effect) => effect.axle === axle || effect.axle === 'both');
     if (found) {
-      const inForce = found.predicted === 'force';
-      place(`worst-${axle}`, () => worst(found.worst, named, inForce), { eager: true });
-      place(`spectrum-${axle}`, () => spectrum(found.spectrum, named, inForce), { eager: true });
-      place(`surface-${axle}`, () => heat(found.surface.deflection_m, found.surface.rate_m_s, found.surface.lacking_n), { eager: true });
+      const predicted = PREDICTED[found.predicted];
+      place(`worst-${axle}`, () => worst(found.worst, named, predicted), { eager: true });
+      place(`spectrum-${axle}`, () => spectrum(found.spectrum, named, predicted), { eager: true });
+      if (found.surface.lacking_n.length) place(`surface-${axle}`, () => heat(found.surface.deflection_m, found.surface.rate_m_s, found.surface.lacking_n), { eager: true });
     }
     const free = report.diagnosis?.free_form[axle];
     if (free?.force_n.length) place(`free-form-${axle}`, () => heat(free.deflection_m, free.rate_m_s, free.force_n));
-    if (stated(axle)) place(`scatter-${axle}`, () => scatter(report, axle));
+    if (present.includes(axle) && stated(axle)) place(`scatter-${axle}`, () => scatter(report, axle));
   }
   if (report.latent_road?.road) withoutRoad(report.latent_road, place);
   // A ride without a road has no axle to draw and nothing was searched.
@@ -75,13 +82,12 @@ function withoutRoad({ sensors, road }, place) {
   }, { eager: true });
 }
 
-function worst({ t_s: t, measured_m: measured, plain_m: plain, extended_m: extended }, named, inForce) {
-  const unit = inForce ? 'N' : 'mm';
-  const line = (name, y, ink, dash) => ({ name, x: t, y: inForce ? y : mm(y), ink, dash });
+function worst({ t_s: t, measured_m: measured, plain_m: plain, extended_m: extended }, named, { name, unit, scale }) {
+  const line = (label, y, ink, dash) => ({ name: label, x: t, y: y.map((value) => (value === null ? null : scale * value)), ink, dash });
   return {
     x: { label: 'time from the first sample (s)' },
     panels: [
-      { label: `${inForce ? 'force' : 'z'} (${unit})`, weight: 1.2, traces: [
+      { label: `${name} (${unit})`, weight: 1.2, traces: [
         line('measured', measured, 'series-measured'),
         line('plain model', plain, 'series-plain', 'dash'),
         ...(named ? [line('with the effects', extended, 'series-extended')] : []),
@@ -94,11 +100,11 @@ function worst({ t_s: t, measured_m: measured, plain_m: plain, extended_m: exten
   };
 }
 
-function spectrum({ frequency_hz: x, plain_m2_hz: plain, extended_m2_hz: extended }, named, inForce) {
-  const density = (values) => values.map((value) => (value === null ? null : (inForce ? 1 : 1e3) * Math.sqrt(value)));
+function spectrum({ frequency_hz: x, plain_m2_hz: plain, extended_m2_hz: extended }, named, { unit, scale }) {
+  const density = (values) => values.map((value) => (value === null ? null : scale * Math.sqrt(value)));
   return {
     x: { label: 'frequency (Hz)', log: true },
-    panels: [{ label: `${inForce ? 'N' : 'mm'}/√Hz`, log: true, traces: [
+    panels: [{ label: `${unit}/√Hz`, log: true, traces: [
       { name: 'plain model', x, y: density(plain), ink: 'series-plain' },
       ...(named ? [{ name: 'with the effects', x, y: density(extended), ink: 'series-extended' }] : []),
     ] }],

@@ -1,18 +1,16 @@
 //! The table from which a verdict is read, as it is reported.
 
 use crate::judge::scores::{ScoredSet, Scores};
-use crate::judge::table::{EffectSupport, Rule};
+use crate::judge::table::{EffectSupport, Judgement, Rule};
 use crate::policy;
-use crate::verdict::by_parts::Read;
 use veloid_core::numerics::finite::finite;
-use veloid_model::dataset::Track;
 use veloid_report::windows::{EffectScore, PartLength, SetScore, Windows};
 
 /// Sets that are reported.
 const SETS: usize = 12;
 
-pub fn windows(track: &Track, read: &Read) -> Windows {
-    let (scores, judgement) = (&read.evidence.scores, &read.judgement);
+/// The table of a record whose standard deviation is `spread`.
+pub fn windows(spread: f64, scores: &Scores, judgement: &Judgement) -> Windows {
     let mut order: Vec<usize> = (0..scores.sets.len()).collect();
     let weight = |s: &usize| judgement.weights[*s].unwrap_or(-1.0);
     order.sort_by(|a, b| weight(b).total_cmp(&weight(a)));
@@ -20,15 +18,15 @@ pub fn windows(track: &Track, read: &Read) -> Windows {
     let supports = judgement.supports.iter().enumerate();
     Windows {
         rule: judgement.rule,
-        lengths: lengths(scores, track.spread()),
+        lengths: lengths(scores, spread),
         sets: (order.iter())
             .map(|s| set(scores, &scores.sets[*s], judgement.weights[*s]))
             .collect(),
         effects: supports
             .map(|(e, support)| EffectScore {
                 id: scores.effects[e].clone(),
-                support: read.support(e),
-                why_not: why_not(read, e, support),
+                support: judgement.support(scores, e),
+                why_not: why_not(judgement, e, support),
             })
             .collect(),
     }
@@ -61,8 +59,7 @@ fn set(scores: &Scores, set: &ScoredSet, weight: Option<f64>) -> SetScore {
 }
 
 /// Why the verdict does not name an effect; nothing where it does.
-fn why_not(read: &Read, effect: usize, support: &EffectSupport) -> Option<String> {
-    let judgement = &read.judgement;
+fn why_not(judgement: &Judgement, effect: usize, support: &EffectSupport) -> Option<String> {
     if judgement.named.contains(&effect) {
         return None;
     }

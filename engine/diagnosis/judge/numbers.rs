@@ -22,6 +22,20 @@ pub struct Numbers {
 }
 
 impl Numbers {
+    /// Those of a ride without a road: the noise is what the best set leaves, so that a share of it says nothing, and every nat counts.
+    pub fn without_road() -> Self {
+        Self {
+            share: 0.0,
+            strict_share: 0.0,
+            nameless_share: 0.0,
+            is_ridden: true,
+            floor: 0.0,
+            patience: f64::INFINITY,
+            occam: 2.0 * policy::OCCAM,
+            ..Self::default()
+        }
+    }
+
     /// Those of a ride, where a nearest shape takes much of what is none of the library's.
     pub fn on_road() -> Self {
         Self {

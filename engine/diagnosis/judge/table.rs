@@ -5,8 +5,10 @@ use super::numbers::Numbers;
 use super::scores::{ScoredSet, Scores};
 use super::weights::weights;
 use crate::policy;
+use veloid_core::numerics::finite::finite;
 use veloid_model::effects::Kind;
 pub use veloid_report::windows::Rule;
+use veloid_report::windows::Support;
 
 /// What the scores say of an axle.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,6 +45,19 @@ impl EffectSupport {
     /// The least share of all lengths.
     pub fn least_share(&self) -> Option<f64> {
         self.share.iter().copied().reduce(f64::min)
+    }
+}
+
+impl Judgement {
+    /// An effect's support, as it is reported.
+    pub fn support(&self, scores: &Scores, effect: usize) -> Support {
+        let support = &self.supports[effect];
+        Support {
+            weight: support.weight,
+            share: support.least_share().and_then(finite),
+            windows: scores.parts(),
+            next: support.next.map(|e| scores.effects[e].clone()),
+        }
     }
 }
 

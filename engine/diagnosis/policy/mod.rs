@@ -93,6 +93,34 @@ pub const SHORTER: f64 = 0.5;
 /// Effects of a set on an axle at most.
 pub const MOST_BY_WINDOWS: usize = 3;
 
+// Without a road (`no_road`, docs/latent-road.md). Gains are of twice the log likelihood.
+
+/// Gain, less what its parameters cost, from which an effect is looked at. Clean rides of ../shared/research/no_road: 19 at most.
+pub const DETECTED: f64 = 30.0;
+/// The same of effects that are linear as the axles are. A clean ride with tracks 1.4 cm apart: 43.
+pub const LINEAR_DETECTED: f64 = 60.0;
+/// Part of the first effects' gain that one more must make: laws are right to some percent only.
+pub const BESIDE_FIRST: f64 = 0.06;
+/// Gain behind the best model within which a twin of one of its effects explains the ride as well.
+pub const BEHIND: f64 = 12.0;
+/// Times its lead over all others that one more effect may gain and leave the names.
+pub const LEADS: f64 = 1.0;
+/// Delay (s) of a sensor that is said, and in its standard errors: noise of a GPS speed makes 3 ms of nothing.
+pub const LATE_S: f64 = 4e-3;
+pub const LATE_ERRORS: f64 = 2.0;
+/// Relative standard error of k from which the axles are too similar.
+pub const ALIKE: f64 = 0.05;
+/// Share by which a friction is unsure whose sign is rounded off over a tenth of the RMS rate or more.
+pub const ROUNDED_OFF: f64 = 0.15;
+/// Standard error of a damper's size at 100 Hz (share), since road beyond the logger's band shakes it unseen.
+pub const SHAKEN: f64 = 0.12;
+/// Times the fit's standard errors by which k and B scatter: on 53 simulated rides 1.96 of the fit's contained 87 and 91 % of them.
+pub const SCATTER: f64 = 1.3;
+/// Standard errors of k and B (shares) that patches, filters and the clock leave whatever the fit says.
+pub const LAW_ERRORS: [f64; 2] = [2e-3, 5e-3];
+/// Share of the other axle's acceleration (squares) above which the wheels do not ride on the same road.
+pub const OWN_ROAD: f64 = 0.3;
+
 // When a verdict by likelihood is asked again.
 
 /// Share of the held-out squares from which what an effect takes off can be swallowed by the noise.

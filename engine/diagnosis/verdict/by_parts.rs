@@ -7,7 +7,6 @@ use crate::search::Search;
 use crate::search::in_parts::{InParts, Seen};
 use crate::search::squares::{of_squares, search_by_squares};
 use veloid_core::bicycle::PerAxle;
-use veloid_core::numerics::finite::finite;
 use veloid_core::plant::Coefficient;
 use veloid_model::dataset::{Dataset, Track};
 use veloid_model::fit::{Effort, Fitted, Model, Point, Term};
@@ -106,22 +105,14 @@ impl Read {
         places.iter().map(|p| &self.evidence.sets[*p]).collect()
     }
 
-    pub fn support(&self, effect: usize) -> Support {
-        let (scores, support) = (&self.evidence.scores, &self.judgement.supports[effect]);
-        Support {
-            weight: support.weight,
-            share: support.least_share().and_then(finite),
-            windows: scores.parts(),
-            next: support.next.map(|e| scores.effects[e].clone()),
-        }
-    }
-
     fn claim(&self, term: Term) -> Claim {
         let place = self.evidence.terms.iter().position(|t| *t == term);
         Claim {
             term,
             holds: place.is_some_and(|e| self.judgement.named.contains(&e)),
-            support: place.map(|e| self.support(e)).unwrap_or_default(),
+            support: place
+                .map(|e| self.judgement.support(&self.evidence.scores, e))
+                .unwrap_or_default(),
         }
     }
 }

@@ -2,10 +2,11 @@
 
 use std::borrow::Cow;
 
+use nalgebra::DMatrix;
 use veloid_core::numerics::finite::{finite, std_error};
 use veloid_model::dataset::Dataset;
 use veloid_model::fit::{Fitted, Model, Slot, Term};
-use veloid_model::law::{Reported, Scale, Values};
+use veloid_model::law::{Reported, Scale, Spec, Values};
 use veloid_report::diagnosis::{EffectReport, ParameterReport, Place};
 use veloid_report::identifiable::identified;
 
@@ -104,7 +105,7 @@ fn parameters(
 
 /// An effect with its size and place, as part of a sentence. Where the ride does not determine a parameter, or the law is the
 /// user's own, the parameters follow the plain words.
-fn sentence(
+pub fn sentence(
     place: Place,
     (noun, words): (&str, &str),
     parameters: &[(Cow<str>, ParameterReport)],
@@ -134,7 +135,7 @@ fn sentence(
 }
 
 /// An angle's zero is a direction as any other: it is reported to within half a radian or not at all.
-fn as_good_as_zero(unit: &str) -> f64 {
+pub fn as_good_as_zero(unit: &str) -> f64 {
     match unit {
         "rad" => 1.0,
         _ => 0.0,
@@ -171,7 +172,7 @@ pub fn unlearned<'f>(
         })
 }
 
-/// Standard errors of the reported parameters, by the delta method.
+/// Standard errors of the reported parameters.
 fn standard_errors(
     dataset: &Dataset,
     fit: &Fitted,
@@ -179,7 +180,6 @@ fn standard_errors(
     values: &Values,
     scale: &Scale,
 ) -> Vec<Option<f64>> {
-    let spec = fit.unit.terms[at].kind.spec();
     let slots = fit.unit.slots(dataset);
     let fitted: Vec<(usize, usize)> = slots
         .iter()
@@ -189,6 +189,17 @@ fn standard_errors(
             _ => None,
         })
         .collect();
+    let spec = fit.unit.terms[at].kind.spec();
+    propagated(spec, (values, scale), &fitted, &fit.covariance)
+}
+
+/// Standard errors of what is reported of an effect, by the delta method; `fitted` are its parameters, each with its place in the covariance.
+pub fn propagated(
+    spec: &Spec,
+    (values, scale): (&Values, &Scale),
+    fitted: &[(usize, usize)],
+    covariance: &DMatrix<f64>,
+) -> Vec<Option<f64>> {
     let base = (spec.report)(values, scale);
     let derivatives: Vec<Vec<f64>> = fitted
         .iter()
@@ -213,7 +224,7 @@ fn standard_errors(
                 for (b, (j, _)) in fitted.iter().enumerate() {
                     let (x, y) = (derivatives[a][r], derivatives[b][r]);
                     if x != 0.0 && y != 0.0 {
-                        variance += x * y * fit.covariance[(*i, *j)];
+                        variance += x * y * covariance[(*i, *j)];
                     }
                 }
             }

@@ -14,13 +14,24 @@ impl SimulatedRide {
     /// A number that is out of range.
     pub fn sensed(&self, noise: f64) -> Result<Ride, EngineError> {
         self.validate()?;
+        self.accelerations(&self.motion().map(|_, m| m.acceleration.clone()), noise)
+    }
+
+    /// The same of axles that move otherwise: with these accelerations (m/s^2) at the logger's samples.
+    ///
+    /// # Errors
+    /// A noise that is out of range.
+    pub fn accelerations(
+        &self,
+        accelerations: &PerAxle<Vec<f64>>,
+        noise: f64,
+    ) -> Result<Ride, EngineError> {
         within("noise", noise, 0.0, f64::MAX)?;
         let mut ride = self.ride();
         let mut random = Normal::new(self.seed.wrapping_add(0x7365_6e73_6564));
         ride.axles = PerAxle::default();
-        for (axle, motion) in self.motion().iter() {
-            let values = motion.acceleration.iter();
-            let values: Vec<f64> = values.map(|a| a + noise * random.draw()).collect();
+        for (axle, values) in accelerations.iter() {
+            let values: Vec<f64> = values.iter().map(|a| a + noise * random.draw()).collect();
             ride.sensors.push(SensorRecord {
                 axle,
                 kind: SensorKind::Acceleration,

@@ -130,7 +130,7 @@ impl Default for SimulatedRide {
 pub const FULL_BAND: f64 = 0.45;
 
 /// Exact steps of the model within one sample interval; road and force are splines through them.
-const FINE: usize = 8;
+pub const FINE: usize = 8;
 
 /// What drives one axle, and how it moves, without noise.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -9,7 +9,7 @@ use veloid_engine::bicycle::Bike;
 use veloid_engine::report::diagnosis::Place;
 use veloid_engine::simulate::road::Roughness;
 use veloid_engine::simulate::simulated_ride::{Excitation, SimulatedRide, Spring};
-use veloid_engine::{EngineError, Imposed, Ride, simulate};
+use veloid_engine::{EngineError, Imposed, Ride, sensed, simulate};
 
 use crate::cli::ride_csv;
 
@@ -43,7 +43,7 @@ pub struct Example {
     pub about: &'static str,
 }
 
-/// One ride that the plain model explains, one that hides friction, one of accelerometers alone.
+/// One ride that the plain model explains, one that hides friction, one of accelerometers alone that hides it too.
 pub fn singles() -> Result<Vec<Example>, EngineError> {
     let ride = SimulatedRide {
         noise_displacement_m: NOISE_M,
@@ -63,12 +63,13 @@ pub fn singles() -> Result<Vec<Example>, EngineError> {
         about,
     };
     let clean = simulate(&ride, &Bike::default(), &[])?;
-    let rubbing = simulate(&ride, &Bike::default(), &[friction])?;
-    let sensed = SimulatedRide {
+    let rubbing = simulate(&ride, &Bike::default(), std::slice::from_ref(&friction))?;
+    let longer = SimulatedRide {
         duration_s: 120.0,
+        noise_displacement_m: 0.0,
         ..ride
-    }
-    .sensed(NOISE_M_S2)?;
+    };
+    let sensed = sensed(&longer, &Bike::default(), &[friction], NOISE_M_S2)?;
     Ok(vec![
         single("clean", &clean, "the plain model explains it"),
         single(
@@ -76,7 +77,11 @@ pub fn singles() -> Result<Vec<Example>, EngineError> {
             &rubbing,
             "the fork rubs, which the model leaves out",
         ),
-        single("accelerometers", &sensed, "no road sensor"),
+        single(
+            "accelerometers",
+            &sensed,
+            "no road sensor, and the fork rubs",
+        ),
     ])
 }
 

@@ -1,0 +1,156 @@
+//! The other axle's acceleration as it was measured and as the models predict it.
+
+use super::fit::Frame;
+use super::judged::Judged;
+use super::model::Model;
+use super::predict::Spectra;
+use veloid_core::numerics::finite::finite;
+use veloid_report::diagnosis::{Evidence, Excerpt, HeldOut, Predicted, ResidualSpectrum};
+
+/// Seconds that are shown where the plain model errs most.
+const EXCERPT_S: f64 = 1.5;
+
+pub struct Shown {
+    pub held_out: HeldOut,
+    pub evidence: Evidence,
+    /// Standard deviation of the acceleration (m/s^2).
+    pub spread: f64,
+}
+
+impl Shown {
+    pub fn of(judged: &Judged) -> Self {
+        let plain = Seen::of(judged, &judged.found.plain.model);
+        let best = Seen::of(judged, &judged.best.model);
+        let measured: Vec<Vec<f64>> = (judged.record.segments.iter())
+            .map(|s| s.other.iter().zip(&s.window).map(|(a, w)| a * w).collect())
+            .collect();
+        let power = |x: &[Vec<f64>]| x.iter().flatten().map(|x| x * x).sum::<f64>();
+        let weight: f64 = (judged.record.segments.iter().flat_map(|s| &s.window))
+            .map(|w| w * w)
+            .sum();
+        let spread = (power(&measured) / weight.max(f64::MIN_POSITIVE)).sqrt();
+        let duration: f64 = judged.record.segments.iter().map(|s| s.duration()).sum();
+        let rms = |seen: &Option<Seen>| seen.as_ref().and_then(|s| finite(spread * s.share.sqrt()));
+        Self {
+            held_out: HeldOut {
+                plain_rms_m: rms(&plain),
+                extended_rms_m: rms(&best),
+                predicted: Predicted::Acceleration,
+                window_s: [0.0, duration],
+                ..HeldOut::default()
+            },
+            evidence: Evidence {
+                predicted: Predicted::Acceleration,
+                worst: excerpt(judged, plain.as_ref(), best.as_ref()),
+                spectrum: spectrum(judged, plain.as_ref(), best.as_ref()),
+                ..Evidence::default()
+            },
+            spread,
+        }
+    }
+}
+
+/// What a model makes of the record.
+struct Seen {
+    /// Predicted acceleration by segment.
+    predicted: Vec<Vec<f64>>,
+    residuals: Spectra,
+    /// Share of the power that it leaves.
+    share: f64,
+}
+
+impl Seen {
+    fn of(judged: &Judged, model: &Model) -> Option<Self> {
+        let (record, scales, courses) = (judged.record, judged.scales, &judged.found.courses);
+        let frame = Frame::around(record, scales, courses, model)?;
+        let predicted = frame.predictor.spectra(std::slice::from_ref(model)).pop()?;
+        let residuals = frame.left(&predicted).residuals;
+        let power = |x: &[_]| {
+            x.iter()
+                .map(|x: &veloid_fourier::Complex<f64>| x.norm_sqr())
+                .sum::<f64>()
+        };
+        let all: f64 = record.segments.iter().map(|s| power(&s.measured)).sum();
+        let left: f64 = residuals.iter().map(|r| power(r)).sum();
+        let along = |s: usize| {
+            let a = frame
+                .predictor
+                .ridden(std::slice::from_ref(model), s)
+                .other
+                .a;
+            a.iter().map(|a| a.0[0] * courses[s].gain).collect()
+        };
+        Some(Self {
+            predicted: (0..record.segments.len()).map(along).collect(),
+            residuals,
+            share: left / all.max(f64::MIN_POSITIVE),
+        })
+    }
+}
+
+/// Where the plain model errs most.
+fn excerpt(judged: &Judged, plain: Option<&Seen>, best: Option<&Seen>) -> Excerpt {
+    let Some(plain) = plain else {
+        return Excerpt::default();
+    };
+    let segments = &judged.record.segments;
+    let mut worst = (0.0, 0, 0);
+    for (s, segment) in segments.iter().enumerate() {
+        let length = (EXCERPT_S / segment.step) as usize;
+        let errors: Vec<f64> = (segment
+            .other
+            .iter()
+            .zip(&plain.predicted[s])
+            .zip(&segment.window))
+        .map(|((a, p), w)| (w * (a - p)).powi(2))
+        .collect();
+        for from in (0..errors.len().saturating_sub(length)).step_by((length / 2).max(1)) {
+            let sum: f64 = errors[from..from + length].iter().sum();
+            if sum > worst.0 {
+                worst = (sum, s, from);
+            }
+        }
+    }
+    let (_, s, from) = worst;
+    let Some(segment) = segments.get(s) else {
+        return Excerpt::default();
+    };
+    let length = (EXCERPT_S / segment.step) as usize;
+    let steps: Vec<usize> = (from..(from + length).min(segment.steps()))
+        .step_by(segment.over)
+        .collect();
+    let of = |seen: Option<&Seen>| {
+        let at = |i: &usize| seen.and_then(|seen| finite(seen.predicted[s][*i]));
+        steps.iter().map(at).collect()
+    };
+    Excerpt {
+        t_s: steps
+            .iter()
+            .map(|i| segment.start_s + segment.time(*i))
+            .collect(),
+        measured_m: steps.iter().map(|i| finite(segment.other[*i])).collect(),
+        plain_m: of(Some(plain)),
+        extended_m: of(best),
+    }
+}
+
+/// Densities of what the models leave, by the bands of unknown noise.
+fn spectrum(judged: &Judged, plain: Option<&Seen>, best: Option<&Seen>) -> ResidualSpectrum {
+    let record = judged.record;
+    let weight: f64 = (record.segments.iter())
+        .map(|s| s.window.iter().map(|w| w * w).sum::<f64>() / s.over as f64)
+        .sum();
+    let density = |seen: Option<&Seen>, band: &std::ops::Range<usize>| {
+        let seen = seen?;
+        let power: f64 = (seen.residuals.iter())
+            .flat_map(|r| r[band.clone()].iter().map(|x| x.norm_sqr()))
+            .sum();
+        finite(2.0 * power / band.len() as f64 / weight / record.rate_hz)
+    };
+    let centre = |b: &std::ops::Range<usize>| (record.hz(b.start) * record.hz(b.end)).sqrt();
+    ResidualSpectrum {
+        frequency_hz: record.bands.iter().map(centre).collect(),
+        plain_m2_hz: record.bands.iter().map(|b| density(plain, b)).collect(),
+        extended_m2_hz: record.bands.iter().map(|b| density(best, b)).collect(),
+    }
+}
