@@ -36,7 +36,9 @@ export async function drawAll(job) {
   const stated = (axle) => ['k', 'B'].every((name) => report.result[axle]?.[name]?.value !== null);
   for (const axle of AXLES) {
     const found = evidence?.[axle];
-    const named = report.diagnosis?.effects.some((effect) => effect.axle === axle || effect.axle === 'both');
+    // Without a road one axle's acceleration shows what acts on both.
+    const shows = (effect) => found?.predicted === 'acceleration' || effect.axle === axle || effect.axle === 'both';
+    const named = report.diagnosis?.effects.some(shows);
     if (found) {
       const predicted = PREDICTED[found.predicted];
       place(`worst-${axle}`, () => worst(found.worst, named, predicted), { eager: true });

@@ -93,14 +93,14 @@ impl Predictor<'_> {
             .collect();
         if leading.turns() {
             for (i, road) in road.iter_mut().enumerate() {
-                *road = *road + -leading.wheel(i);
+                *road += -leading.wheel(i);
             }
         }
         let following = law(&other_lanes, other, segment.step);
         let mut under = self.courses[s].under(&road);
         if following.turns() {
             for (i, road) in under.iter_mut().enumerate() {
-                *road = *road + following.wheel(i);
+                *road += following.wheel(i);
             }
         }
         Ridden {

@@ -314,11 +314,11 @@ fn smooth(n: usize) -> usize {
     let is_smooth = |n: &usize| {
         let mut rest = *n;
         for prime in [2, 3, 5] {
-            while rest % prime == 0 {
+            while rest.is_multiple_of(prime) {
                 rest /= prime;
             }
         }
-        rest == 1 && n % 2 == 0
+        rest == 1 && n.is_multiple_of(2)
     };
     (2..=n).rev().find(is_smooth).unwrap_or(0)
 }
@@ -462,6 +462,6 @@ mod tests {
         let held: Vec<f64> = (0..400).map(wave).collect();
         assert!(flights(&held, 100.0).iter().all(|f| *f == 0.0));
         let flown: Vec<f64> = (0..400).map(|i| wave(i).max(-GRAVITY)).collect();
-        assert!(flights(&flown, 100.0).iter().any(|f| *f == 1.0));
+        assert!(flights(&flown, 100.0).contains(&1.0));
     }
 }

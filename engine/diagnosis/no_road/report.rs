@@ -229,6 +229,7 @@ fn extended(judged: &Judged, fit: &Fit) -> PerAxle<Estimate> {
             continue;
         };
         let value = |q: usize| mass_kg * fit.model.base(axle)[q].exp();
+        let acts = fit.model.effects.iter().any(|(term, _)| term.acts_on(axle));
         let slot = |q| {
             fit.model
                 .slots()
@@ -247,7 +248,7 @@ fn extended(judged: &Judged, fit: &Fit) -> PerAxle<Estimate> {
                         * equivalent(judged, fit, axle)
                 }
             };
-            finite(of_fit.hypot(policy::LAW_ERRORS[q] * value(q)).hypot(shaken))
+            finite(of_fit.hypot(of_law(q, acts) * value(q)).hypot(shaken))
         };
         let estimate = Estimate {
             k_n_m: value(0),
@@ -265,6 +266,11 @@ fn extended(judged: &Judged, fit: &Fit) -> PerAxle<Estimate> {
         }
     }
     found
+}
+
+/// Share by which k (0) or B (1) is unsure whatever the fit says.
+fn of_law(q: usize, acts: bool) -> f64 {
+    policy::LAW_ERRORS[q] * if acts { policy::BESIDE_EFFECT } else { 1.0 }
 }
 
 fn warnings(judged: &Judged) -> Vec<String> {
@@ -355,5 +361,6 @@ mod tests {
     fn k_and_b_are_no_surer_than_filters_and_patches_let_them_be() {
         let [k, b] = policy::LAW_ERRORS;
         assert!(k < b && k > 1e-3 && policy::SCATTER >= 1.0);
+        assert_eq!(of_law(1, true), policy::BESIDE_EFFECT * of_law(1, false));
     }
 }

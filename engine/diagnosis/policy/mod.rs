@@ -118,6 +118,8 @@ pub const SHAKEN: f64 = 0.12;
 pub const SCATTER: f64 = 1.3;
 /// Standard errors of k and B (shares) that patches, filters and the clock leave whatever the fit says.
 pub const LAW_ERRORS: [f64; 2] = [2e-3, 5e-3];
+/// Times that much on an axle on which an effect acts: k was 1 to 3 % off beside friction that sticks and beside a strong cubic spring.
+pub const BESIDE_EFFECT: f64 = 6.0;
 /// Share of the other axle's acceleration (squares) above which the wheels do not ride on the same road.
 pub const OWN_ROAD: f64 = 0.3;
 
