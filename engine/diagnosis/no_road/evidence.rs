@@ -1,5 +1,7 @@
 //! What sets of effects leave of blocks of the ride to which they were not fitted: the judge's evidence.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -10,6 +12,7 @@ use super::record::Record;
 use super::search::{Found, Search};
 use crate::judge::scores::{ScoredLength, ScoredSet, Scores};
 use crate::policy;
+use crate::search::parts::contiguous;
 use veloid_core::bicycle::PerAxle;
 use veloid_fourier::{Complex, inverse};
 use veloid_model::fit::Term;
@@ -32,6 +35,17 @@ pub struct Evidence {
     pub left: f64,
     /// Cost of each set, with what its parameters cost.
     pub charged: Vec<f64>,
+}
+
+impl Evidence {
+    /// What a set of effects costs, if it was tried.
+    pub fn cost(&self, terms: &[Term]) -> Option<f64> {
+        let at = self
+            .fits
+            .iter()
+            .position(|fit| fit.model.terms() == terms)?;
+        Some(self.charged[at])
+    }
 }
 
 pub fn evidence(search: &Search, found: &Found) -> Option<Evidence> {
@@ -177,12 +191,9 @@ fn held_out(frame: &Frame, model: &Model) -> Option<Vec<f64>> {
             .map(|c| along(record, &c.into_owned())),
     );
     let samples = columns[0].len();
-    let blocks: Vec<std::ops::Range<usize>> = (0..policy::BLOCKS)
-        .map(|b| b * samples / policy::BLOCKS..(b + 1) * samples / policy::BLOCKS)
-        .collect();
-    let part = |of: &DVector<f64>, block: &std::ops::Range<usize>| {
-        of.rows(block.start, block.len()).into_owned()
-    };
+    let blocks: Vec<Range<usize>> = contiguous(samples, policy::BLOCKS).collect();
+    let part =
+        |of: &DVector<f64>, block: &Range<usize>| of.rows(block.start, block.len()).into_owned();
     let own: Vec<(DMatrix<f64>, DVector<f64>)> = (blocks.iter())
         .map(|block| {
             let j: Vec<DVector<f64>> = columns[1..].iter().map(|c| part(c, block)).collect();

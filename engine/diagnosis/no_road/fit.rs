@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 
 use super::model::{Model, Slot};
-use super::nuisance::{Columns, Corrections, Course, Nuisance, columns, whitened};
+use super::nuisance::{Corrections, Course, Nuisance, columns, whitened};
 use super::predict::{Predictor, Spectra};
 use super::record::Record;
 use veloid_core::bicycle::PerAxle;
@@ -60,39 +60,28 @@ impl<'a> Frame<'a> {
             scales,
             courses,
         };
-        let accelerations: Vec<Vec<f64>> = (0..record.segments.len())
-            .map(|s| {
-                let a = predictor.ridden(std::slice::from_ref(model), s).other.a;
-                a.iter().map(|a| a.0[0]).collect()
-            })
-            .collect();
-        let of = |(segment, a): (_, &Vec<f64>)| Arc::new(columns(record, segment, a));
-        let columns: Vec<Arc<Columns>> =
-            record.segments.iter().zip(&accelerations).map(of).collect();
-        let predicted = predictor.spectra(std::slice::from_ref(model)).pop()?;
-        let mut residuals = predictor.residuals(&predicted);
-        // What the nuisances explain is no noise, which the first estimate of it contains.
-        let mut frame = None;
-        for _ in 0..3 {
-            let noise = noise(record, &residuals)?;
-            let nuisances = (columns.iter().zip(&record.segments).zip(courses)).map(
-                |((columns, segment), course)| {
-                    Nuisance::new(Arc::clone(columns), segment, course, &noise)
-                },
-            );
-            let built = Frame {
-                predictor: Predictor {
-                    record,
-                    scales,
-                    courses,
-                },
-                nuisances: nuisances.collect::<Option<Vec<_>>>()?,
-                noise,
-            };
-            residuals = built.left(&predicted).residuals;
-            frame = Some(built);
+        let mut predicted = Vec::new();
+        let mut nuisances_of = Vec::new();
+        for (s, segment) in record.segments.iter().enumerate() {
+            let a = predictor.ridden(std::slice::from_ref(model), s).other.a;
+            predicted.push(predictor.spectrum_of(segment, &a, 0));
+            let a: Vec<f64> = a.iter().map(|a| a.0[0]).collect();
+            nuisances_of.push(Arc::new(columns(record, segment, &a)));
         }
-        frame
+        let noise = noise(record, &predictor.residuals(&predicted))?;
+        let nuisances = (nuisances_of.into_iter().zip(&record.segments).zip(courses))
+            .map(|((columns, segment), course)| Nuisance::new(columns, segment, course, &noise));
+        let mut frame = Frame {
+            predictor,
+            nuisances: nuisances.collect::<Option<Vec<_>>>()?,
+            noise,
+        };
+        // What the nuisances explain is no noise, which the first estimate of it contains.
+        for _ in 0..2 {
+            let residuals = frame.left(&predicted).residuals;
+            frame.renewed(&residuals)?;
+        }
+        Some(frame)
     }
 
     fn record(&self) -> &Record {
@@ -288,8 +277,8 @@ impl Predictor<'_> {
     }
 }
 
-/// Power in each band, at every line.
-fn noise(record: &Record, residuals: &Spectra) -> Option<Vec<f64>> {
+/// Power in each band, at every line; nothing where there is none.
+pub fn noise(record: &Record, residuals: &Spectra) -> Option<Vec<f64>> {
     let mut noise = vec![0.0; record.lines.len()];
     for band in &record.bands {
         let power = power(residuals, band);

@@ -37,10 +37,7 @@ impl Late {
         let lag = pairs.iter().map(|(lag, _)| lag.abs()).sum::<f64>() / count;
         let (beside_speed, std_error_s) = split(&pairs)?;
         let both = is_late(mean, SPEED * lag) && is_late(beside_speed, std_error_s);
-        let other = match record.lead {
-            Axle::Front => Axle::Rear,
-            Axle::Rear => Axle::Front,
-        };
+        let other = record.other();
         (both && mean * beside_speed > 0.0).then_some(Self {
             axle: if mean > 0.0 { other } else { record.lead },
             delay_s: mean.abs(),

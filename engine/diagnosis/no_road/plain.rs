@@ -4,9 +4,10 @@ use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::fit::{Fit, Frame, level};
+use super::fit::{Fit, Frame, level, noise};
 use super::model::{BETA, Base, KAPPA, Model};
 use super::nuisance::{Course, whitened};
+use super::predict::Spectra;
 use super::record::{Record, spectrum};
 use veloid_core::bicycle::{Axle, PerAxle};
 use veloid_core::numerics::lanes::Lanes;
@@ -146,19 +147,9 @@ fn gradient(
     record: &Record,
     shifted: &[Vec<Complex<f64>>],
     x: &Unknowns,
-    residuals: &[Vec<Complex<f64>>],
+    residuals: &Spectra,
 ) -> Option<(DMatrix<f64>, DVector<f64>)> {
-    let mut noise = vec![0.0; record.lines.len()];
-    for band in &record.bands {
-        let squares =
-            |r: &Vec<Complex<f64>>| r[band.clone()].iter().map(|x| x.norm_sqr()).sum::<f64>();
-        let power =
-            residuals.iter().map(squares).sum::<f64>() / (band.len() * residuals.len()) as f64;
-        if !(power > 0.0 && power.is_finite()) {
-            return None;
-        }
-        noise[band.clone()].fill(power);
-    }
+    let noise = noise(record, residuals)?;
     let column = |values: &[Vec<Complex<f64>>]| -> DVector<f64> {
         let parts = values
             .iter()

@@ -59,7 +59,7 @@ impl Predictor<'_> {
         spectra
     }
 
-    fn spectrum_of(&self, segment: &Segment, a: &[Lanes], lane: usize) -> Vec<Complex<f64>> {
+    pub fn spectrum_of(&self, segment: &Segment, a: &[Lanes], lane: usize) -> Vec<Complex<f64>> {
         let values = a.iter().zip(&segment.window).map(|(a, w)| a.0[lane] * w);
         let record = self.record;
         spectrum(
@@ -74,10 +74,7 @@ impl Predictor<'_> {
     pub fn ridden(&self, models: &[Model], s: usize) -> Ridden {
         let segment = &self.record.segments[s];
         let lead = self.record.lead;
-        let other = match lead {
-            Axle::Front => Axle::Rear,
-            Axle::Rear => Axle::Front,
-        };
+        let other = self.record.other();
         let [lead_lanes, other_lanes] =
             [lead, other].map(|axle| lanes(models, axle, 1.0 / self.scale(axle).mass));
         let law = |lanes, axle, felt_after| Law {

@@ -207,6 +207,14 @@ impl Record {
         })
     }
 
+    /// The axle that rides over the leading one's road.
+    pub fn other(&self) -> Axle {
+        match self.lead {
+            Axle::Front => Axle::Rear,
+            Axle::Rear => Axle::Front,
+        }
+    }
+
     /// Real numbers that are judged.
     pub fn values(&self) -> usize {
         2 * self.segments.len() * self.lines.len()

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::fit::Fit;
 use super::judged::Judged;
 use super::model::{Slot, axle_of};
-use super::roles::{Role, role};
+use super::roles::{Role, is_linear, role};
 use super::search::Scored;
 use super::shown::Shown;
 use crate::explain::windows::windows;
@@ -27,10 +27,7 @@ use veloid_report::identifiable::identified;
 
 pub fn report(judged: &Judged) -> Diagnosis {
     let shown = Shown::of(judged);
-    let other = match judged.record.lead {
-        Axle::Front => Axle::Rear,
-        Axle::Rear => Axle::Front,
-    };
+    let other = judged.record.other();
     let of_other = |x| on(other, x);
     let best = judged.best;
     let affirmed = judged.verdict == Verdict::Named;
@@ -296,7 +293,7 @@ fn detectable(judged: &Judged) -> Vec<Detectable> {
         let reported = (spec.report)(&values, scale)
             .into_iter()
             .nth(spec.size_parameter)?;
-        let absorbed = matches!(term.kind, Kind::ViscoelasticTyre | Kind::SprungMass);
+        let absorbed = is_linear(term.kind);
         Some(Detectable {
             id: spec.id.to_owned(),
             axle: term.place,

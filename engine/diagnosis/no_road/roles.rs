@@ -54,3 +54,8 @@ pub fn role(kind: Kind) -> Role {
         | Kind::Own(_) => Role::Not("not looked for without a road"),
     }
 }
+
+/// Whether an effect is linear as the axles are, so that most of it passes for another k and B.
+pub fn is_linear(kind: Kind) -> bool {
+    matches!(kind, Kind::SprungMass | Kind::ViscoelasticTyre)
+}

@@ -5,13 +5,13 @@ use super::fit::Fit;
 use super::gates;
 use super::judged::Judged;
 use super::late::Late;
-use super::model::{Model, Sizes, scale};
+use super::model::{Sizes, scale};
 use super::nuisance::Course;
 use super::plain;
 use super::predict::Predictor;
 use super::record::Record;
 use super::report::report;
-use super::roles::{Role, role};
+use super::roles::{Role, is_linear, role};
 use super::search::{Found, Search};
 use crate::judge::numbers::Numbers;
 use crate::judge::table::{Judgement, Rule, judge};
@@ -181,8 +181,7 @@ fn candidates(ride: &Ride, scales: &PerAxle<Scale>) -> Vec<Term> {
 /// Effects that differ so little here that they are one answer: a sprung mass held by its damper is a relaxing spring, and either axle's
 /// line explains what the other's does.
 fn is_twin(a: &Term, b: &Term) -> bool {
-    let relaxes = |t: &Term| matches!(t.kind, Kind::SprungMass | Kind::ViscoelasticTyre);
-    (relaxes(a) && relaxes(b) && a.place == b.place)
+    (is_linear(a.kind) && is_linear(b.kind) && a.place == b.place)
         || (super::lines::has_line(a.kind) && a.kind == b.kind)
 }
 
@@ -199,21 +198,14 @@ fn outweighs(left: f64, lead: f64) -> bool {
 /// Sets with a twin in the place of one effect of the best that come near it.
 fn tied(found: &Found, evidence: &Evidence) -> Vec<Vec<Term>> {
     let best = found.best.model.terms();
-    let cost = |terms: &[Term]| {
-        let at = evidence
-            .fits
-            .iter()
-            .position(|fit| fit.model.terms() == terms)?;
-        Some(evidence.charged[at])
-    };
-    let Some(least) = cost(&best) else {
+    let Some(least) = evidence.cost(&best) else {
         return Vec::new();
     };
     let is_tied = |terms: &Vec<Term>| {
         let other: Vec<&Term> = terms.iter().filter(|t| !best.contains(t)).collect();
         let gone: Vec<&Term> = best.iter().filter(|t| !terms.contains(t)).collect();
         match (&other[..], &gone[..]) {
-            ([a], [b]) => is_twin(a, b) && cost(terms).is_some_and(|c| is_near(c - least)),
+            ([a], [b]) => is_twin(a, b) && evidence.cost(terms).is_some_and(|c| is_near(c - least)),
             _ => false,
         }
     };
@@ -237,21 +229,14 @@ fn verdict(found: &Found, evidence: &Evidence, judgement: &Judgement, is_tied: b
 
 /// What the best model gains over the plain one, both with the nuisances that suit the best one.
 fn gained(found: &Found, evidence: &Evidence) -> f64 {
-    let cost = |terms: &[Term]| {
-        let at = evidence
-            .fits
-            .iter()
-            .position(|fit| fit.model.terms() == terms);
-        at.map(|at| evidence.charged[at])
-    };
-    let both = cost(&[]).zip(cost(&found.best.model.terms()));
+    let best = evidence.cost(&found.best.model.terms());
+    let both = evidence.cost(&[]).zip(best);
     both.map_or(0.0, |(plain, best)| plain - best)
 }
 
 /// What effects must gain: of those that are linear as the axles are, patches and tracks that differ make something too.
 fn wanted(terms: &[Term]) -> f64 {
-    let is_linear = |t: &Term| matches!(t.kind, Kind::SprungMass | Kind::ViscoelasticTyre);
-    match terms.iter().all(is_linear) {
+    match terms.iter().all(|t| is_linear(t.kind)) {
         true => policy::LINEAR_DETECTED,
         false => policy::DETECTED,
     }
@@ -260,24 +245,15 @@ fn wanted(terms: &[Term]) -> f64 {
 /// By how much the best model leads every one that lacks one of its effects, and is no twin.
 fn ahead(found: &Found, evidence: &Evidence) -> f64 {
     let best = found.best.model.terms();
-    let cost = |model: &Model| {
-        let at = evidence
-            .fits
-            .iter()
-            .position(|fit| fit.model.terms() == model.terms());
-        at.map_or(f64::INFINITY, |at| evidence.charged[at])
-    };
-    let least = cost(&found.best.model);
+    let least = evidence.cost(&best).unwrap_or(f64::INFINITY);
     let twins = |terms: &[Term]| {
         best.iter()
             .all(|b| terms.iter().any(|t| t == b || is_twin(t, b)))
     };
-    let others = evidence
-        .fits
-        .iter()
-        .filter(|fit| !twins(&fit.model.terms()));
+    let sets = evidence.fits.iter().zip(&evidence.charged);
+    let others = sets.filter(|(fit, _)| !twins(&fit.model.terms()));
     others
-        .map(|fit| cost(&fit.model) - least)
+        .map(|(_, cost)| cost - least)
         .fold(f64::INFINITY, f64::min)
 }
 
