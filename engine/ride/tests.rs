@@ -795,7 +795,7 @@ fn what_keeps_a_table_from_being_read_is_shown_beside_it() {
     let png = preview(&[x(b"\x89PNG....")], &ReadOptions::default());
     assert_eq!(png.unwrap_err().kind(), "binary-file");
     let line = preview(&[x(b"[null, null]")], &ReadOptions::default());
-    assert_eq!(line.unwrap_err().kind(), "no-rows");
+    assert_eq!(line.unwrap_err().kind(), "header-only");
     let own = preview(&[x(text.as_bytes())], &laid_out(&[], r#"{"decimal": "x"}"#));
     assert_eq!(own.unwrap_err().kind(), "bad-option");
 }
