@@ -21,10 +21,12 @@ use veloid_methods::uncertainty::laser::{are_unplaced, misleading, unconfirmed};
 use veloid_methods::uncertainty::road_noise::decides;
 use veloid_mistakes::mistakes;
 use veloid_report::Method;
-use veloid_report::diagnosis::Diagnosis;
+use veloid_report::diagnosis::{Diagnosis, Verdict};
 use veloid_report::identifiable::{MISTAKEN, UNPLACED};
 use veloid_report::stages::{Conclusion, Observed};
-use veloid_report::{Comparison, Estimate, LatentRoad, Mistake, Report, SwarmReport, Trial};
+use veloid_report::{
+    Comparison, Estimate, LatentRoad, Mistake, Parameters, Report, SwarmReport, Trial,
+};
 use veloid_ride::Ride;
 
 /// Stiffness k and damping B of every axle by every method, and what physics the model leaves out. Trials of the swarm run
@@ -323,7 +325,11 @@ pub fn assemble(
         swarm: conclusion.swarm,
         output_error: reported(conclusion.output_error),
         latent_road: observed.latent_road.map(|latent| {
-            let PerAxle { front, rear } = reported(widening.of_latent_road(&latent.axles()));
+            let estimates = reported(widening.of_latent_road(&latent.axles()));
+            let PerAxle { front, rear } = match ride.has_no_road() {
+                true => beside(diagnosis.as_ref(), estimates),
+                false => estimates,
+            };
             LatentRoad {
                 front,
                 rear,
@@ -341,6 +347,25 @@ pub fn assemble(
     };
     let result = result(ride, &report);
     checked("report", report.with_result(result))
+}
+
+/// Estimates by the spectra, whose intervals include what the diagnosis without a road makes of plain axles, which knows more of how the wheels
+/// differ.
+fn beside(diagnosis: Option<&Diagnosis>, estimates: PerAxle<Estimate>) -> PerAxle<Estimate> {
+    let plain = diagnosis.filter(|d| d.verdict == Verdict::NothingMissing);
+    estimates.map(|axle, e| {
+        let Some(other) = plain.and_then(|d| d.extended.get(axle)) else {
+            return e.clone();
+        };
+        let off = Parameters {
+            k_n_m: e.k_n_m - other.k_n_m,
+            b_n_s_m: e.b_n_s_m - other.b_n_s_m,
+        };
+        match &other.k_not_identifiable {
+            Some(why) => e.clone().withheld(why),
+            None => e.clone().widened(&off),
+        }
+    })
 }
 
 #[cfg(test)]

@@ -9,7 +9,9 @@ use veloid_engine::bicycle::{Axle, Bike};
 use veloid_engine::report::diagnosis::Place;
 use veloid_engine::simulate::laser::Laser;
 use veloid_engine::simulate::road::{Bump, Roughness};
-use veloid_engine::simulate::simulated_ride::{Excitation, SimulatedRide, SpeedChange, Spring};
+use veloid_engine::simulate::simulated_ride::{
+    Excitation, FULL_BAND, SimulatedRide, SpeedChange, Spring,
+};
 use veloid_engine::{EngineError, Imposed, SettingProblem, sensed, simulate};
 
 use super::{CliError, ride_csv, split};
@@ -87,10 +89,14 @@ pub struct Simulate {
     /// Record only one axle.
     #[arg(long, value_enum)]
     only: Option<OneAxle>,
-    /// Highest frequency of the road where the ride is fastest (Hz), at most 0.45 of the rate. By default a fifth of the rate, and at
-    /// most 4 cycles a metre; beyond half of its own rate a laser takes the road for a slower one.
+    /// Highest frequency of the road where the ride is fastest (Hz), at most 0.45 of the rate, which is the default for accelerometers
+    /// without a laser. Otherwise the default is a fifth of the rate, and at most 4 cycles a metre; beyond half of its own rate a laser takes the road for a slower one.
     #[arg(long, value_name = "HZ", conflicts_with_all = ["shaker", "release"])]
     road_to: Option<f64>,
+    /// By how much the rear wheel runs to the side of the front one's track (m), on a road that is rough alike in all directions
+    /// (isotropic): the finer the road, the less of it both wheels share.
+    #[arg(long, value_name = "M", default_value_t = 0.0, conflicts_with_all = ["shaker", "release"])]
+    track_offset: f64,
     /// Standard deviation of the white noise on the displacement (m).
     #[arg(long, default_value_t = 0.0)]
     noise: f64,
@@ -231,11 +237,19 @@ impl Simulate {
             front: spring(Axle::Front),
             rear: spring(Axle::Rear),
             excitation,
-            road_to_hz: self.road_to,
+            road_to_hz: self.road_to.or(self.whole_band()),
+            track_offset_m: self.track_offset,
             noise_displacement_m: self.noise,
             noise_road_m: self.road_noise,
             seed: self.seed,
         }
+    }
+
+    /// Accelerometers measure as far as their rate goes.
+    fn whole_band(&self) -> Option<f64> {
+        let is_road = self.shaker.is_none() && self.release.is_none();
+        (is_road && self.accelerometers.is_some() && self.laser.is_empty())
+            .then_some(FULL_BAND * self.rate)
     }
 
     fn lasers(&self) -> Result<Vec<Laser>, EngineError> {

@@ -8,6 +8,7 @@ pub mod calibrate;
 pub mod chance;
 pub mod files;
 pub mod misread;
+pub mod no_road;
 pub mod outcome;
 pub mod power;
 pub mod prove;

@@ -12,6 +12,7 @@ use std::process::ExitCode;
 use veloid_truth::calibrate;
 use veloid_truth::files;
 use veloid_truth::misread::run::Trial;
+use veloid_truth::no_road;
 use veloid_truth::power;
 use veloid_truth::prove::proof::Proof;
 use veloid_truth::prove::times::Times;
@@ -42,7 +43,10 @@ const USAGE: &str = "usage:
                      effects of the sizes that reports call detectable: how often they show
   veloid-truth studies --binary PATH --seed N [--count 30] [--work DIR] [--budget 10m]
                      sets of rides of one bicycle, identified as one: verdicts and intervals
-                     These three keep outcomes in their folder as they come: another run with the same binary goes on.
+  veloid-truth no_road --binary PATH --seed N [--sample 1/6] [--rides N] [--work DIR] [--budget 10m]
+                     rides of two accelerometers and a speed, at most N of each class: verdicts and intervals;
+                     rides on which the binary is wrong stay in the folder
+                     These four keep outcomes in their folder as they come: another run with the same binary goes on.
   veloid-truth refit --rides DIR          plain model, noise floor and oracle of every ride, as JSON";
 
 fn main() -> ExitCode {
@@ -87,7 +91,7 @@ fn run(arguments: &[String]) -> Result<(), String> {
             println!("{}", trial.run().map_err(|e| e.to_string())?);
             Ok(())
         }
-        Some(trial @ ("calibrate" | "power" | "studies")) => {
+        Some(trial @ ("calibrate" | "power" | "studies" | "no_road")) => {
             println!("{}", further(trial, &options)?);
             Ok(())
         }
@@ -110,7 +114,11 @@ fn further(trial: &str, options: &Options) -> Result<String, String> {
     let table = match trial {
         "calibrate" => calibrate::run::run(options.trial(trial, "--rides", 40)?),
         "power" => power::run::run(options.trial(trial, "--rides", 40)?),
-        _ => studies::run::run(options.trial(trial, "--count", 30)?),
+        "studies" => studies::run::run(options.trial(trial, "--count", 30)?),
+        _ => {
+            let order = options.trial(trial, "--rides", usize::MAX)?;
+            no_road::run::run(order, options.one_in()?)
+        }
     };
     table.map_err(|e| e.to_string())
 }

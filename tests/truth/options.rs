@@ -94,15 +94,19 @@ impl<'a> Options<'a> {
         })
     }
 
-    pub fn order(&self, seed: u64) -> Result<Order, String> {
-        let one_in = match self
+    /// Of how many rides one is taken.
+    pub fn one_in(&self) -> Result<usize, String> {
+        match self
             .get("--sample")
             .map(|s| s.strip_prefix("1/").map(str::parse::<usize>))
         {
-            None => 1,
-            Some(Some(Ok(n))) if n > 0 => n,
-            _ => return Err("--sample: expected 1/N".to_owned()),
-        };
+            None => Ok(1),
+            Some(Some(Ok(n))) if n > 0 => Ok(n),
+            _ => Err("--sample: expected 1/N".to_owned()),
+        }
+    }
+
+    pub fn order(&self, seed: u64) -> Result<Order, String> {
         let name = self.get("--suite").unwrap_or("standard");
         let suite =
             (Suite::ALL.into_iter().find(|suite| suite.name() == name)).ok_or_else(|| {
@@ -111,7 +115,7 @@ impl<'a> Options<'a> {
             })?;
         Ok(Order {
             seed,
-            one_in,
+            one_in: self.one_in()?,
             count: self.number("--count", usize::MAX)?,
             suite,
         })

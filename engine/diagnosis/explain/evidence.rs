@@ -97,6 +97,12 @@ pub fn surface(track: &Track, motion: &Motion, residual: &[f64], plain: &Estimat
             [motion.d[i] - r[i], motion.w[i] - slope, lacking]
         })
         .collect();
+    surface_of(&points, [k, b])
+}
+
+/// The mean force at each place of deflection (m), rate (m/s) and force (N), beside that of a plain spring (N/m) and damper (N s/m). Empty
+/// where a number is none.
+pub fn surface_of(points: &[[f64; 3]], [k, b]: [f64; 2]) -> Surface {
     if points.iter().flatten().any(|x| !x.is_finite()) {
         return Surface::default();
     }
@@ -110,7 +116,7 @@ pub fn surface(track: &Track, motion: &Motion, residual: &[f64], plain: &Estimat
     };
     let (deflection, rate) = (axis(0), axis(1));
     let mut sums = vec![vec![(0.0, 0_usize); CELLS]; CELLS];
-    for [d, w, force] in &points {
+    for [d, w, force] in points {
         if let (Some(column), Some(row)) = (cell(&deflection, *d), cell(&rate, *w)) {
             let sum = &mut sums[row][column];
             *sum = (sum.0 + force, sum.1 + 1);

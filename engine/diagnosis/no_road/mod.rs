@@ -5,7 +5,7 @@
 //! belongs to sensors, to the road that the wheels do not share, or to physics that one of the laws leaves out. Nothing is assumed of
 //! the road. docs/latent-road.md says what no such ride can show.
 //!
-//! `record` → `model` → `law`, `motion` → `predict` → `nuisance` → `fit` → `plain` → `search` → `evidence` → `judged` → `report` (`shown`) →
+//! `record` → `model` → `law`, `motion` → `predict` → `nuisance` → `fit` → `spectral` → `settle` → `search` → `evidence` → `judged` → `report` (`shown`, `turned`) →
 //! `verdict`.
 
 mod evidence;
@@ -18,15 +18,17 @@ mod lines;
 mod model;
 mod motion;
 mod nuisance;
-mod plain;
 mod predict;
 mod record;
 mod report;
 mod roles;
 mod search;
+mod settle;
 mod shown;
+mod spectral;
 #[cfg(test)]
 mod tests;
+mod turned;
 mod verdict;
 
 pub use verdict::diagnose;

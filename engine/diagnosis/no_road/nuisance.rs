@@ -11,9 +11,12 @@ use super::record::{Record, Segment, spectrum};
 
 /// Standard deviation of the ratio of the sensors' gains.
 const GAIN: f64 = 0.1;
-/// The same of the difference of the patches, (l_r^2 - l_f^2)/24, in units of 1e-4 m^2.
+/// Standard deviations of what the patches' difference makes with the square of the road's frequency, (l_r^2 - l_f^2)/24, in units of
+/// 1e-4 m^2, and with its fourth power, in units of 1e-8 m^4: wheels see a road's mean over their patches, sin(pi n l)/(pi n l).
 const PATCH: f64 = 3.0;
 const PATCH_UNIT: f64 = 1e-4;
+/// Columns before those of the knots: gain, patches.
+const FIXED: usize = 3;
 /// Standard deviations of the delay: common to all knots (s), beside the time since the other wheel (the speed's error), and of each
 /// knot (s).
 const COMMON_S: f64 = 0.01;
@@ -28,26 +31,29 @@ const UP_TO: f64 = 0.48;
 #[derive(Clone)]
 pub struct Course {
     pub gain: f64,
-    /// Difference of the patches, in units.
-    pub patch: f64,
+    /// Difference of the patches, by the square and the fourth power, in units.
+    pub patch: [f64; 2],
     /// Delay (s) at each knot.
     pub knots: Vec<f64>,
     /// Steps of the fine clock at which the leading axle stood there, and the ratio of the speeds.
     at: Vec<f64>,
     ratio: Vec<f64>,
-    /// Spectrum of what a unit of the patch's difference does.
-    patched: Vec<Complex<f64>>,
+    /// Spectra of what units of the patches' difference do.
+    patched: [Vec<Complex<f64>>; 2],
 }
 
 impl Course {
     pub fn new(segment: &Segment, lines: usize) -> Self {
         let mut course = Self {
             gain: 1.0,
-            patch: 0.0,
+            patch: [0.0; 2],
             knots: vec![0.0; knots(segment)],
             at: Vec::new(),
             ratio: Vec::new(),
-            patched: vec![Complex::default(); lines],
+            patched: [
+                vec![Complex::default(); lines],
+                vec![Complex::default(); lines],
+            ],
         };
         course.settle(segment);
         course
@@ -125,9 +131,13 @@ impl Course {
         measured: &[Complex<f64>],
         predicted: &[Complex<f64>],
     ) -> Vec<Complex<f64>> {
-        (measured.iter().zip(predicted).zip(&self.patched))
-            .map(|((m, p), bent)| m - (p + bent * self.patch) * self.gain)
-            .collect()
+        let [square, fourth] = &self.patched;
+        (measured
+            .iter()
+            .zip(predicted)
+            .zip(square.iter().zip(fourth)))
+        .map(|((m, p), (s, f))| m - (p + s * self.patch[0] + f * self.patch[1]) * self.gain)
+        .collect()
     }
 }
 
@@ -152,9 +162,9 @@ pub struct Nuisance {
     off: DVector<f64>,
 }
 
-/// Spectra of what gain, patch and each knot do.
+/// Spectra of what gain, patches and each knot do.
 pub type Columns = Vec<Vec<Complex<f64>>>;
-/// Gain, patch and knots.
+/// Gain, patches and knots.
 pub type Corrections = DVector<f64>;
 
 /// What gain, patch and delay do to a prediction `a` of the other axle's acceleration along a segment.
@@ -183,6 +193,7 @@ pub fn columns(record: &Record, segment: &Segment, a: &[f64]) -> Columns {
     let slow = part(&|_| Complex::new(1.0, 0.0));
     let rate = part(&|w| Complex::new(0.0, w));
     let bend = part(&|w| Complex::new(-w * w, 0.0));
+    let bent = part(&|w| Complex::new(w.powi(4), 0.0));
     let windowed = |f: &dyn Fn(usize) -> f64| {
         let values = (0..steps).map(|i| segment.window[i] * f(i)).collect();
         spectrum(&*record.fourier, values, &record.lines, segment.over)
@@ -190,6 +201,7 @@ pub fn columns(record: &Record, segment: &Segment, a: &[f64]) -> Columns {
     let mut columns = vec![
         windowed(&|i| slow[i]),
         windowed(&|i| PATCH_UNIT * bend[i] / segment.speed[i].powi(2)),
+        windowed(&|i| PATCH_UNIT.powi(2) * bent[i] / segment.speed[i].powi(4)),
     ];
     for knot in 0..knots(segment) {
         let hat = |i: usize| (1.0 - (segment.time(i) / KNOT_S - knot as f64).abs()).max(0.0);
@@ -214,7 +226,7 @@ impl Nuisance {
         let columns_of: Vec<DVector<f64>> = columns.iter().enumerate().map(scaled).collect();
         let whitened = DMatrix::from_columns(&columns_of);
         let prior = prior(segment, course.knots.len())?;
-        let mut state = vec![course.gain - 1.0, course.patch];
+        let mut state = vec![course.gain - 1.0, course.patch[0], course.patch[1]];
         state.extend(&course.knots);
         let off = &prior * DVector::from_vec(state);
         let information = whitened.tr_mul(&whitened) + prior.tr_mul(&prior);
@@ -264,11 +276,13 @@ impl Nuisance {
     /// Moves a course to where a residual wants it.
     pub fn settle(&self, course: &mut Course, segment: &Segment, corrections: &Corrections) {
         course.gain += corrections[0];
-        course.patch += corrections[1];
-        for (knot, by) in course.knots.iter_mut().zip(corrections.iter().skip(2)) {
+        for q in 0..2 {
+            course.patch[q] += corrections[1 + q];
+            course.patched[q] = self.columns[1 + q].clone();
+        }
+        for (knot, by) in course.knots.iter_mut().zip(corrections.iter().skip(FIXED)) {
             *knot += by.clamp(-5e-3, 5e-3);
         }
-        course.patched = self.columns[1].clone();
         course.settle(segment);
     }
 }
@@ -290,10 +304,12 @@ fn prior(segment: &Segment, knots: usize) -> Option<DMatrix<f64>> {
         own + COMMON_S * COMMON_S + OF_LAG * OF_LAG * lags[i] * lags[j]
     });
     let root = covariance.cholesky()?.inverse().cholesky()?.l().transpose();
-    let mut rows = DMatrix::zeros(knots + 2, knots + 2);
+    let mut rows = DMatrix::zeros(knots + FIXED, knots + FIXED);
     rows[(0, 0)] = 1.0 / GAIN;
     rows[(1, 1)] = 1.0 / PATCH;
-    rows.view_mut((2, 2), (knots, knots)).copy_from(&root);
+    rows[(2, 2)] = 1.0 / PATCH;
+    rows.view_mut((FIXED, FIXED), (knots, knots))
+        .copy_from(&root);
     Some(rows)
 }
 

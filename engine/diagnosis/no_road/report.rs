@@ -26,9 +26,17 @@ use veloid_report::diagnosis::{
 use veloid_report::identifiable::identified;
 
 pub fn report(judged: &Judged) -> Diagnosis {
-    let shown = Shown::of(judged);
-    let other = judged.record.other();
-    let of_other = |x| on(other, x);
+    let masses = judged.scales.map(|_, scale| scale.mass);
+    let mut held_out = PerAxle::default();
+    let mut evidence = PerAxle::default();
+    let mut spread = 0.0;
+    for shown in judged.views().map(|view| Shown::of(&view, &masses)) {
+        if shown.axle == judged.record.other() {
+            spread = shown.spread;
+        }
+        held_out.set(shown.axle, shown.held_out);
+        evidence.set(shown.axle, shown.evidence);
+    }
     let best = judged.best;
     let affirmed = judged.verdict == Verdict::Named;
     let mut effects: Vec<EffectReport> = (0..best.model.effects.len())
@@ -58,14 +66,14 @@ pub fn report(judged: &Judged) -> Diagnosis {
         extended: extended(judged, best),
         warnings: warnings(judged),
         location,
-        held_out: of_other(shown.held_out),
+        held_out,
         windows: on(
-            other,
-            windows(shown.spread, &judged.evidence.scores, judged.judgement),
+            judged.record.other(),
+            windows(spread, &judged.evidence.scores, judged.judgement),
         ),
         detectable: detectable(judged),
         switched_off: switched_off(judged),
-        evidence: on(other, shown.evidence),
+        evidence,
         ..Diagnosis::without_verdict(String::new())
     };
     Diagnosis {
@@ -221,6 +229,7 @@ fn delay(judged: &Judged) -> Option<EffectReport> {
 /// k and B of both axles with the effects.
 fn extended(judged: &Judged, fit: &Fit) -> PerAxle<Estimate> {
     let mut found = PerAxle::default();
+    let doubt = doubted(judged);
     for axle in Axle::BOTH {
         let Some(mass_kg) = judged.bike.mass(axle) else {
             continue;
@@ -245,7 +254,8 @@ fn extended(judged: &Judged, fit: &Fit) -> PerAxle<Estimate> {
                         * equivalent(judged, fit, axle)
                 }
             };
-            finite(of_fit.hypot(of_law(q, acts) * value(q)).hypot(shaken))
+            let others = of_law(q, acts).hypot(of_ties(judged, axle, q));
+            finite(of_fit.hypot(others * value(q)).hypot(shaken))
         };
         let estimate = Estimate {
             k_n_m: value(0),
@@ -258,11 +268,37 @@ fn extended(judged: &Judged, fit: &Fit) -> PerAxle<Estimate> {
         let reported = estimate
             .within_reach(1.0 / judged.record.rate_hz)
             .reportable();
+        let reported = match &doubt {
+            Some(why) => reported.withheld(why),
+            None => reported,
+        };
         if reported.is_finite() {
             found.set(axle, reported);
         }
     }
     found
+}
+
+/// Why k and B are not known where nothing is named.
+fn doubted(judged: &Judged) -> Option<String> {
+    let undetected = judged.found.best.model.terms();
+    let term = (judged.found.doubt).or(undetected.into_iter().find(|t| is_linear(t.kind)))?;
+    let (id, axle) = (term.kind.id().replace('_', " "), axle_of(&term));
+    (judged.verdict == Verdict::NothingMissing).then(|| {
+        format!(
+            "without a road plain axles are hardly distinguished here from a {id} at the {axle} axle, with which k and B are others: \
+             measure the road, or the travel of the {axle} suspension or tyre"
+        )
+    })
+}
+
+/// How far a number of an axle's (k/m, B/m, in logarithms) is from the same where another set of effects explains the ride as well.
+fn of_ties(judged: &Judged, axle: Axle, q: usize) -> f64 {
+    let own = judged.best.model.base(axle)[q];
+    let fits = judged.evidence.fits.iter();
+    let tied = fits.filter(|fit| judged.tied.contains(&fit.model.terms()));
+    let off = tied.map(|fit| (fit.model.base(axle)[q] - own).abs());
+    off.fold(0.0, f64::max)
 }
 
 /// Share by which k (0) or B (1) is unsure whatever the fit says.

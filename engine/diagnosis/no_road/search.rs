@@ -8,9 +8,11 @@ use super::lines::{has_line, lines};
 use super::model::{Model, axle_of};
 use super::nuisance::Course;
 use super::record::Record;
+use super::roles::is_linear;
 use crate::policy;
 use veloid_core::bicycle::PerAxle;
 use veloid_core::{EngineError, Progress};
+use veloid_model::effects::Kind;
 use veloid_model::fit::Term;
 use veloid_model::law::{Scale, Values};
 
@@ -50,6 +52,8 @@ pub struct Found {
     pub best: Fit,
     /// What one more effect would gain.
     pub left: f64,
+    /// One that is linear as the axles are and gains something.
+    pub doubt: Option<Term>,
     /// Traces of all candidates beside the best model.
     pub traces: Vec<Scored>,
 }
@@ -59,6 +63,8 @@ pub struct Search<'a> {
     pub record: &'a Record,
     pub scales: &'a PerAxle<Scale>,
     pub candidates: &'a [Term],
+    /// Models with a second mass, by their spectra: starts whose k and B may be far from the plain ones.
+    pub linear: &'a [Model],
     pub progress: &'a dyn Progress,
 }
 
@@ -70,6 +76,7 @@ impl Search<'_> {
             plain,
             courses,
             left: 0.0,
+            doubt: None,
             traces: Vec::new(),
         };
         for round in 0..policy::MOST_TERMS {
@@ -93,8 +100,16 @@ impl Search<'_> {
         found.traces = self.scored(&frame, &known.model);
         let most = if round == 0 { FITTED } else { FITTED_BESIDE };
         let mut fits = self.fits(&frame, &known.model, &found.traces, most);
+        if round == 0 {
+            let linear = self.linear.par_iter();
+            let linear = linear.filter_map(|model| frame.fit(model, ITERATIONS, ENOUGH));
+            fits.extend(linear.collect::<Vec<_>>());
+        }
+        let highest = self.record.hz(self.record.lines.len());
+        fits.retain(|fit| is_seen(&fit.model, highest));
         fits.sort_by(|a, b| self.charged(a).total_cmp(&self.charged(b)));
         found.left = 0.0;
+        found.doubt = self.doubt(&known, &fits);
         let Some(best) = self.preferred(&known, &fits) else {
             return Some(false);
         };
@@ -134,6 +149,14 @@ impl Search<'_> {
         };
         let worth = traces.par_iter().take(most).filter(|s| s.gain > floor);
         worth.filter_map(fit).collect()
+    }
+
+    /// The effect that is linear as the axles are and explains the ride better than none, by however little.
+    fn doubt(&self, known: &Fit, sorted: &[Fit]) -> Option<Term> {
+        let added = |fit: &Fit| fit.model.effects.last().map(|(term, _)| *term);
+        let is_linear = |fit: &&Fit| added(fit).is_some_and(|term| is_linear(term.kind));
+        let best = sorted.iter().find(is_linear)?;
+        is_doubt(self.charged(known) - self.charged(best)).then(|| added(best))?
     }
 
     /// The best fit, but a law with a name where a general one is ahead by little beside what both explain.
@@ -176,6 +199,22 @@ impl Search<'_> {
         scored.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         scored
     }
+}
+
+/// Whether the resonance of every second mass, up to its half power at f (1 + zeta), is among the frequencies that are judged (up to
+/// `highest`, Hz). Beyond them it bends the highest ones as contact patches do.
+fn is_seen(model: &Model, highest: f64) -> bool {
+    let hertz = model
+        .effects
+        .iter()
+        .filter(|(term, _)| term.kind == Kind::SprungMass);
+    hertz
+        .map(|(_, values)| values[1])
+        .all(|hertz| hertz < highest)
+}
+
+fn is_doubt(gained: f64) -> bool {
+    gained > policy::DOUBT
 }
 
 /// Gain that one more effect must make beside others, which have gained so much.
@@ -275,6 +314,22 @@ impl<'a> Beside<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_second_mass_beyond_the_band_is_not_seen() {
+        let term = Term {
+            kind: Kind::SprungMass,
+            place: veloid_report::diagnosis::Place::Rear,
+        };
+        let at = |hertz| Model::new([8.0, 3.0], [7.0, 2.0]).with(term, [0.2, hertz, 0.1, 0.0]);
+        assert!(is_seen(&at(30.0), 35.0) && !is_seen(&at(32.0), 35.0));
+    }
+
+    #[test]
+    fn what_gains_little_is_a_doubt() {
+        assert!(is_doubt(1.01 * policy::DOUBT) && !is_doubt(0.99 * policy::DOUBT));
+        assert!(policy::DOUBT < policy::LINEAR_DETECTED);
+    }
 
     #[test]
     fn a_second_effect_must_gain_twice_as_much_and_a_part_of_the_first() {

@@ -1,16 +1,23 @@
 //! The other axle's acceleration as it was measured and as the models predict it.
 
 use super::fit::Frame;
-use super::judged::Judged;
+use super::judged::View;
 use super::model::Model;
 use super::predict::Spectra;
+use super::record::Record;
+use crate::explain::evidence::surface_of;
+use veloid_core::bicycle::{Axle, PerAxle};
 use veloid_core::numerics::finite::finite;
-use veloid_report::diagnosis::{Evidence, Excerpt, HeldOut, Predicted, ResidualSpectrum};
+use veloid_fourier::Complex;
+use veloid_report::diagnosis::{Evidence, Excerpt, HeldOut, Predicted, ResidualSpectrum, Surface};
 
 /// Seconds that are shown where the plain model errs most.
 const EXCERPT_S: f64 = 1.5;
+/// Weight of a window from which the force is the whole one.
+const WHOLE: f64 = 0.99;
 
 pub struct Shown {
+    pub axle: Axle,
     pub held_out: HeldOut,
     pub evidence: Evidence,
     /// Standard deviation of the acceleration (m/s^2).
@@ -18,20 +25,25 @@ pub struct Shown {
 }
 
 impl Shown {
-    pub fn of(judged: &Judged) -> Self {
-        let plain = Seen::of(judged, &judged.found.plain.model);
-        let best = Seen::of(judged, &judged.best.model);
-        let measured: Vec<Vec<f64>> = (judged.record.segments.iter())
+    /// `masses`: kg.
+    pub fn of(view: &View, masses: &PerAxle<f64>) -> Self {
+        let record = view.record;
+        let axle = record.other();
+        let plain = Seen::of(view, view.plain);
+        let best = Seen::of(view, view.best);
+        let measured: Vec<Vec<f64>> = (record.segments.iter())
             .map(|s| s.other.iter().zip(&s.window).map(|(a, w)| a * w).collect())
             .collect();
         let power = |x: &[Vec<f64>]| x.iter().flatten().map(|x| x * x).sum::<f64>();
-        let weight: f64 = (judged.record.segments.iter().flat_map(|s| &s.window))
+        let weight: f64 = (record.segments.iter().flat_map(|s| &s.window))
             .map(|w| w * w)
             .sum();
         let spread = (power(&measured) / weight.max(f64::MIN_POSITIVE)).sqrt();
-        let duration: f64 = judged.record.segments.iter().map(|s| s.duration()).sum();
+        let duration: f64 = record.segments.iter().map(|s| s.duration()).sum();
         let rms = |seen: &Option<Seen>| seen.as_ref().and_then(|s| finite(spread * s.share.sqrt()));
+        let mass = masses.get(axle).copied().unwrap_or(1.0);
         Self {
+            axle,
             held_out: HeldOut {
                 plain_rms_m: rms(&plain),
                 extended_rms_m: rms(&best),
@@ -41,9 +53,9 @@ impl Shown {
             },
             evidence: Evidence {
                 predicted: Predicted::Acceleration,
-                worst: excerpt(judged, plain.as_ref(), best.as_ref()),
-                spectrum: spectrum(judged, plain.as_ref(), best.as_ref()),
-                ..Evidence::default()
+                worst: excerpt(record, plain.as_ref(), best.as_ref()),
+                spectrum: spectrum(record, plain.as_ref(), best.as_ref()),
+                surface: (best.as_ref()).map_or_else(Surface::default, |b| missing(view, b, mass)),
             },
             spread,
         }
@@ -52,48 +64,65 @@ impl Shown {
 
 /// What a model makes of the record.
 struct Seen {
-    /// Predicted acceleration by segment.
+    /// Predicted acceleration (m/s^2) by segment.
     predicted: Vec<Vec<f64>>,
+    /// Deflection (m) and its rate (m/s) by segment.
+    deflected: Vec<Vec<[f64; 2]>>,
     residuals: Spectra,
     /// Share of the power that it leaves.
     share: f64,
 }
 
 impl Seen {
-    fn of(judged: &Judged, model: &Model) -> Option<Self> {
-        let (record, scales, courses) = (judged.record, judged.scales, &judged.found.courses);
-        let frame = Frame::around(record, scales, courses, model)?;
+    fn of(view: &View, model: &Model) -> Option<Self> {
+        let record = view.record;
+        let frame = Frame::around(record, view.scales, view.courses, model)?;
         let predicted = frame.predictor.spectra(std::slice::from_ref(model)).pop()?;
         let residuals = frame.left(&predicted).residuals;
-        let power = |x: &[_]| {
-            x.iter()
-                .map(|x: &veloid_fourier::Complex<f64>| x.norm_sqr())
-                .sum::<f64>()
-        };
+        let power = |x: &[Complex<f64>]| x.iter().map(|x| x.norm_sqr()).sum::<f64>();
         let all: f64 = record.segments.iter().map(|s| power(&s.measured)).sum();
         let left: f64 = residuals.iter().map(|r| power(r)).sum();
-        let along = |s: usize| {
-            let a = frame
-                .predictor
-                .ridden(std::slice::from_ref(model), s)
-                .other
-                .a;
-            a.iter().map(|a| a.0[0] * courses[s].gain).collect()
-        };
+        let mut predicted = Vec::new();
+        let mut deflected = Vec::new();
+        for (s, course) in view.courses.iter().enumerate() {
+            let other = frame.predictor.ridden(std::slice::from_ref(model), s).other;
+            predicted.push(other.a.iter().map(|a| a.0[0] * course.gain).collect());
+            let pairs = other.d.iter().zip(&other.w);
+            deflected.push(pairs.map(|(d, w)| [d.0[0], w.0[0]]).collect());
+        }
         Some(Self {
-            predicted: (0..record.segments.len()).map(along).collect(),
+            predicted,
+            deflected,
             residuals,
             share: left / all.max(f64::MIN_POSITIVE),
         })
     }
 }
 
+/// The force that spring and damper leave of the axle's mass times its acceleration, over the deflection of the best model. That is of
+/// the road that the other wheel gives: the force measured here was not used for it.
+fn missing(view: &View, best: &Seen, mass: f64) -> Surface {
+    let axle = view.record.other();
+    let [k, b] = view.best.base(axle).map(|x| mass * x.exp());
+    let mut points = Vec::new();
+    for (s, segment) in view.record.segments.iter().enumerate() {
+        for i in (0..segment.steps()).step_by(segment.over) {
+            if segment.window[i] > WHOLE {
+                let [d, w] = best.deflected[s][i];
+                let force = mass * segment.other[i] / view.courses[s].gain;
+                points.push([d, w, force - k * d - b * w]);
+            }
+        }
+    }
+    surface_of(&points, [k, b])
+}
+
 /// Where the plain model errs most.
-fn excerpt(judged: &Judged, plain: Option<&Seen>, best: Option<&Seen>) -> Excerpt {
+fn excerpt(record: &Record, plain: Option<&Seen>, best: Option<&Seen>) -> Excerpt {
     let Some(plain) = plain else {
         return Excerpt::default();
     };
-    let segments = &judged.record.segments;
+    let segments = &record.segments;
     let mut worst = (0.0, 0, 0);
     for (s, segment) in segments.iter().enumerate() {
         let length = (EXCERPT_S / segment.step) as usize;
@@ -135,8 +164,7 @@ fn excerpt(judged: &Judged, plain: Option<&Seen>, best: Option<&Seen>) -> Excerp
 }
 
 /// Densities of what the models leave, by the bands of unknown noise.
-fn spectrum(judged: &Judged, plain: Option<&Seen>, best: Option<&Seen>) -> ResidualSpectrum {
-    let record = judged.record;
+fn spectrum(record: &Record, plain: Option<&Seen>, best: Option<&Seen>) -> ResidualSpectrum {
     let weight: f64 = (record.segments.iter())
         .map(|s| s.window.iter().map(|w| w * w).sum::<f64>() / s.over as f64)
         .sum();

@@ -15,7 +15,7 @@ use veloid_core::numerics::random::normal;
 use veloid_model::effects::Kind;
 use veloid_model::fit::Term;
 use veloid_model::law::{Scale, Values};
-use veloid_report::diagnosis::{Diagnosis, Place, Verdict};
+use veloid_report::diagnosis::{Diagnosis, Place, Surface, Verdict};
 use veloid_ride::{ReadOptions, Ride, read};
 
 use rand::SeedableRng;
@@ -219,7 +219,49 @@ fn concealed_effects_are_named_at_their_axle() {
             "{found} instead of {}",
             values[0]
         );
+        let axle = if place == Place::Front {
+            Axle::Front
+        } else {
+            Axle::Rear
+        };
+        let surface = &d.evidence.get(axle).unwrap().surface;
+        let law = |[d, w]: [f64; 2]| match kind {
+            Kind::CoulombFriction => values[0] * w.signum(),
+            _ => values[0] * d.powi(3),
+        };
+        let alike = alike(surface, law);
+        assert!(alike > 0.9, "{kind:?}: {alike}");
     }
+}
+
+/// Correlation of a map of the missing force with a law of deflection (m) and rate (m/s).
+fn alike(surface: &Surface, law: impl Fn([f64; 2]) -> f64) -> f64 {
+    let mut sums = [0.0; 3];
+    for (row, w) in surface.lacking_n.iter().zip(&surface.rate_m_s) {
+        for (force, d) in row.iter().zip(&surface.deflection_m) {
+            let (Some(force), law) = (force, law([*d, *w])) else {
+                continue;
+            };
+            sums[0] += force * law;
+            sums[1] += force * force;
+            sums[2] += law * law;
+        }
+    }
+    sums[0] / (sums[1] * sums[2]).sqrt()
+}
+
+/// A front tyre that relaxes slowly passes for a stiffer one.
+#[test]
+fn a_tyre_that_may_relax_has_no_stiffness() {
+    let relaxing = (Kind::ViscoelasticTyre, Place::Front, [4e4, 0.06, 0.0, 0.0]);
+    let d = diagnosed(&ride(&model(Some(relaxing)), 40.0, 0.0, 6));
+    let e = d.extended.front.as_ref().unwrap();
+    let known = (e.k_std_n_m).is_some_and(|std| (e.k_n_m - FRONT[0]).abs() < 3.0 * std);
+    assert!(
+        known || e.k_not_identifiable.is_some(),
+        "{e:?}: {}",
+        d.sentence
+    );
 }
 
 #[test]

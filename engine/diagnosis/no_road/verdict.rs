@@ -5,14 +5,16 @@ use super::fit::Fit;
 use super::gates;
 use super::judged::Judged;
 use super::late::Late;
-use super::model::{Sizes, scale};
+use super::model::{Model, Sizes, scale};
 use super::nuisance::Course;
-use super::plain;
 use super::predict::Predictor;
 use super::record::Record;
 use super::report::report;
 use super::roles::{Role, is_linear, role};
 use super::search::{Found, Search};
+use super::settle::settled;
+use super::spectral::Shifted;
+use super::turned::Turned;
 use crate::judge::numbers::Numbers;
 use crate::judge::table::{Judgement, Rule, judge};
 use crate::policy;
@@ -71,21 +73,22 @@ impl Examination<'_> {
             front: Some(sizes(self.bike, Axle::Front)),
             rear: Some(sizes(self.bike, Axle::Rear)),
         };
-        let Some((fit, courses, scales)) = plain(&record, &sizes) else {
+        let Some(begun) = begun(&record, &sizes) else {
             return Ok(Err(NO_PAIR.to_owned()));
         };
         self.check()?;
-        if let Some(why) = gates::alike(&fit) {
+        if let Some(why) = gates::alike(&begun.fit) {
             return Ok(Err(why));
         }
-        let candidates = candidates(self.ride, &scales);
+        let candidates = candidates(self.ride, &begun.scales);
         let search = Search {
             record: &record,
-            scales: &scales,
+            scales: &begun.scales,
             candidates: &candidates,
+            linear: &begun.linear,
             progress: self.progress,
         };
-        let Some(found) = search.run(fit, courses)? else {
+        let Some(found) = search.run(begun.fit, begun.courses)? else {
             return Ok(Err(NO_PAIR.to_owned()));
         };
         let Some(evidence) = evidence(&search, &found) else {
@@ -99,12 +102,20 @@ impl Examination<'_> {
         let late = Late::of(&record, &found.courses);
         let tied = tied(&found, &evidence);
         let detected = gained(&found, &evidence) >= wanted(&found.best.model.terms());
+        let turned = match detected {
+            true => self.turned(wheelbase, &begun.scales, &found),
+            false => None,
+        };
+        let confirmed = turned
+            .as_ref()
+            .is_some_and(|turned| turned.gained() >= wanted(&found.best.model.terms()));
         let judged = Judged {
             bike: self.bike,
             record: &record,
-            scales: &scales,
+            scales: &begun.scales,
             candidates: &candidates,
             verdict: match (detected, late) {
+                (true, _) if !confirmed => Verdict::Unnamed,
                 (true, _) => verdict(&found, &evidence, &judgement, !tied.is_empty()),
                 (false, Some(_)) => Verdict::Named,
                 (false, None) => Verdict::NothingMissing,
@@ -115,8 +126,20 @@ impl Examination<'_> {
             judgement: &judgement,
             late,
             tied,
+            turned: turned.as_ref(),
         };
         Ok(Ok(report(&judged)))
+    }
+
+    fn turned(&self, wheelbase: f64, scales: &PerAxle<Scale>, found: &Found) -> Option<Turned> {
+        let models = [&found.plain.model, &found.best.model];
+        Turned::new(
+            self.ride,
+            wheelbase,
+            scales,
+            models,
+            nuisances(&found.courses),
+        )
     }
 
     fn check(&self) -> Result<(), EngineError> {
@@ -127,11 +150,21 @@ impl Examination<'_> {
     }
 }
 
-fn plain(record: &Record, sizes: &PerAxle<Sizes>) -> Option<(Fit, Vec<Course>, PerAxle<Scale>)> {
-    let starts = plain::by_spectra(record);
-    let (_, start) = starts.first()?;
+/// Where a search begins.
+struct Begun {
+    fit: Fit,
+    courses: Vec<Course>,
+    scales: PerAxle<Scale>,
+    /// Pairs with a second mass, by their spectra.
+    linear: Vec<Model>,
+}
+
+fn begun(record: &Record, sizes: &PerAxle<Sizes>) -> Option<Begun> {
+    let shifted = Shifted::new(record);
+    let starts = shifted.plain(record);
+    let start = starts.first()?;
     let rough = sizes.map(|_, sizes| scale(record, sizes, [0.0, 0.0], &[]));
-    let (fit, courses) = plain::settled(record, &rough, start)?;
+    let (fit, courses) = settled(record, &rough, &start.model(record), start.nuisances())?;
     let predictor = Predictor {
         record,
         scales: &rough,
@@ -144,7 +177,23 @@ fn plain(record: &Record, sizes: &PerAxle<Sizes>) -> Option<(Fit, Vec<Course>, P
             scales.set(axle, scale(record, sizes, fit.model.base(axle), moments));
         }
     }
-    Some((fit, courses, scales))
+    let linear = shifted.with_second_mass(record, start);
+    let linear = linear.iter().map(|pair| pair.model(record)).collect();
+    Some(Begun {
+        fit,
+        courses,
+        scales,
+        linear,
+    })
+}
+
+/// Mean delay (s) and gain of the other axle's sensor.
+fn nuisances(courses: &[Course]) -> [f64; 2] {
+    let mean = |of: &dyn Fn(&Course) -> f64| {
+        courses.iter().map(of).sum::<f64>() / courses.len().max(1) as f64
+    };
+    let late = |c: &Course| c.knots.iter().sum::<f64>() / c.knots.len().max(1) as f64;
+    [mean(&late), mean(&|c| c.gain)]
 }
 
 fn sizes(bike: &Bike, axle: Axle) -> Sizes {

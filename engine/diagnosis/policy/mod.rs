@@ -99,6 +99,9 @@ pub const MOST_BY_WINDOWS: usize = 3;
 pub const DETECTED: f64 = 30.0;
 /// The same of effects that are linear as the axles are. A clean ride with tracks 1.4 cm apart: 43.
 pub const LINEAR_DETECTED: f64 = 60.0;
+/// Gain from which such an effect makes k and B doubtful where nothing is named. 14 clean rides: 1 at most; 9 rides with a relaxing tyre
+/// or a rider that nobody named: 7 to 40 in 7, nothing in 2.
+pub const DOUBT: f64 = 3.0;
 /// Part of the first effects' gain that one more must make: laws are right to some percent only.
 pub const BESIDE_FIRST: f64 = 0.06;
 /// Gain behind the best model within which a twin of one of its effects explains the ride as well.

@@ -1,5 +1,7 @@
 //! Road profiles for simulated rides: ISO 8608 roughness and bumps, as a function of distance.
 
+use std::f64::consts::TAU;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -95,7 +97,7 @@ impl Bump {
     fn height(&self, x: f64) -> f64 {
         let s = (x - self.at_m) / self.length_m;
         if (0.0..1.0).contains(&s) {
-            0.5 * self.height_m * (1.0 - (2.0 * std::f64::consts::PI * s).cos())
+            0.5 * self.height_m * (1.0 - (TAU * s).cos())
         } else {
             0.0
         }
@@ -118,6 +120,48 @@ const REFERENCE: f64 = 0.1;
 /// The road rises from flat ground over this distance (m).
 const FADE_M: f64 = 2.0;
 
+/// One sine of a road: spatial frequency (cycles/m), amplitude (m), phase (rad).
+struct Sine {
+    n: f64,
+    height: f64,
+    phase: f64,
+}
+
+fn sines(roughness: Roughness, highest: f64, seed: u64) -> Vec<Sine> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let ratio = (highest / LOWEST).powf(1.0 / SINES as f64);
+    let mut edge = LOWEST;
+    let one = |_| {
+        let width = edge * (ratio - 1.0);
+        let n = edge + width * random.random::<f64>();
+        let psd = roughness.psd_m3() * (n / REFERENCE).powi(-2);
+        edge *= ratio;
+        Sine {
+            n,
+            height: (2.0 * psd * width).sqrt(),
+            phase: TAU * random.random::<f64>(),
+        }
+    };
+    (0..SINES).map(one).collect()
+}
+
+/// Root of the coherence of two tracks `offset_m` (m) apart on an isotropic road at `n` cycles/m: x K1(x), x = 2 pi n offset, for a
+/// density as n^-2 (Kamash and Robson 1978, J. Sound Vib. 57), with K1(x) = integral of exp(-x cosh t) cosh t over t > 0.
+pub fn shared(n: f64, offset_m: f64) -> f64 {
+    let x = TAU * n * offset_m;
+    if x < 1e-9 {
+        return 1.0;
+    }
+    const STEP: f64 = 0.05;
+    // Beyond this the exponential is below 1e-300.
+    let steps = ((700.0 / x).max(1.0).acosh() / STEP) as usize;
+    let at = |i: usize| {
+        let cosh = (i as f64 * STEP).cosh();
+        x * cosh * (-x * cosh).exp()
+    };
+    STEP * (0.5 * at(0) + (1..=steps).map(at).sum::<f64>())
+}
+
 impl Profile {
     /// Flat ground of `length_m` (m), tabulated every `spacing_m` (m).
     pub fn flat(length_m: f64, spacing_m: f64) -> Self {
@@ -139,23 +183,41 @@ impl Profile {
         seed: u64,
     ) -> Self {
         let mut road = Self::flat(length_m, spacing_m);
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let ratio = (highest / LOWEST).powf(1.0 / SINES as f64);
-        let mut edge = LOWEST;
-        for _ in 0..SINES {
-            let width = edge * (ratio - 1.0);
-            let n = edge + width * random.random::<f64>();
-            let psd = roughness.psd_m3() * (n / REFERENCE).powi(-2);
-            let phase = 2.0 * std::f64::consts::PI * random.random::<f64>();
-            road.add_sine((2.0 * psd * width).sqrt(), n, phase);
-            edge *= ratio;
+        for Sine { n, height, phase } in sines(roughness, highest, seed) {
+            road.add_sine(height, n, phase);
         }
-        let start = road.height[0];
-        for (i, h) in road.height.iter_mut().enumerate() {
-            *h = (*h - start) * smooth(i as f64 * spacing_m / FADE_M);
+        road.begun()
+    }
+
+    /// The same road `offset_m` (m) to the side of [`Profile::iso`] of the same seed, if it is isotropic: of each sine the share
+    /// [`shared`] is the same, and the rest has a phase of its own.
+    pub fn beside(
+        roughness: Roughness,
+        length_m: f64,
+        spacing_m: f64,
+        highest: f64,
+        seed: u64,
+        offset_m: f64,
+    ) -> Self {
+        let mut road = Self::flat(length_m, spacing_m);
+        let mut random = ChaCha8Rng::seed_from_u64(seed.wrapping_add(0x6265_7369_6465));
+        for Sine { n, height, phase } in sines(roughness, highest, seed) {
+            let same = shared(n, offset_m);
+            road.add_sine(same * height, n, phase);
+            let own = (1.0 - same * same).max(0.0).sqrt();
+            road.add_sine(own * height, n, TAU * random.random::<f64>());
         }
-        road.slope = slopes(&road.height, spacing_m);
-        road
+        road.begun()
+    }
+
+    /// The road that rises from flat ground.
+    fn begun(mut self) -> Self {
+        let start = self.height[0];
+        for (i, h) in self.height.iter_mut().enumerate() {
+            *h = (*h - start) * smooth(i as f64 * self.spacing_m / FADE_M);
+        }
+        self.slope = slopes(&self.height, self.spacing_m);
+        self
     }
 
     /// The same road with bumps on it.
@@ -169,7 +231,7 @@ impl Profile {
     }
 
     fn add_sine(&mut self, amplitude: f64, cycles_per_m: f64, phase: f64) {
-        let (sin, cos) = (2.0 * std::f64::consts::PI * cycles_per_m * self.spacing_m).sin_cos();
+        let (sin, cos) = (TAU * cycles_per_m * self.spacing_m).sin_cos();
         let (mut s, mut c) = phase.sin_cos();
         for h in &mut self.height {
             *h += amplitude * s;
@@ -229,6 +291,34 @@ mod tests {
             .sum::<f64>()
             / 20.0;
         assert!((mean / want - 1.0).abs() < 0.15, "{mean} m^2 for {want}");
+    }
+
+    /// K1(1) = 0.6019072302, K1(0.1) = 9.8538447809, K1(5) = 0.0040446134 (Abramowitz and Stegun, table 9.8).
+    #[test]
+    fn tracks_share_what_an_isotropic_road_lets_them() {
+        for (x, k1) in [
+            (1.0, 0.601_907_230_2),
+            (0.1, 9.853_844_780_9),
+            (5.0, 0.004_044_613_4),
+        ] {
+            assert!((shared(x / TAU, 1.0) / (x * k1) - 1.0).abs() < 1e-7, "{x}");
+        }
+        assert_eq!(shared(4.0, 0.0), 1.0);
+        assert!(shared(4.0, 100.0) < 1e-9);
+    }
+
+    #[test]
+    fn a_track_beside_another_is_as_rough() {
+        let of = |offset| Profile::beside(Roughness::C, 2000.0, 0.05, 4.0, 3, offset);
+        let front = Profile::iso(Roughness::C, 2000.0, 0.05, 4.0, 3);
+        assert_eq!(of(0.0).height, front.height);
+        let high = |p: &Profile| p.height.windows(2).map(|w| w[1] - w[0]).collect::<Vec<_>>();
+        let power = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
+        let (a, b) = (high(&front), high(&of(0.05)));
+        assert!((power(&b) / power(&a) - 1.0).abs() < 0.1);
+        let both: f64 = a.iter().zip(&b).map(|(a, b)| a * b).sum();
+        let same = both / (power(&a) * power(&b)).sqrt();
+        assert!((0.3..0.95).contains(&same), "{same}");
     }
 
     #[test]

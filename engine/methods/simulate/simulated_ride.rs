@@ -88,6 +88,8 @@ pub struct SimulatedRide {
     /// Highest frequency (Hz) of a rough road where the ride is fastest, up to [`FULL_BAND`] of the rate. None: a fifth of the rate, and
     /// at most 4 cycles/m.
     pub road_to_hz: Option<f64>,
+    /// By how much the rear wheel runs to the side of the front one's track (m), on a road that is rough alike in all directions.
+    pub track_offset_m: f64,
     /// Standard deviation of the white noise on z (m).
     pub noise_displacement_m: f64,
     /// Standard deviation of the white noise on u (m).
@@ -119,6 +121,7 @@ impl Default for SimulatedRide {
                 bumps: Vec::new(),
             },
             road_to_hz: None,
+            track_offset_m: 0.0,
             noise_displacement_m: 0.0,
             noise_road_m: 0.0,
             seed: 1,
@@ -198,6 +201,7 @@ impl SimulatedRide {
                 FULL_BAND * self.rate_hz,
             )?;
         }
+        within("offset of the tracks", self.track_offset_m, 0.0, 10.0)?;
         within("noise", self.noise_displacement_m, 0.0, most)?;
         within("road noise", self.noise_road_m, 0.0, most)?;
         match &self.excitation {
@@ -258,17 +262,16 @@ impl SimulatedRide {
     fn fine_motion(&self) -> PerAxle<Motion> {
         let fine_step = 1.0 / (self.rate_hz * FINE as f64);
         let samples = (self.samples() - 1) * FINE + 1;
-        let profile = self.profile(fine_step);
         let mut motion = PerAxle::default();
         for axle in Axle::BOTH {
             let Some(spring) = self.spring(axle) else {
                 continue;
             };
-            let behind = if axle == Axle::Rear {
-                self.wheelbase_m
-            } else {
-                0.0
+            let (behind, beside) = match axle {
+                Axle::Front => (0.0, 0.0),
+                Axle::Rear => (self.wheelbase_m, self.track_offset_m),
             };
+            let profile = self.profile(fine_step, beside);
             let road: Vec<f64> = (0..samples)
                 .map(|i| profile.height(self.ridden(i as f64 * fine_step).0 - behind))
                 .collect();
@@ -278,7 +281,7 @@ impl SimulatedRide {
         motion
     }
 
-    fn profile(&self, fine_step: f64) -> Profile {
+    fn profile(&self, fine_step: f64, beside_m: f64) -> Profile {
         match &self.excitation {
             Excitation::Road { roughness, bumps } => {
                 let (length, _) = self.ridden(self.duration_s);
@@ -290,6 +293,9 @@ impl SimulatedRide {
                 };
                 let spacing = self.speed_m_s * fine_step;
                 let road = match roughness {
+                    Some(class) if beside_m > 0.0 => {
+                        Profile::beside(*class, length, spacing, highest, self.seed, beside_m)
+                    }
                     Some(class) => Profile::iso(*class, length, spacing, highest, self.seed),
                     None => Profile::flat(length, spacing),
                 };

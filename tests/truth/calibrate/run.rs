@@ -19,7 +19,7 @@ pub fn run(order: Order) -> Result<String, TrialError> {
     let (mut rates, mut coverage, mut done) = (String::new(), String::new(), 0);
     for (c, class) in CLASSES.iter().enumerate() {
         let stream = STREAM + ((c as u64) << 20);
-        let outcomes = bench.all(class.id, bench.count(), |name, number| {
+        let outcomes = bench.all(class.id, 0..bench.count(), |name, number| {
             let chance = &mut Chance::new(bench.seed(), stream + number);
             let scene = Scene::draw(class.plan(number, chance), chance);
             ride(&bench, &scene, name, chance)

@@ -24,7 +24,7 @@ pub fn run(order: Order) -> Result<String, TrialError> {
         for (turn, (times, one_in)) in TIMES.into_iter().enumerate() {
             let count = bench.count().div_ceil(one_in);
             let class = format!("{}_{turn}", kind.id());
-            let outcomes = bench.all(&class, count, |name, number| {
+            let outcomes = bench.all(&class, 0..count, |name, number| {
                 ride(&bench, name, number, kind, times)
             })?;
             done += outcomes.len();

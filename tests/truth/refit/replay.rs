@@ -235,6 +235,7 @@ pub fn log(csv: &str) -> Result<Log, ReplayError> {
         u: [take("u_f"), take("u_r")],
         z: [take("z_f"), take("z_r")],
         force: [take("force_f"), take("force_r")],
+        a: [take("a_f"), take("a_r")],
         v: take("v"),
         cadence: take("cadence"),
         limit_m: None,

@@ -3,13 +3,14 @@
 use super::drive::Drive;
 use super::vehicle::{State, Vehicle};
 
-/// z and z' of both axles on the step grid.
+/// z, z' and z'' of both axles on the step grid.
 #[derive(Clone, Debug)]
 pub struct Motion {
     pub start_s: f64,
     pub step_s: f64,
     pub z: [Vec<f64>; 2],
     pub z_rate: [Vec<f64>; 2],
+    pub z_acceleration: [Vec<f64>; 2],
 }
 
 /// Integrates over the whole drive, or to `until_s`; axles that are not active stay at rest.
@@ -28,6 +29,7 @@ pub fn integrate(
         step_s: step,
         z: [0, 1].map(|_| Vec::with_capacity(steps + 1)),
         z_rate: [0, 1].map(|_| Vec::with_capacity(steps + 1)),
+        z_acceleration: [0, 1].map(|_| Vec::with_capacity(steps + 1)),
     };
     let used = [0, 1].map(|axle| {
         if active[axle] {
@@ -39,17 +41,18 @@ pub fn integrate(
     let mut state = from;
     let mut next = drive.at(0);
     for i in 0..=steps {
+        let k1 = vehicle.derivative(&next, &state, active);
         for (axle, own) in state.iter().enumerate() {
             motion.z[axle].push(own[0]);
             motion.z_rate[axle].push(own[1]);
+            motion.z_acceleration[axle].push(k1[axle][1]);
         }
         if i == steps {
             break;
         }
-        let (now, middle) = (next, drive.at(2 * i + 1));
+        let middle = drive.at(2 * i + 1);
         next = drive.at(2 * i + 2);
         let moved = |rate: &State, by: f64| sum(&state, rate, by, used);
-        let k1 = vehicle.derivative(&now, &state, active);
         let k2 = vehicle.derivative(&middle, &moved(&k1, step / 2.0), active);
         let k3 = vehicle.derivative(&middle, &moved(&k2, step / 2.0), active);
         let k4 = vehicle.derivative(&next, &moved(&k3, step), active);
@@ -166,6 +169,23 @@ mod tests {
                 phasor(&motion, axle),
                 ratio(k, c, k - b.mass_kg[axle] * OMEGA * OMEGA, c),
             );
+        }
+    }
+
+    #[test]
+    fn accelerations_integrate_to_the_rates() {
+        let friction = Effect::new(Kind::CoulombFriction, Axle::Front, &[20.0]);
+        let rider = Effect::new(Kind::SprungMass, Axle::Rear, &[0.4, 5.0, 0.3]);
+        let motion = run(vec![friction, rider], &sine_ground(2.0), [[0.0; STATES]; 2]);
+        for axle in 0..2 {
+            let a = &motion.z_acceleration[axle];
+            let v = &motion.z_rate[axle];
+            assert_eq!(a.len(), v.len());
+            let mut sum = 0.0;
+            for i in 1..a.len() {
+                sum += motion.step_s / 2.0 * (a[i - 1] + a[i]);
+                assert!((sum - v[i]).abs() < 2e-5, "{sum} and {} m/s", v[i]);
+            }
         }
     }
 

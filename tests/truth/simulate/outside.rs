@@ -54,6 +54,7 @@ pub enum Strange {
     GranularJamming,
     BreakingBond,
     HydraulicMount,
+    DeflectionDamping,
 }
 
 /// One strange law on one axle. `values` has the meaning that its law gives it; `events` are (from s, to s, size) for the
@@ -118,6 +119,9 @@ impl Strange {
         Strange::HydraulicMount,
     ];
 
+    /// Those of rides without a road alone; no suite has them.
+    pub const WITHOUT_ROAD: [Strange; 1] = [Strange::DeflectionDamping];
+
     pub fn all() -> impl Iterator<Item = Strange> {
         let later = Self::OPEN.into_iter().chain(Self::KEPT_BACK);
         Self::KNOWN.into_iter().chain(later)
@@ -164,11 +168,13 @@ impl Strange {
             Strange::GranularJamming => "granular_jamming",
             Strange::BreakingBond => "breaking_bond",
             Strange::HydraulicMount => "hydraulic_mount",
+            Strange::DeflectionDamping => "deflection_damping",
         }
     }
 
     pub fn from_id(id: &str) -> Option<Self> {
-        Self::all().find(|k| k.id() == id)
+        let mut known = Self::all().chain(Self::WITHOUT_ROAD);
+        known.find(|k| k.id() == id)
     }
 
     /// Needs distance, speed or cranks.
@@ -246,6 +252,7 @@ impl Outside {
             Strange::SnapDome => spring::snap_dome(p, c),
             Strange::DetentRipple => spring::detent_ripple(p, c),
             Strange::SkyhookDamper => damping::skyhook_damper(p, c),
+            Strange::DeflectionDamping => p[0] * c.d * c.d * c.w,
             Strange::DwellFriction => memory::dwell_friction(p, c, s, rate),
             Strange::BistableLatch => memory::bistable_latch(p, c, s, rate),
             Strange::Slosh => memory::slosh(p, c, s, rate),

@@ -29,6 +29,7 @@ pub struct Log {
     pub u: [Vec<f64>; 2],
     pub z: [Vec<f64>; 2],
     pub force: [Vec<f64>; 2],
+    pub a: [Vec<f64>; 2],
     pub v: Vec<f64>,
     pub cadence: Vec<f64>,
     /// Levels at which z saturates, m. No column of the file.
@@ -130,7 +131,7 @@ impl Log {
 
     /// Takes an axle's channels away.
     pub fn leave_out(&mut self, axle: usize) {
-        for channel in [&mut self.z, &mut self.u, &mut self.force] {
+        for channel in [&mut self.z, &mut self.u, &mut self.force, &mut self.a] {
             channel[axle].clear();
         }
     }
@@ -158,6 +159,8 @@ impl Log {
             ("z_r", &self.z[1], 7),
             ("force_f", &self.force[0], 3),
             ("force_r", &self.force[1], 3),
+            ("a_f", &self.a[0], 5),
+            ("a_r", &self.a[1], 5),
             ("v", &self.v, 3),
             ("cadence", &self.cadence, 1),
         ];
@@ -196,6 +199,7 @@ mod tests {
             step_s: 1.0,
             z: [vec![0.0; 2], vec![0.0; 2]],
             z_rate: [vec![0.0; 2], vec![0.0; 2]],
+            z_acceleration: [vec![0.0; 2], vec![0.0; 2]],
         };
         let z = sensors.displacement(&still, 0, &[], &at, &at, &mut Chance::new(4, 0));
         let variance = z.iter().map(|x| x * x).sum::<f64>() / z.len() as f64;

@@ -26,7 +26,7 @@ pub fn run(order: Order) -> Result<String, TrialError> {
     for (k, kind) in Kind::ALL.into_iter().enumerate() {
         let [id, words] = kind.names();
         let stream = STREAM + ((k as u64) << 20);
-        let outcomes = bench.all(id, bench.count(), |name, number| {
+        let outcomes = bench.all(id, 0..bench.count(), |name, number| {
             let chance = &mut Chance::new(bench.seed(), stream + number);
             set(&bench, kind, name, number, chance)
         })?;

@@ -89,15 +89,11 @@ impl Kind {
             Kind::LightlyDamped => [20.0, 60.0],
             _ => [200.0, 1200.0],
         };
-        let mut bike = plan::bike([60e3, 150e3], damping, chance);
-        if self == Kind::Alike {
-            let half = bike.wheelbase_m() / 2.0;
-            bike.mass_kg = [bike.mass_kg[1]; 2];
-            bike.arm_m = [half; 2];
-            bike.stiffness_n_m = [bike.stiffness_n_m[0]; 2];
-            bike.damping_n_s_m = [bike.damping_n_s_m[0]; 2];
+        let bike = plan::bike([60e3, 150e3], damping, chance);
+        match self {
+            Kind::Alike => plan::alike(bike),
+            _ => bike,
         }
-        bike
     }
 }
 

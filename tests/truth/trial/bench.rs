@@ -72,11 +72,11 @@ impl Bench {
         })
     }
 
-    /// The first `count` outcomes of a class, as many at once as rayon has threads; none of those not begun within the budget.
+    /// The outcomes of these rides of a class, as many at once as rayon has threads; none of those not begun within the budget.
     pub fn all<T>(
         &self,
         class: &str,
-        count: u64,
+        numbers: impl IntoIterator<Item = u64>,
         one: impl Fn(&str, u64) -> Result<T, TrialError> + Sync,
     ) -> Result<Vec<T>, TrialError>
     where
@@ -92,7 +92,8 @@ impl Bench {
             eprintln!("{name}");
             Ok(Some(outcome))
         };
-        let all: Vec<Option<T>> = (0..count)
+        let numbers: Vec<u64> = numbers.into_iter().collect();
+        let all: Vec<Option<T>> = numbers
             .into_par_iter()
             .map(outcome)
             .collect::<Result<_, TrialError>>()?;
@@ -193,6 +194,13 @@ pub fn progress(done: usize, all: u64) -> String {
 
 /// A file that is removed when it is no longer needed.
 pub struct Scratch(pub PathBuf);
+
+impl Scratch {
+    /// Leaves the file where it is.
+    pub fn keep(self) {
+        std::mem::forget(self);
+    }
+}
 
 impl Drop for Scratch {
     fn drop(&mut self) {

@@ -71,6 +71,18 @@ pub fn bike(stiffness: [f64; 2], damping: [f64; 2], chance: &mut Chance) -> Bike
     }
 }
 
+/// The bicycle with the rear axle's mass and the front axle's stiffness and damping on both.
+pub fn alike(bike: Bike) -> Bike {
+    let half = bike.wheelbase_m() / 2.0;
+    Bike {
+        mass_kg: [bike.mass_kg[1]; 2],
+        arm_m: [half; 2],
+        stiffness_n_m: [bike.stiffness_n_m[0]; 2],
+        damping_n_s_m: [bike.damping_n_s_m[0]; 2],
+        ..bike
+    }
+}
+
 /// A prescribed ride whose road and sensors are drawn; it can be ridden several times.
 pub struct Scene {
     pub plan: Plan,
