@@ -23,6 +23,8 @@ pub struct Law<'a> {
     pub lanes: &'a AxleLanes,
     pub scale: &'a Scale,
     pub segment: &'a Segment,
+    /// Distance (m) that a wheel has turned ahead of the segment's.
+    pub rolled: f64,
     /// Time (s) after which a force is felt in the rate; none where the motion is known.
     pub felt_after: f64,
 }
@@ -123,7 +125,7 @@ impl Law<'_> {
         };
         let spot = Spot {
             speed: self.segment.speed[step],
-            distance: self.segment.distance[step],
+            distance: self.segment.distance[step] + self.rolled,
         };
         for e in &self.lanes.effects {
             e.kind.road(&e.values, &spot, self.scale, &mut tap);

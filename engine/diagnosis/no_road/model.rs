@@ -19,6 +19,8 @@ pub const BETA: [f64; 2] = [0.5, 400.0];
 pub struct Model {
     pub base: PerAxle<Base>,
     pub effects: Vec<(Term, Values)>,
+    /// By segment, the distance (m) that a wheel out of round has turned ahead of the speed's integral, which drifts; none is zero.
+    pub rolled: Vec<f64>,
 }
 
 /// A number that a fit moves.
@@ -37,6 +39,7 @@ impl Model {
                 rear: Some(rear),
             },
             effects: Vec::new(),
+            rolled: Vec::new(),
         }
     }
 

@@ -33,7 +33,7 @@ pub struct Ridden {
 }
 
 impl Predictor<'_> {
-    /// Spectra of models that have the same effects.
+    /// Spectra of models that have the same effects and whose wheels have rolled alike.
     pub fn spectra(&self, models: &[Model]) -> Vec<Spectra> {
         let segments = self.record.segments.len();
         let parts: Vec<(usize, usize)> = (0..models.len().div_ceil(LANES))
@@ -81,6 +81,7 @@ impl Predictor<'_> {
             lanes,
             scale: self.scale(axle),
             segment,
+            rolled: models[0].rolled.get(s).copied().unwrap_or(0.0),
             felt_after,
         };
         let leading = law(&lead_lanes, lead, 0.0);

@@ -1,6 +1,6 @@
 //! The search for effects: each one's trace beside what is known, fits of the promising, and again beside the best.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::fit::{Fit, Frame};
@@ -41,6 +41,18 @@ pub struct Scored {
     pub gain: f64,
     /// The same with a size of one standard error.
     pub unit: Values,
+    /// As of [`Model`].
+    pub rolled: Vec<f64>,
+}
+
+impl Scored {
+    fn beside(&self, known: &Model) -> Model {
+        let mut model = known.with(self.term, self.values);
+        if !self.rolled.is_empty() {
+            model.rolled.clone_from(&self.rolled);
+        }
+        model
+    }
 }
 
 /// Everything that the search has come to.
@@ -143,7 +155,7 @@ impl Search<'_> {
     fn fits(&self, frame: &Frame, known: &Model, traces: &[Scored], most: usize) -> Vec<Fit> {
         let floor = WORTH.max(PROMISING * traces.first().map_or(0.0, |s| s.gain));
         let fit = |s: &Scored| {
-            let mut fit = frame.fit(&known.with(s.term, s.values), ITERATIONS, ENOUGH)?;
+            let mut fit = frame.fit(&s.beside(known), ITERATIONS, ENOUGH)?;
             fit.cost += lines(frame, &fit.model);
             Some(fit)
         };
@@ -179,7 +191,8 @@ impl Search<'_> {
 
     /// -2 ln L with what each parameter costs.
     pub fn charged(&self, fit: &Fit) -> f64 {
-        let parameters = fit.model.slots().len() as f64;
+        let angles = fit.model.rolled.len().saturating_sub(1);
+        let parameters = (fit.model.slots().len() + angles) as f64;
         fit.cost + parameters * 0.5 * (self.record.values() as f64).ln()
     }
 
@@ -204,13 +217,10 @@ impl Search<'_> {
 /// Whether the resonance of every second mass, up to its half power at f (1 + zeta), is among the frequencies that are judged (up to
 /// `highest`, Hz). Beyond them it bends the highest ones as contact patches do.
 fn is_seen(model: &Model, highest: f64) -> bool {
-    let hertz = model
-        .effects
-        .iter()
-        .filter(|(term, _)| term.kind == Kind::SprungMass);
-    hertz
-        .map(|(_, values)| values[1])
-        .all(|hertz| hertz < highest)
+    let half_power = |[_, hertz, damping, _]: &Values| hertz * (1.0 + damping);
+    (model.effects.iter())
+        .filter(|(term, _)| term.kind == Kind::SprungMass)
+        .all(|(_, values)| half_power(values) < highest)
 }
 
 fn is_doubt(gained: f64) -> bool {
@@ -225,12 +235,19 @@ fn wanted(round: usize, first: f64) -> f64 {
     }
 }
 
+/// A wheel out of round: sine and cosine of the first segment in units of the start, and the angle (rad) of each beside it.
+struct Turned {
+    sizes: DVector<f64>,
+    gain: f64,
+    angles: Vec<f64>,
+}
+
 /// What a model leaves, without the directions in which its own numbers move it.
 struct Beside<'a> {
     frame: &'a Frame<'a>,
     model: &'a Model,
     predicted: super::predict::Spectra,
-    residual: nalgebra::DVector<f64>,
+    residual: DVector<f64>,
     known: DMatrix<f64>,
 }
 
@@ -247,6 +264,31 @@ impl<'a> Beside<'a> {
             predicted,
             residual,
             known,
+        })
+    }
+
+    /// Sine and cosine of a wheel whose angle is another in each segment; nothing of a single segment.
+    fn turned(&self, own: &DMatrix<f64>) -> Option<Turned> {
+        let segments = self.predicted.len();
+        let rows = own.nrows() / segments;
+        if segments == 1 {
+            return None;
+        }
+        let (mut gain, mut found) = (0.0, Vec::new());
+        for s in 0..segments {
+            let part = own.rows(s * rows, rows);
+            let toward = part.tr_mul(&self.residual.rows(s * rows, rows));
+            let sizes = part.tr_mul(&part).cholesky()?.solve(&toward);
+            gain += sizes.dot(&toward);
+            found.push(sizes);
+        }
+        let angle = |sizes: &DVector<f64>| sizes[1].atan2(sizes[0]);
+        let size = found.iter().map(DVector::norm).sum::<f64>() / segments as f64;
+        let first = angle(&found[0]);
+        Some(Turned {
+            sizes: DVector::from_vec(vec![size * first.cos(), size * first.sin()]),
+            gain,
+            angles: found.iter().map(|sizes| angle(sizes) - first).collect(),
         })
     }
 
@@ -280,11 +322,18 @@ impl<'a> Beside<'a> {
                 continue;
             }
             let error = 1.0 / normal[(0, 0)].sqrt();
-            let toward = own.tr_mul(&self.residual);
-            let Some(mut sizes) = normal.cholesky().map(|c| c.solve(&toward)) else {
+            let turned = (term.kind == Kind::WheelOutOfRound).then(|| self.turned(&own));
+            let fitted = match turned.flatten() {
+                Some(turned) => Some((turned.sizes, turned.gain, turned.angles)),
+                None => {
+                    let toward = own.tr_mul(&self.residual);
+                    let sizes = normal.cholesky().map(|c| c.solve(&toward));
+                    sizes.map(|sizes| (sizes.clone(), sizes.dot(&toward), Vec::new()))
+                }
+            };
+            let Some((mut sizes, mut gain, angles)) = fitted else {
                 continue;
             };
-            let mut gain = sizes.dot(&toward);
             let mut values = group[0];
             for (i, a) in spec.amplitudes.iter().enumerate() {
                 let [low, high] = (spec.parameters[*a].limits)(scale);
@@ -299,11 +348,13 @@ impl<'a> Beside<'a> {
                 unit[*a] *= error;
             }
             if best.as_ref().is_none_or(|b| gain > b.gain) {
+                let radius = scale.wheel_radius * values[2];
                 best = Some(Scored {
                     term,
                     values,
                     gain,
                     unit,
+                    rolled: angles.iter().map(|angle| radius * angle).collect(),
                 });
             }
         }

@@ -99,6 +99,7 @@ fn acceleration(model: &Model, axle: Axle, road: &[f64]) -> Vec<f64> {
         lanes: &lanes,
         scale: &scale,
         segment: &segment,
+        rolled: 0.0,
         felt_after: segment.step,
     };
     let road: Vec<Lanes> = road.iter().map(|r| Lanes::all(*r)).collect();
@@ -173,6 +174,7 @@ fn the_road_comes_back_from_the_acceleration() {
             lanes: &lanes,
             scale: &scale,
             segment: &segment,
+            rolled: 0.0,
             felt_after: segment.step,
         };
         let found = invert(&law);
