@@ -15,8 +15,13 @@ const GAIN: f64 = 0.1;
 /// 1e-4 m^2, and with its fourth power, in units of 1e-8 m^4: wheels see a road's mean over their patches, sin(pi n l)/(pi n l).
 const PATCH: f64 = 3.0;
 const PATCH_UNIT: f64 = 1e-4;
-/// Columns before those of the knots: gain, patches.
-const FIXED: usize = 3;
+/// The same of half the square of the tracks' distance (1e-4 m^2), which makes (2 pi n)^2 ln(2 pi n) at n cycles/m: the part of an isotropic
+/// road that wheels share is x K1(x) = 1 + x^2/2 ln(x/2) + ... with x = 2 pi n times the distance, and the square alone is the patches'.
+const TRACKS: f64 = 3.0;
+/// What wheels see differently: by the square and the fourth power of the frequency, and by the tracks.
+const SEEN: usize = 3;
+/// Columns before those of the knots: the gain, and what is seen.
+const FIXED: usize = 1 + SEEN;
 /// Standard deviations of the delay: common to all knots (s), beside the time since the other wheel (the speed's error), and of each
 /// knot (s).
 const COMMON_S: f64 = 0.01;
@@ -31,29 +36,26 @@ const UP_TO: f64 = 0.48;
 #[derive(Clone)]
 pub struct Course {
     pub gain: f64,
-    /// Difference of the patches, by the square and the fourth power, in units.
-    pub patch: [f64; 2],
+    /// What the wheels see differently, in units.
+    pub seen: [f64; SEEN],
     /// Delay (s) at each knot.
     pub knots: Vec<f64>,
     /// Steps of the fine clock at which the leading axle stood there, and the ratio of the speeds.
     at: Vec<f64>,
     ratio: Vec<f64>,
-    /// Spectra of what units of the patches' difference do.
-    patched: [Vec<Complex<f64>>; 2],
+    /// Spectra of what such units do.
+    bent: [Vec<Complex<f64>>; SEEN],
 }
 
 impl Course {
     pub fn new(segment: &Segment, lines: usize) -> Self {
         let mut course = Self {
             gain: 1.0,
-            patch: [0.0; 2],
+            seen: [0.0; SEEN],
             knots: vec![0.0; knots(segment)],
             at: Vec::new(),
             ratio: Vec::new(),
-            patched: [
-                vec![Complex::default(); lines],
-                vec![Complex::default(); lines],
-            ],
+            bent: std::array::from_fn(|_| vec![Complex::default(); lines]),
         };
         course.settle(segment);
         course
@@ -131,13 +133,13 @@ impl Course {
         measured: &[Complex<f64>],
         predicted: &[Complex<f64>],
     ) -> Vec<Complex<f64>> {
-        let [square, fourth] = &self.patched;
-        (measured
-            .iter()
-            .zip(predicted)
-            .zip(square.iter().zip(fourth)))
-        .map(|((m, p), (s, f))| m - (p + s * self.patch[0] + f * self.patch[1]) * self.gain)
-        .collect()
+        let bent = |k: usize| -> Complex<f64> {
+            let terms = self.bent.iter().zip(self.seen);
+            terms.map(|(spectrum, by)| spectrum[k] * by).sum()
+        };
+        (measured.iter().zip(predicted).enumerate())
+            .map(|(k, (m, p))| m - (p + bent(k)) * self.gain)
+            .collect()
     }
 }
 
@@ -162,9 +164,9 @@ pub struct Nuisance {
     off: DVector<f64>,
 }
 
-/// Spectra of what gain, patches and each knot do.
+/// Spectra of what the gain, what is seen and each knot do.
 pub type Columns = Vec<Vec<Complex<f64>>>;
-/// Gain, patches and knots.
+/// Gain, what is seen, and knots.
 pub type Corrections = DVector<f64>;
 
 /// What gain, patch and delay do to a prediction `a` of the other axle's acceleration along a segment.
@@ -193,7 +195,8 @@ pub fn columns(record: &Record, segment: &Segment, a: &[f64]) -> Columns {
     let slow = part(&|_| Complex::new(1.0, 0.0));
     let rate = part(&|w| Complex::new(0.0, w));
     let bend = part(&|w| Complex::new(-w * w, 0.0));
-    let bent = part(&|w| Complex::new(w.powi(4), 0.0));
+    let fourth = part(&|w| Complex::new(w.powi(4), 0.0));
+    let by_logarithm = part(&|w| Complex::new(w * w * w.ln(), 0.0));
     let windowed = |f: &dyn Fn(usize) -> f64| {
         let values = (0..steps).map(|i| segment.window[i] * f(i)).collect();
         spectrum(&*record.fourier, values, &record.lines, segment.over)
@@ -201,7 +204,11 @@ pub fn columns(record: &Record, segment: &Segment, a: &[f64]) -> Columns {
     let mut columns = vec![
         windowed(&|i| slow[i]),
         windowed(&|i| PATCH_UNIT * bend[i] / segment.speed[i].powi(2)),
-        windowed(&|i| PATCH_UNIT.powi(2) * bent[i] / segment.speed[i].powi(4)),
+        windowed(&|i| PATCH_UNIT.powi(2) * fourth[i] / segment.speed[i].powi(4)),
+        windowed(&|i| {
+            let v = segment.speed[i];
+            PATCH_UNIT * (by_logarithm[i] + bend[i] * v.ln()) / v.powi(2)
+        }),
     ];
     for knot in 0..knots(segment) {
         let hat = |i: usize| (1.0 - (segment.time(i) / KNOT_S - knot as f64).abs()).max(0.0);
@@ -226,7 +233,8 @@ impl Nuisance {
         let columns_of: Vec<DVector<f64>> = columns.iter().enumerate().map(scaled).collect();
         let whitened = DMatrix::from_columns(&columns_of);
         let prior = prior(segment, course.knots.len())?;
-        let mut state = vec![course.gain - 1.0, course.patch[0], course.patch[1]];
+        let mut state = vec![course.gain - 1.0];
+        state.extend(course.seen);
         state.extend(&course.knots);
         let off = &prior * DVector::from_vec(state);
         let information = whitened.tr_mul(&whitened) + prior.tr_mul(&prior);
@@ -276,9 +284,9 @@ impl Nuisance {
     /// Moves a course to where a residual wants it.
     pub fn settle(&self, course: &mut Course, segment: &Segment, corrections: &Corrections) {
         course.gain += corrections[0];
-        for q in 0..2 {
-            course.patch[q] += corrections[1 + q];
-            course.patched[q] = self.columns[1 + q].clone();
+        for q in 0..SEEN {
+            course.seen[q] += corrections[1 + q];
+            course.bent[q] = self.columns[1 + q].clone();
         }
         for (knot, by) in course.knots.iter_mut().zip(corrections.iter().skip(FIXED)) {
             *knot += by.clamp(-5e-3, 5e-3);
@@ -308,6 +316,7 @@ fn prior(segment: &Segment, knots: usize) -> Option<DMatrix<f64>> {
     rows[(0, 0)] = 1.0 / GAIN;
     rows[(1, 1)] = 1.0 / PATCH;
     rows[(2, 2)] = 1.0 / PATCH;
+    rows[(3, 3)] = 1.0 / TRACKS;
     rows.view_mut((FIXED, FIXED), (knots, knots))
         .copy_from(&root);
     Some(rows)

@@ -236,6 +236,11 @@ fn extended(judged: &Judged, fit: &Fit) -> PerAxle<Estimate> {
         };
         let value = |q: usize| mass_kg * fit.model.base(axle)[q].exp();
         let acts = fit.model.effects.iter().any(|(term, _)| term.acts_on(axle));
+        let beside = match fit.model.effects.is_empty() {
+            true => 1.0,
+            false if acts => policy::BESIDE_EFFECT,
+            false => policy::BESIDE_OTHER,
+        };
         let slot = |q| {
             fit.model
                 .slots()
@@ -254,7 +259,7 @@ fn extended(judged: &Judged, fit: &Fit) -> PerAxle<Estimate> {
                         * equivalent(judged, fit, axle)
                 }
             };
-            let others = of_law(q, acts).hypot(of_ties(judged, axle, q));
+            let others = (policy::LAW_ERRORS[q] * beside).hypot(of_ties(judged, axle, q));
             finite(of_fit.hypot(others * value(q)).hypot(shaken))
         };
         let estimate = Estimate {
@@ -299,11 +304,6 @@ fn of_ties(judged: &Judged, axle: Axle, q: usize) -> f64 {
     let tied = fits.filter(|fit| judged.tied.contains(&fit.model.terms()));
     let off = tied.map(|fit| (fit.model.base(axle)[q] - own).abs());
     off.fold(0.0, f64::max)
-}
-
-/// Share by which k (0) or B (1) is unsure whatever the fit says.
-fn of_law(q: usize, acts: bool) -> f64 {
-    policy::LAW_ERRORS[q] * if acts { policy::BESIDE_EFFECT } else { 1.0 }
 }
 
 fn warnings(judged: &Judged) -> Vec<String> {
@@ -394,6 +394,6 @@ mod tests {
     fn k_and_b_are_no_surer_than_filters_and_patches_let_them_be() {
         let [k, b] = policy::LAW_ERRORS;
         assert!(k < b && k > 1e-3 && policy::SCATTER >= 1.0);
-        assert_eq!(of_law(1, true), policy::BESIDE_EFFECT * of_law(1, false));
+        assert!(policy::BESIDE_EFFECT > policy::BESIDE_OTHER && policy::BESIDE_OTHER > 1.0);
     }
 }

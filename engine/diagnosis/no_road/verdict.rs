@@ -5,7 +5,7 @@ use super::fit::Fit;
 use super::gates;
 use super::judged::Judged;
 use super::late::Late;
-use super::model::{Model, Sizes, scale};
+use super::model::{Model, Sizes, axle_of, scale};
 use super::nuisance::Course;
 use super::predict::Predictor;
 use super::record::Record;
@@ -22,7 +22,7 @@ use veloid_core::bicycle::{Axle, Bike, PerAxle};
 use veloid_core::{EngineError, Progress};
 use veloid_model::effects::{ALL, Kind};
 use veloid_model::fit::Term;
-use veloid_model::law::Scale;
+use veloid_model::law::{Scale, Values};
 use veloid_report::diagnosis::{Diagnosis, Place, Verdict};
 use veloid_ride::Ride;
 
@@ -115,7 +115,12 @@ impl Examination<'_> {
             scales: &begun.scales,
             candidates: &candidates,
             verdict: match (detected, late) {
-                (true, _) if !confirmed => Verdict::Unnamed,
+                (true, _)
+                    if !confirmed
+                        || is_rounded_off(&found.best.model, record.rate_hz, &begun.scales) =>
+                {
+                    Verdict::Unnamed
+                }
                 (true, _) => verdict(&found, &evidence, &judgement, !tied.is_empty()),
                 (false, Some(_)) => Verdict::Named,
                 (false, None) => Verdict::NothingMissing,
@@ -234,6 +239,17 @@ fn is_twin(a: &Term, b: &Term) -> bool {
         || (super::lines::has_line(a.kind) && a.kind == b.kind)
 }
 
+/// Whether a friction is none: its sign changes over a width that the logger would have shown to be sharp.
+fn is_rounded_off(model: &Model, rate_hz: f64, scales: &PerAxle<Scale>) -> bool {
+    let width = |(term, values): &(Term, Values)| {
+        let scale = scales.get(axle_of(term)).unwrap_or(&Scale::TYPICAL);
+        values[1] / scale.w_rms
+    };
+    let mut friction =
+        (model.effects.iter()).filter(|(term, _)| term.kind == Kind::CoulombFriction);
+    rate_hz > policy::SHARP_HZ && friction.any(|effect| width(effect) > policy::SHARP)
+}
+
 /// Whether a model that is so far behind explains the ride as well.
 fn is_near(behind: f64) -> bool {
     behind < policy::BEHIND
@@ -322,6 +338,26 @@ mod tests {
         let wheel = term(Kind::WheelOutOfRound, Place::Front);
         assert!(is_twin(&wheel, &term(Kind::WheelOutOfRound, Place::Rear)));
         assert!(!is_twin(&wheel, &term(Kind::PedallingForce, Place::Front)));
+    }
+
+    #[test]
+    fn friction_is_sharp_where_the_logger_is_fast() {
+        let term = Term {
+            kind: Kind::CoulombFriction,
+            place: Place::Rear,
+        };
+        let scales = PerAxle {
+            front: None,
+            rear: Some(Scale::TYPICAL),
+        };
+        let off = |width: f64, rate_hz| {
+            let values = [30.0, width * Scale::TYPICAL.w_rms, 0.0, 0.0];
+            let model = Model::new([8.0, 3.0], [7.0, 2.0]).with(term, values);
+            is_rounded_off(&model, rate_hz, &scales)
+        };
+        let fast = 1.01 * policy::SHARP_HZ;
+        assert!(off(1.01 * policy::SHARP, fast) && !off(0.99 * policy::SHARP, fast));
+        assert!(!off(1.01 * policy::SHARP, 0.99 * policy::SHARP_HZ));
     }
 
     #[test]

@@ -123,6 +123,12 @@ pub const SCATTER: f64 = 1.3;
 pub const LAW_ERRORS: [f64; 2] = [2e-3, 5e-3];
 /// Times that much on an axle on which an effect acts: k was 1 to 3 % off beside friction that sticks and beside a strong cubic spring.
 pub const BESIDE_EFFECT: f64 = 6.0;
+/// The same of the axle beside that one: of 86 intervals of B each 11 were missed, 9 of them there.
+pub const BESIDE_OTHER: f64 = 3.0;
+/// Rate (Hz) of a logger from which a friction's sign is sharp, and the rate of the deflection, in its RMS values, over which it may then be
+/// rounded off: 0.05 to 0.20 of friction, 0.38 to 0.40 of a damper of the power 1/2; up to 200 Hz both are 0.34 to 0.40.
+pub const SHARP_HZ: f64 = 225.0;
+pub const SHARP: f64 = 0.3;
 /// Share of the other axle's acceleration (squares) above which the wheels do not ride on the same road.
 pub const OWN_ROAD: f64 = 0.3;
 

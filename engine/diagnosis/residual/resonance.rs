@@ -72,7 +72,12 @@ impl Noisy {
         // Noise of the road channel, alone and where a jittering clock puts the same into both channels.
         let road = policy::FLOOR_UNSURE * inputs.road;
         let mut noises = vec![part(&by_road, road), part(&slip, road)];
-        noises.push(part(&by_force, policy::FLOOR_UNSURE * inputs.force));
+        // White noise of an accelerometer from which road and displacement were computed acts as a force on the axle.
+        let force = match inputs.band {
+            Some(_) => f64::INFINITY,
+            None => policy::FLOOR_UNSURE * inputs.force,
+        };
+        noises.push(part(&by_force, force));
         noises.extend(NOISES.map(|phi| part(&|f| red(phi, f), f64::INFINITY)));
         Some(Self {
             spectrum,
@@ -239,6 +244,20 @@ mod tests {
             .collect();
         let r = resonance(&both, 0.01, 355.0, 11.3, &QUIET);
         assert!(r.gain > 30.0 && (0.1..0.3).contains(&r.share), "{r:?}");
+    }
+
+    #[test]
+    fn noise_of_an_accelerometer_does_not() {
+        let band = Band {
+            low_hz: Some(0.5),
+            high_hz: Some(40.0),
+        };
+        let inputs = Inputs {
+            band: Some(band),
+            ..QUIET
+        };
+        let r = resonance(&shaken(6000, 12), 0.01, 355.0, 11.3, &inputs);
+        assert!(r.gain < 10.0, "{r:?}");
     }
 
     #[test]

@@ -190,7 +190,7 @@ impl Profile {
     }
 
     /// The same road `offset_m` (m) to the side of [`Profile::iso`] of the same seed, if it is isotropic: of each sine the share
-    /// [`shared`] is the same, and the rest has a phase of its own.
+    /// [`shared`] is the same, and the rest is a road of its own.
     pub fn beside(
         roughness: Roughness,
         length_m: f64,
@@ -200,12 +200,13 @@ impl Profile {
         offset_m: f64,
     ) -> Self {
         let mut road = Self::flat(length_m, spacing_m);
-        let mut random = ChaCha8Rng::seed_from_u64(seed.wrapping_add(0x6265_7369_6465));
+        let own_seed = seed.wrapping_add(0x6265_7369_6465);
         for Sine { n, height, phase } in sines(roughness, highest, seed) {
-            let same = shared(n, offset_m);
-            road.add_sine(same * height, n, phase);
-            let own = (1.0 - same * same).max(0.0).sqrt();
-            road.add_sine(own * height, n, TAU * random.random::<f64>());
+            road.add_sine(shared(n, offset_m) * height, n, phase);
+        }
+        for Sine { n, height, phase } in sines(roughness, highest, own_seed) {
+            let own = (1.0 - shared(n, offset_m).powi(2)).max(0.0).sqrt();
+            road.add_sine(own * height, n, phase);
         }
         road.begun()
     }
