@@ -25,7 +25,7 @@ use veloid_report::diagnosis::{Diagnosis, Verdict};
 use veloid_report::identifiable::{MISTAKEN, UNPLACED};
 use veloid_report::stages::{Conclusion, Observed};
 use veloid_report::{
-    Comparison, Estimate, LatentRoad, Mistake, Parameters, Report, SwarmReport, Trial,
+    Comparison, Estimate, LatentRoad, Mistake, Report, SwarmReport, Trial,
 };
 use veloid_ride::Ride;
 
@@ -327,7 +327,7 @@ pub fn assemble(
         latent_road: observed.latent_road.map(|latent| {
             let estimates = reported(widening.of_latent_road(&latent.axles()));
             let PerAxle { front, rear } = match ride.has_no_road() {
-                true => beside(diagnosis.as_ref(), estimates),
+                true => refined(diagnosis.as_ref(), estimates),
                 false => estimates,
             };
             LatentRoad {
@@ -349,22 +349,13 @@ pub fn assemble(
     checked("report", report.with_result(result))
 }
 
-/// Estimates by the spectra, whose intervals include what the diagnosis without a road makes of plain axles, which knows more of how the wheels
-/// differ.
-fn beside(diagnosis: Option<&Diagnosis>, estimates: PerAxle<Estimate>) -> PerAxle<Estimate> {
+/// Estimates of plain axles without a road: the diagnosis, where it names nothing, knows more of how the wheels differ than the spectra,
+/// which are biased where contact patches are not alike.
+fn refined(diagnosis: Option<&Diagnosis>, estimates: PerAxle<Estimate>) -> PerAxle<Estimate> {
     let plain = diagnosis.filter(|d| d.verdict == Verdict::NothingMissing);
     estimates.map(|axle, e| {
-        let Some(other) = plain.and_then(|d| d.extended.get(axle)) else {
-            return e.clone();
-        };
-        let off = Parameters {
-            k_n_m: e.k_n_m - other.k_n_m,
-            b_n_s_m: e.b_n_s_m - other.b_n_s_m,
-        };
-        match &other.k_not_identifiable {
-            Some(why) => e.clone().withheld(why),
-            None => e.clone().widened(&off),
-        }
+        let refined = plain.and_then(|d| d.extended.get(axle));
+        refined.unwrap_or(e).clone()
     })
 }
 

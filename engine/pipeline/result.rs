@@ -69,8 +69,6 @@ fn best_method(report: &Report, axle: Axle) -> Method {
     match &report.diagnosis {
         Some(d) if is_unrecorded && d.extended.get(axle).is_none() => Method::LatentRoad,
         Some(d) if names(d.verdict) && !d.effects.is_empty() => Method::Extended,
-        // Where wheels have other contact patches, the spectra alone are biased.
-        Some(d) if is_unrecorded && d.verdict == Verdict::NothingMissing => Method::Extended,
         _ if is_unrecorded => Method::LatentRoad,
         _ => Method::OutputError,
     }

@@ -74,6 +74,8 @@ function rowOf(log, column, changed) {
   const choose = (event) => {
     event.stopPropagation();
     const named = channel.value || (event.target === unit && log.names.get(column.number));
+    // While another layout is read, what was chosen before it is forgotten.
+    log.choices ??= new Map();
     const isSame = event.target === unit || channel.value === channelOf(log, column.number);
     if (named) log.choices.set(column.number, { channel: named, unit: isSame ? unit.value : '' });
     else log.choices.delete(column.number);

@@ -106,21 +106,17 @@ impl Examination<'_> {
             true => self.turned(wheelbase, &begun.scales, &found),
             false => None,
         };
-        let confirmed = turned
-            .as_ref()
-            .is_some_and(|turned| turned.gained() >= wanted(&found.best.model.terms()));
+        let best = &found.best.model;
+        let is_confirmed = |turned: &Turned| turned.gained() >= wanted(&best.terms());
+        let is_sure = turned.as_ref().is_some_and(is_confirmed)
+            && !is_rounded_off(best, record.rate_hz, &begun.scales);
         let judged = Judged {
             bike: self.bike,
             record: &record,
             scales: &begun.scales,
             candidates: &candidates,
             verdict: match (detected, late) {
-                (true, _)
-                    if !confirmed
-                        || is_rounded_off(&found.best.model, record.rate_hz, &begun.scales) =>
-                {
-                    Verdict::Unnamed
-                }
+                (true, _) if !is_sure => Verdict::Unnamed,
                 (true, _) => verdict(&found, &evidence, &judgement, !tied.is_empty()),
                 (false, Some(_)) => Verdict::Named,
                 (false, None) => Verdict::NothingMissing,
