@@ -24,9 +24,7 @@ use veloid_report::Method;
 use veloid_report::diagnosis::{Diagnosis, Verdict};
 use veloid_report::identifiable::{MISTAKEN, UNPLACED};
 use veloid_report::stages::{Conclusion, Observed};
-use veloid_report::{
-    Comparison, Estimate, LatentRoad, Mistake, Report, SwarmReport, Trial,
-};
+use veloid_report::{Comparison, Estimate, LatentRoad, Mistake, Report, SwarmReport, Trial};
 use veloid_ride::Ride;
 
 /// Stiffness k and damping B of every axle by every method, and what physics the model leaves out. Trials of the swarm run

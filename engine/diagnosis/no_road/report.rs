@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::fit::Fit;
 use super::judged::Judged;
-use super::model::{Slot, axle_of};
+use super::model::{Model, Slot, axle_of};
 use super::roles::{Role, is_linear, role};
 use super::search::Scored;
 use super::shown::Shown;
@@ -235,12 +235,6 @@ fn extended(judged: &Judged, fit: &Fit) -> PerAxle<Estimate> {
             continue;
         };
         let value = |q: usize| mass_kg * fit.model.base(axle)[q].exp();
-        let acts = fit.model.effects.iter().any(|(term, _)| term.acts_on(axle));
-        let beside = match fit.model.effects.is_empty() {
-            true => 1.0,
-            false if acts => policy::BESIDE_EFFECT,
-            false => policy::BESIDE_OTHER,
-        };
         let slot = |q| {
             fit.model
                 .slots()
@@ -259,7 +253,8 @@ fn extended(judged: &Judged, fit: &Fit) -> PerAxle<Estimate> {
                         * equivalent(judged, fit, axle)
                 }
             };
-            let others = (policy::LAW_ERRORS[q] * beside).hypot(of_ties(judged, axle, q));
+            let others =
+                (policy::LAW_ERRORS[q] * beside(&fit.model, axle)).hypot(of_ties(judged, axle, q));
             finite(of_fit.hypot(others * value(q)).hypot(shaken))
         };
         let estimate = Estimate {
@@ -295,6 +290,16 @@ fn doubted(judged: &Judged) -> Option<String> {
              measure the road, or the travel of the {axle} suspension or tyre"
         )
     })
+}
+
+/// Times the errors of k and B that stand whatever the fit says.
+fn beside(model: &Model, axle: Axle) -> f64 {
+    let acts = |(term, _): &(Term, Values)| term.acts_on(axle);
+    match model.effects.is_empty() {
+        true => 1.0,
+        false if model.effects.iter().any(acts) => policy::BESIDE_EFFECT,
+        false => policy::BESIDE_OTHER,
+    }
 }
 
 /// How far a number of an axle's (k/m, B/m, in logarithms) is from the same where another set of effects explains the ride as well.
@@ -394,6 +399,14 @@ mod tests {
     fn k_and_b_are_no_surer_than_filters_and_patches_let_them_be() {
         let [k, b] = policy::LAW_ERRORS;
         assert!(k < b && k > 1e-3 && policy::SCATTER >= 1.0);
-        assert!(policy::BESIDE_EFFECT > policy::BESIDE_OTHER && policy::BESIDE_OTHER > 1.0);
+        let plain = Model::new([8.0, 3.0], [7.0, 2.0]);
+        let term = Term {
+            kind: Kind::CubicStiffness,
+            place: Place::Rear,
+        };
+        let model = plain.with(term, [1e9, 0.0, 0.0, 0.0]);
+        let of = Axle::BOTH.map(|axle| beside(&model, axle));
+        assert_eq!(of, [policy::BESIDE_OTHER, policy::BESIDE_EFFECT]);
+        assert_eq!(beside(&plain, Axle::Rear), 1.0);
     }
 }
