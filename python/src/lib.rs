@@ -60,7 +60,7 @@ fn simulate<'py>(
     let pool = run::pool(None)?;
     let ride = run::beside(py, &pool, &Settings::default(), None, |_| {
         Ok(match accelerometers {
-            Some(noise) => simulated_ride.sensed(noise)?,
+            Some(noise) => veloid_engine::sensed(&simulated_ride, &bike, &effects, noise)?,
             None => veloid_engine::simulate(&simulated_ride, &bike, &effects)?,
         })
     })?;

@@ -45,6 +45,15 @@ def test_simulations_are_those_of_the_command_line(folder, simulated):
         (["--cadence", "80", "--speed-change", "0.3:15"], {"cadence": 80, "speed_change": (0.3, 15)}),
         (["--accelerometers", "0.03"], {"accelerometers": 0.03}),
         (
+            ["--accelerometers", "0.03", "--track-offset", "0.02", "--road-to", "30", "--effect", "coulomb_friction:rear:friction=20"],
+            {
+                "accelerometers": 0.03,
+                "track_offset": 0.02,
+                "road_to": 30,
+                "effects": [("coulomb_friction", "rear", {"friction": 20})],
+            },
+        ),
+        (
             ["--effect", "coulomb_friction:front:friction=20"],
             {"effects": [("coulomb_friction", "front", {"friction": 20})]},
         ),
