@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 
 use super::model::{Model, Slot};
-use super::nuisance::{Corrections, Course, Nuisance, columns, whitened};
+use super::nuisance::{Corrections, Course, Nuisance, column, columns, whitened};
 use super::predict::{Predictor, Spectra};
 use super::record::Record;
 use veloid_core::bicycle::PerAxle;
@@ -163,15 +163,7 @@ impl<'a> Frame<'a> {
 
     /// Residuals as one whitened column.
     pub fn column(&self, residuals: &Spectra) -> DVector<f64> {
-        let parts: Vec<f64> = (residuals.iter())
-            .flat_map(|r| {
-                whitened(r, &self.noise)
-                    .iter()
-                    .copied()
-                    .collect::<Vec<f64>>()
-            })
-            .collect();
-        DVector::from_vec(parts)
+        column(residuals, &self.noise)
     }
 
     /// Each slot moved a little, with the steps that were taken.

@@ -336,3 +336,11 @@ pub fn whitened(values: &[Complex<f64>], noise: &[f64]) -> DVector<f64> {
             }
     })
 }
+
+/// Spectra by segment as one whitened column.
+pub fn column(spectra: &[Vec<Complex<f64>>], noise: &[f64]) -> DVector<f64> {
+    let parts = spectra
+        .iter()
+        .flat_map(|s| whitened(s, noise).data.as_vec().clone());
+    DVector::from_vec(parts.collect())
+}

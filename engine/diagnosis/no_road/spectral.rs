@@ -7,9 +7,9 @@ use rayon::prelude::*;
 
 use super::fit::{level, noise};
 use super::model::{BETA, Base, KAPPA, Model};
-use super::nuisance::{Course, whitened};
+use super::nuisance::{Course, column};
 use super::predict::Spectra;
-use super::record::{Record, spectrum};
+use super::record::{Record, Segment, spectrum};
 use veloid_core::bicycle::Axle;
 use veloid_core::numerics::lanes::Lanes;
 use veloid_fourier::Complex;
@@ -117,11 +117,14 @@ fn transfer(w: f64, [kappa, beta]: [f64; 2], second: Option<[f64; 3]>) -> Comple
 }
 
 /// The leading axle's spectra brought to the other's time.
-pub struct Shifted(Spectra);
+pub struct Shifted<'a> {
+    record: &'a Record,
+    spectra: Spectra,
+}
 
-impl Shifted {
-    pub fn new(record: &Record) -> Self {
-        let shifted = |segment: &super::record::Segment| {
+impl<'a> Shifted<'a> {
+    pub fn new(record: &'a Record) -> Self {
+        let shifted = |segment: &Segment| {
             let course = Course::new(segment, record.lines.len());
             let a: Vec<Lanes> = segment.lead.a.iter().map(|a| Lanes::all(*a)).collect();
             // An acceleration goes with the square of the speeds' ratio, a rate with the ratio.
@@ -134,11 +137,14 @@ impl Shifted {
                 segment.over,
             )
         };
-        Self(record.segments.iter().map(shifted).collect())
+        Self {
+            record,
+            spectra: record.segments.iter().map(shifted).collect(),
+        }
     }
 
     /// Plain pairs, the best first.
-    pub fn plain(&self, record: &Record) -> Vec<Pair> {
+    pub fn plain(&self) -> Vec<Pair> {
         let delayed = |pair: Pair| {
             DELAYS.map(|delay| {
                 let mut pair = pair.clone();
@@ -146,14 +152,14 @@ impl Shifted {
                 pair
             })
         };
-        let starts = STARTS.iter().map(|s| begun(record, s));
-        self.sorted(record, starts.flat_map(delayed).collect())
+        let starts = STARTS.iter().map(|s| self.begun(s));
+        self.sorted(starts.flat_map(delayed).collect())
     }
 
     /// The best pair with a second mass on either axle. Its k and B may be far from those of the best plain pair.
-    pub fn with_second_mass(&self, record: &Record, plain: &Pair) -> Vec<Pair> {
+    pub fn with_second_mass(&self, plain: &Pair) -> Vec<Pair> {
         let best = |on_lead: bool| {
-            let bases = BESIDE.iter().map(|i| begun(record, &STARTS[*i]));
+            let bases = BESIDE.iter().map(|i| self.begun(&STARTS[*i]));
             let with = |pair: Pair| {
                 MASSES.map(|second| {
                     let mut pair = pair.clone();
@@ -163,21 +169,35 @@ impl Shifted {
                 })
             };
             let starts = std::iter::once(plain.clone()).chain(bases).flat_map(with);
-            self.sorted(record, starts.collect()).into_iter().next()
+            self.sorted(starts.collect()).into_iter().next()
         };
         [true, false].into_iter().filter_map(best).collect()
     }
 
-    fn sorted(&self, record: &Record, starts: Vec<Pair>) -> Vec<Pair> {
-        let fitted = starts
-            .into_par_iter()
-            .map(|start| self.fitted(record, start));
+    fn begun(&self, start: &[f64; 4]) -> Pair {
+        let [a, b, c, d] = start.map(f64::ln);
+        let base = match self.record.lead {
+            Axle::Front => [a, b, c, d],
+            Axle::Rear => [c, d, a, b],
+        };
+        let mut x = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+        x[..4].copy_from_slice(&base);
+        Pair {
+            cost: f64::INFINITY,
+            second_on_lead: None,
+            x,
+        }
+    }
+
+    fn sorted(&self, starts: Vec<Pair>) -> Vec<Pair> {
+        let fitted = starts.into_par_iter().map(|start| self.fitted(start));
         let mut found: Vec<Pair> = fitted.filter(|pair| pair.cost.is_finite()).collect();
         found.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         found
     }
 
-    fn left(&self, record: &Record, pair: &Pair) -> Spectra {
+    fn left(&self, pair: &Pair) -> Spectra {
+        let record = self.record;
         let x = &pair.x;
         let [lead, other] = [[x[0].exp(), x[1].exp()], [x[2].exp(), x[3].exp()]];
         let second = |on_lead| (pair.second_on_lead == Some(on_lead)).then(|| pair.second());
@@ -188,7 +208,7 @@ impl Shifted {
                 transfer(w, other, second(false)) / transfer(w, lead, second(true)) * turn * x[5]
             })
             .collect();
-        (record.segments.iter().zip(&self.0))
+        (record.segments.iter().zip(&self.spectra))
             .map(|(segment, shifted)| {
                 (segment.measured.iter().zip(shifted).zip(&filter))
                     .map(|((m, s), f)| m - s * f)
@@ -197,13 +217,13 @@ impl Shifted {
             .collect()
     }
 
-    fn fitted(&self, record: &Record, start: Pair) -> Pair {
+    fn fitted(&self, start: Pair) -> Pair {
         let mut pair = start.limited();
-        let mut residuals = self.left(record, &pair);
-        pair.cost = level(record, &residuals);
+        let mut residuals = self.left(&pair);
+        pair.cost = level(self.record, &residuals);
         let mut damping = 1e-2;
         for _ in 0..ITERATIONS {
-            let Some((normal, gradient)) = self.gradient(record, &pair, &residuals) else {
+            let Some((normal, gradient)) = self.gradient(&pair, &residuals) else {
                 break;
             };
             let mut better = None;
@@ -220,8 +240,8 @@ impl Shifted {
                     *x += step.clamp(-0.5, 0.5);
                 }
                 next = next.limited();
-                let trial = self.left(record, &next);
-                next.cost = level(record, &trial);
+                let trial = self.left(&next);
+                next.cost = level(self.record, &trial);
                 if next.cost < pair.cost {
                     better = Some((next, trial));
                     break;
@@ -241,44 +261,18 @@ impl Shifted {
         pair
     }
 
-    fn gradient(
-        &self,
-        record: &Record,
-        pair: &Pair,
-        residuals: &Spectra,
-    ) -> Option<(DMatrix<f64>, DVector<f64>)> {
-        let noise = noise(record, residuals)?;
-        let column = |values: &Spectra| -> DVector<f64> {
-            let parts = values
-                .iter()
-                .flat_map(|v| whitened(v, &noise).data.as_vec().clone());
-            DVector::from_vec(parts.collect())
-        };
-        let r = column(residuals);
+    fn gradient(&self, pair: &Pair, residuals: &Spectra) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        let noise = noise(self.record, residuals)?;
+        let r = column(residuals, &noise);
         let columns: Vec<DVector<f64>> = (0..pair.unknowns())
             .map(|i| {
                 let mut moved = pair.clone();
                 moved.x[i] += 1e-5;
-                (&r - column(&self.left(record, &moved))) / 1e-5
+                (&r - column(&self.left(&moved), &noise)) / 1e-5
             })
             .collect();
         let jacobian = DMatrix::from_columns(&columns);
         Some((jacobian.tr_mul(&jacobian), jacobian.tr_mul(&r)))
-    }
-}
-
-fn begun(record: &Record, start: &[f64; 4]) -> Pair {
-    let [a, b, c, d] = start.map(f64::ln);
-    let base = match record.lead {
-        Axle::Front => [a, b, c, d],
-        Axle::Rear => [c, d, a, b],
-    };
-    let mut x = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
-    x[..4].copy_from_slice(&base);
-    Pair {
-        cost: f64::INFINITY,
-        second_on_lead: None,
-        x,
     }
 }
 

@@ -162,7 +162,7 @@ struct Begun {
 
 fn begun(record: &Record, sizes: &PerAxle<Sizes>) -> Option<Begun> {
     let shifted = Shifted::new(record);
-    let starts = shifted.plain(record);
+    let starts = shifted.plain();
     let start = starts.first()?;
     let rough = sizes.map(|_, sizes| scale(record, sizes, [0.0, 0.0], &[]));
     let (fit, courses) = settled(record, &rough, &start.model(record), start.nuisances())?;
@@ -178,7 +178,7 @@ fn begun(record: &Record, sizes: &PerAxle<Sizes>) -> Option<Begun> {
             scales.set(axle, scale(record, sizes, fit.model.base(axle), moments));
         }
     }
-    let linear = shifted.with_second_mass(record, start);
+    let linear = shifted.with_second_mass(start);
     let linear = linear.iter().map(|pair| pair.model(record)).collect();
     Some(Begun {
         fit,

@@ -262,16 +262,18 @@ impl SimulatedRide {
     fn fine_motion(&self) -> PerAxle<Motion> {
         let fine_step = 1.0 / (self.rate_hz * FINE as f64);
         let samples = (self.samples() - 1) * FINE + 1;
+        let front = self.profile(fine_step, 0.0);
+        let beside =
+            (self.track_offset_m > 0.0).then(|| self.profile(fine_step, self.track_offset_m));
         let mut motion = PerAxle::default();
         for axle in Axle::BOTH {
             let Some(spring) = self.spring(axle) else {
                 continue;
             };
-            let (behind, beside) = match axle {
-                Axle::Front => (0.0, 0.0),
-                Axle::Rear => (self.wheelbase_m, self.track_offset_m),
+            let (behind, profile) = match axle {
+                Axle::Front => (0.0, &front),
+                Axle::Rear => (self.wheelbase_m, beside.as_ref().unwrap_or(&front)),
             };
-            let profile = self.profile(fine_step, beside);
             let road: Vec<f64> = (0..samples)
                 .map(|i| profile.height(self.ridden(i as f64 * fine_step).0 - behind))
                 .collect();

@@ -81,20 +81,21 @@ mod tests {
     use crate::no_road::conditions;
     use crate::no_road::plan;
 
+    const SCALE: Scale = Scale {
+        deflection_m: [1e-3, 2e-3],
+        rate_m_s: [0.1, 0.2],
+        fastest_m_s: 6.0,
+        mean_speed_m_s: 5.0,
+        duration_s: 60.0,
+        noise_m: 0.0,
+    };
+
     #[test]
     fn everything_planned_has_a_size() {
         let chance = &mut Chance::new(2, 0);
-        let scale = Scale {
-            deflection_m: [1e-3, 2e-3],
-            rate_m_s: [0.1, 0.2],
-            fastest_m_s: 6.0,
-            mean_speed_m_s: 5.0,
-            duration_s: 60.0,
-            noise_m: 0.0,
-        };
         for planned in plan::plan(chance) {
             let bike = conditions::bike(planned.class, chance);
-            let vehicle = vehicle(&planned, &bike, &scale, chance);
+            let vehicle = vehicle(&planned, &bike, &SCALE, chance);
             assert_eq!(vehicle.outside.is_some(), planned.strange.is_some());
             let sized = |e: &Effect| e.values[0] != 0.0 && e.values.iter().all(|v| v.is_finite());
             assert!(vehicle.effects.iter().all(sized));
@@ -114,15 +115,7 @@ mod tests {
     fn a_cubic_spring_is_a_share_of_k_at_two_sigma() {
         let chance = &mut Chance::new(2, 0);
         let bike = conditions::bike(Class::Effect, chance);
-        let scale = Scale {
-            deflection_m: [1e-3, 2e-3],
-            rate_m_s: [0.1, 0.2],
-            fastest_m_s: 6.0,
-            mean_speed_m_s: 5.0,
-            duration_s: 60.0,
-            noise_m: 0.0,
-        };
-        let cubic = effect(Kind::CubicStiffness, Axle::Rear, &bike, &scale, chance);
+        let cubic = effect(Kind::CubicStiffness, Axle::Rear, &bike, &SCALE, chance);
         let share = cubic.values[0] * 4e-3_f64.powi(2) / bike.stiffness_n_m[1];
         assert!((0.2..0.8).contains(&share), "{share}");
     }

@@ -46,16 +46,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_demand_that_is_missed_by_chance_is_told_from_one_that_is_not() {
+    fn demands_missed_within_chance_are_marked_so() {
         let demand = Demand {
             right: Some(0.8),
             wrong: Some(0.02),
         };
         let of = |count| Share { count, of: 100 };
-        let told = |right, wrong| demand.judged(of(right), of(wrong));
-        assert_eq!(told(80, 2), "right 80 %: met; wrong at most 2 %: met");
+        let text = |right, wrong| demand.judged(of(right), of(wrong));
+        assert_eq!(text(80, 2), "right 80 %: met; wrong at most 2 %: met");
         assert_eq!(
-            told(79, 20),
+            text(79, 20),
             "right 80 %: not met, within chance; wrong at most 2 %: not met"
         );
         let none = demand.judged(Share::default(), Share::default());

@@ -129,8 +129,8 @@ mod tests {
             truth: &Vec::new(),
             has_reason: false,
         };
-        let untold = failed.mark(&said("cannot_tell", &[]), &Covered::default());
-        assert_eq!(untold, Mark::Silent);
+        let unexplained = failed.mark(&said("cannot_tell", &[]), &Covered::default());
+        assert_eq!(unexplained, Mark::Silent);
     }
 
     #[test]

@@ -85,11 +85,11 @@ mod tests {
 
     #[test]
     fn words_are_the_verdict_and_its_sets() {
-        let told = said(
+        let offered = said(
             "ambiguous",
             &[&[("a", "front"), ("b", "rear")], &[("c", "rear")]],
         );
-        assert_eq!(words(&told), "ambiguous a front and b rear or c rear");
+        assert_eq!(words(&offered), "ambiguous a front and b rear or c rear");
         assert_eq!(words(&Said::failed("no".to_owned(), 0.0)), "failed: no");
         assert_eq!(axles(&[("x".to_owned(), "both".to_owned())]), [true, true]);
     }

@@ -56,13 +56,13 @@ fn marks(words: &str, outcomes: &[&Outcome], demand: Demand) -> String {
     let withheld = count(Mark::Withheld);
     let right = share(count(Mark::Right) + withheld);
     let wrong = share(count(Mark::Wrong));
-    let told = match withheld {
+    let counted = match withheld {
         0 => right.to_string(),
         _ => format!("{right}; {withheld} of them without a verdict"),
     };
     let silent = count(Mark::Silent);
     format!(
-        "| {words} | {of} | {told} | {wrong} | {silent} | {} |\n",
+        "| {words} | {of} | {counted} | {wrong} | {silent} | {} |\n",
         demand.judged(right, wrong)
     )
 }
@@ -201,8 +201,8 @@ mod tests {
         ];
         let text = table(&marks.map(|mark| (Class::Clean, outcome(mark, "", true))));
         let row = row(&text, Class::Clean.words());
-        let told = "2 of 5, 40.0 % (5.3 to 85.3); 1 of them without a verdict";
-        assert!(row.contains(told), "{row}");
+        let counted = "2 of 5, 40.0 % (5.3 to 85.3); 1 of them without a verdict";
+        assert!(row.contains(counted), "{row}");
         assert!(row.ends_with("| 3 | right 97 %: not met |"), "{row}");
     }
 }
