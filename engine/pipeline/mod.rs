@@ -4,6 +4,7 @@ mod gains;
 #[cfg(test)]
 mod hostile;
 mod identify;
+mod model;
 mod observe;
 mod result;
 mod study;
@@ -12,6 +13,7 @@ mod validate;
 mod widening;
 
 pub use identify::{assemble, conclude, diagnose, identify, observe, scores};
+pub use model::{ModelError, read_model};
 pub use result::result_of;
 pub use study::{Ridden, study};
 pub use synchronise::{from_arrays, read};

@@ -6,6 +6,8 @@ pub mod identifiable;
 mod latent_road;
 mod method;
 mod mistake;
+pub mod model;
+pub mod model_on_ride;
 mod result;
 pub mod simulation;
 pub mod stages;
@@ -23,6 +25,8 @@ pub use estimate::Estimate;
 pub use latent_road::{Correction, LatentRoad, RoadSpectrum, SensorFound};
 pub use method::Method;
 pub use mistake::{Mistake, MistakeKind};
+pub use model::IdentifiedModel;
+pub use model_on_ride::ModelOnRide;
 pub use result::{AxleResult, ResultQuantity};
 pub use summary::summary;
 

@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 use veloid_engine::Ride;
-use veloid_engine::bicycle::Axle;
+use veloid_engine::bicycle::{Axle, PerAxle};
 use veloid_engine::replay::Series;
 
 pub type Columns<'py> = Vec<(String, Bound<'py, PyByteArray>)>;
@@ -27,6 +27,18 @@ pub fn of_series<'py>(py: Python<'py>, ride: &Ride, series: &Series) -> Columns<
         }
     }
     columns
+}
+
+/// `front_predicted` and `rear_predicted` beside the time.
+pub fn of_prediction<'py>(
+    py: Python<'py>,
+    times: &[f64],
+    axles: &PerAxle<Vec<f64>>,
+) -> Columns<'py> {
+    let axles = axles.iter();
+    let axles = axles.map(|(axle, values)| (format!("{axle}_predicted"), doubles(py, values)));
+    let times = [("t".to_owned(), doubles(py, times))];
+    times.into_iter().chain(axles).collect()
 }
 
 fn times<'py>(py: Python<'py>, ride: &Ride) -> (String, Bound<'py, PyByteArray>) {

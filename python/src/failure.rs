@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 use veloid_engine::bicycle::BikeError;
 use veloid_engine::ride::{Problem, ReadError};
-use veloid_engine::{Bike, EngineError};
+use veloid_engine::{Bike, EngineError, Incomparable, ModelError};
 
 pub enum Failure {
     Read(ReadError),
@@ -13,6 +13,20 @@ pub enum Failure {
     Options(String),
     /// A report that is none.
     Report(serde_json::Error),
+    Model(ModelError),
+    Incomparable(Incomparable),
+}
+
+impl From<ModelError> for Failure {
+    fn from(error: ModelError) -> Self {
+        Self::Model(error)
+    }
+}
+
+impl From<Incomparable> for Failure {
+    fn from(error: Incomparable) -> Self {
+        Self::Incomparable(error)
+    }
 }
 
 impl From<ReadError> for Failure {
@@ -58,6 +72,8 @@ impl Failure {
             Self::Engine(error) => ("IdentificationError", error.to_string()),
             Self::Options(message) => ("OptionError", message.clone()),
             Self::Report(error) => ("VeloidError", format!("not a report of veloid: {error}")),
+            Self::Model(error) => ("VeloidError", error.to_string()),
+            Self::Incomparable(error) => ("IdentificationError", error.to_string()),
         };
         let class = py.import("veloid.errors")?.getattr(class)?;
         Ok(PyErr::from_value(
@@ -88,7 +104,10 @@ impl Failure {
                 let key = message.split_once(": ").map(|(key, _)| key);
                 [("key", key)].into_py_dict(py)
             }
-            Self::Engine(EngineError::Cancelled) | Self::Report(_) => Ok(PyDict::new(py)),
+            Self::Engine(EngineError::Cancelled)
+            | Self::Report(_)
+            | Self::Model(_)
+            | Self::Incomparable(_) => Ok(PyDict::new(py)),
         }
     }
 }

@@ -9,9 +9,9 @@ mod run;
 use pyo3::prelude::*;
 use veloid_engine::document::format_number::Number;
 use veloid_engine::replay::Quantity;
-use veloid_engine::report::{self, Report};
+use veloid_engine::report::{self, IdentifiedModel, Report};
 use veloid_engine::simulate::simulated_ride::SimulatedRide;
-use veloid_engine::{Bike, Ride, Settings};
+use veloid_engine::{Bike, Ride, Settings, Start};
 
 use columns::Columns;
 use failure::Failure;
@@ -82,6 +82,72 @@ fn series<'py>(
     Ok(columns::of_series(py, &record.0, &series))
 }
 
+/// The model of a report, or of an exported model, as a document.
+#[pyfunction]
+fn model(text: &str) -> PyResult<String> {
+    let model = veloid_engine::read_model(text).map_err(Failure::from)?;
+    Ok(serde_json::to_string_pretty(&model).map_err(Failure::from)?)
+}
+
+/// How well a model predicts a ride, as a document. The bicycle is the model's where none is given.
+#[pyfunction]
+fn compare(
+    py: Python<'_>,
+    model: &str,
+    sources: Vec<Source>,
+    bike: Option<&str>,
+    reading: &str,
+    alpha: f64,
+) -> PyResult<String> {
+    on_ride(py, model, sources, bike, reading, |model, ride, bike| {
+        let found = veloid_engine::compare(model, ride, bike, alpha)?;
+        Ok(serde_json::to_string(&found)?)
+    })
+}
+
+/// What a model predicts along a ride, from a start that suits it best or `at_rest`.
+#[pyfunction]
+fn predict<'py>(
+    py: Python<'py>,
+    model: &str,
+    sources: Vec<Source>,
+    bike: Option<&str>,
+    reading: &str,
+    at_rest: bool,
+) -> PyResult<Columns<'py>> {
+    let start = match at_rest {
+        true => Start::AtRest,
+        false => Start::Fitted,
+    };
+    let (times, axles) = on_ride(py, model, sources, bike, reading, |model, ride, bike| {
+        Ok(veloid_engine::predict(model, ride, bike, start)?)
+    })?;
+    Ok(columns::of_prediction(py, &times, &axles))
+}
+
+/// Has `work` done with a model and a ride.
+fn on_ride<T: Send>(
+    py: Python<'_>,
+    model: &str,
+    sources: Vec<Source>,
+    bike: Option<&str>,
+    reading: &str,
+    work: impl FnOnce(&IdentifiedModel, &Ride, &Bike) -> Result<T, Failure> + Send,
+) -> PyResult<T> {
+    let model = veloid_engine::read_model(model).map_err(Failure::from)?;
+    let bike = match bike {
+        Some(text) => Bike::from_json(text).map_err(Failure::from)?,
+        None => model.bicycle.clone(),
+    };
+    let reading = input::options(reading)?;
+    let sources = input::owned(py, sources)?;
+    let pool = run::pool(None)?;
+    run::beside(py, &pool, &Settings::default(), None, |_| {
+        let ride = input::read(&sources, &bike, &reading)?;
+        work(&model, &ride, &bike)
+    })
+}
+
 /// What the command line says of a report.
 #[pyfunction]
 fn summary(report: &str) -> PyResult<String> {
@@ -102,6 +168,9 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(identify, module)?)?;
     module.add_function(wrap_pyfunction!(simulate, module)?)?;
     module.add_function(wrap_pyfunction!(series, module)?)?;
+    module.add_function(wrap_pyfunction!(model, module)?)?;
+    module.add_function(wrap_pyfunction!(compare, module)?)?;
+    module.add_function(wrap_pyfunction!(predict, module)?)?;
     module.add_function(wrap_pyfunction!(summary, module)?)?;
     module.add_function(wrap_pyfunction!(measured, module)?)
 }

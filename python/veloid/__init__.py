@@ -15,16 +15,19 @@ from .errors import (
     ServerError,
     VeloidError,
 )
+from .model import Comparison, Model
 from .report import Diagnosis, Report
 from .simulation import Simulated, simulate
 
 __all__ = [
     "BikeError",
     "Client",
+    "Comparison",
     "Diagnosis",
     "IdentificationError",
     "Job",
     "JobError",
+    "Model",
     "OptionError",
     "Progress",
     "Report",

@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from . import _native, drawing
 from .errors import VeloidError
 from .frames import FrameKind, table
 from .frames import frame as to_frame
+
+if TYPE_CHECKING:
+    from .model import Model
 
 PARAMETERS = ["method", "axle", "name", "value", "std_error", "unit"]
 NAMES = {"k": "k_n_m", "B": "b_n_s_m", "mass": "mass_kg"}
@@ -115,6 +118,12 @@ class Report:
             raise VeloidError("this report has no ride: identify the ride, or use the series of a server's job")
         columns = _native.series(self._record, self.text, quantity)
         return to_frame({name: np.frombuffer(values) for name, values in columns}, frame)
+
+    def model(self) -> Model:
+        """The identified model, to simulate and to compare with other rides."""
+        from .model import Model
+
+        return Model(self)
 
     def _parameters(self) -> Iterator[dict[str, Any]]:
         diagnosis = self.document["diagnosis"]

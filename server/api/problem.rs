@@ -82,6 +82,8 @@ pub enum Kind {
     NotFinished,
     #[serde(rename = "urn:veloid:problem:no-model")]
     NoModel,
+    #[serde(rename = "urn:veloid:problem:not-comparable")]
+    NotComparable,
     #[serde(rename = "urn:veloid:problem:file-lost")]
     FileLost,
     #[serde(rename = "urn:veloid:problem:report-unreadable")]
@@ -136,6 +138,10 @@ impl Kind {
             ),
             Kind::NotFinished => (StatusCode::CONFLICT, "The job has no report yet"),
             Kind::NoModel => (StatusCode::CONFLICT, "The ride has no model to simulate"),
+            Kind::NotComparable => (
+                StatusCode::UNPROCESSABLE_ENTITY,
+                "The model cannot be compared with the ride",
+            ),
             Kind::FileLost => (
                 StatusCode::GONE,
                 "The stored file is missing or was altered",
@@ -363,6 +369,7 @@ impl From<Fault> for Problem {
             Fault::File(error) => error.into(),
             Fault::Engine(error) => error.into(),
             Fault::Report(_) => Self::unreadable(fault),
+            Fault::Incomparable(why) => Self::new(Kind::NotComparable, why),
             Fault::Database(error) => error.into(),
             Fault::Queue(error) => error.into(),
             Fault::Budget(error) => error.into(),

@@ -2,8 +2,8 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 use uuid::Uuid;
-use veloid_engine::EngineError;
 use veloid_engine::ride::ReadError;
+use veloid_engine::{EngineError, Incomparable, ModelError};
 
 use super::client::ClientError;
 use crate::built::NotBuilt;
@@ -113,6 +113,13 @@ pub enum CliError {
     Child(#[from] ChildError),
     #[error(transparent)]
     NoModel(#[from] NoModel),
+    /// A file that is to be a model.
+    #[error("{}: {source}", .path.display())]
+    Model { path: PathBuf, source: ModelError },
+    #[error(transparent)]
+    Incomparable(#[from] Incomparable),
+    #[error("{count} of {of} rides could not be compared (listed above)")]
+    NotCompared { count: usize, of: usize },
     #[error("compute threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
     #[error(transparent)]
@@ -137,6 +144,9 @@ impl CliError {
             | CliError::Bikes { .. }
             | CliError::Ride(_)
             | CliError::Unread { .. }
+            | CliError::Model { .. }
+            | CliError::Incomparable(_)
+            | CliError::NotCompared { .. }
             | CliError::Options(_) => 2,
             CliError::File { source, .. } => match source.kind() {
                 std::io::ErrorKind::NotFound | std::io::ErrorKind::InvalidData => 2,

@@ -31,6 +31,7 @@ mod split;
 mod storage;
 mod study;
 mod unread;
+mod validate;
 mod vault;
 mod webhook_options;
 mod worker;
@@ -71,6 +72,7 @@ enum Command {
     Worker(worker::Worker),
     Identify(identify::Identify),
     Study(study::Study),
+    Validate(validate::Validate),
     Simulate(simulate::Simulate),
     Migrate(migrate::Migrate),
     Backup(backup::Backup),
@@ -95,6 +97,7 @@ impl Cli {
             Command::Worker(command) => runtime()?.block_on(command.run()),
             Command::Identify(command) => command.run(),
             Command::Study(command) => command.run(),
+            Command::Validate(command) => command.run(),
             Command::Simulate(command) => command.run(),
             Command::Migrate(command) => runtime()?.block_on(command.run()),
             Command::Backup(command) => runtime()?.block_on(command.run()),

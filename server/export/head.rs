@@ -1,7 +1,8 @@
 //! The lines at a script's head: what it is, what it needs, and what is in the model.
 
 use veloid_engine::report::Report;
-use veloid_engine::report::diagnosis::{Diagnosis, EffectName, EffectReport, ParameterReport};
+use veloid_engine::report::diagnosis::{Diagnosis, EffectReport, ParameterReport};
+use veloid_engine::report::model::left_out;
 
 use super::facts::AS_READ;
 
@@ -92,26 +93,6 @@ pub fn line(effect: &EffectReport) -> String {
         effect.axle.name(),
         values.join(", ")
     )
-}
-
-/// Effects that the diagnosis found and a script does not simulate.
-pub fn left_out(diagnosis: &Diagnosis) -> Vec<EffectName> {
-    let is_in = |effect: &EffectName| {
-        let Some(model) = &diagnosis.model else {
-            return false;
-        };
-        let acted = model
-            .axles
-            .iter()
-            .filter(|(axle, _)| effect.axle.acts_on(*axle));
-        let mut acting = acted.flat_map(|(_, axle)| &axle.effects);
-        acting.any(|acts| {
-            let is_coupling = acts.law.expressions().next().is_none() && model.pitch.is_some();
-            acts.id == effect.id && (acts.law.expressions().next().is_some() || is_coupling)
-        })
-    };
-    let effects = diagnosis.effects.iter().map(EffectReport::name);
-    effects.filter(|effect| !is_in(effect)).collect()
 }
 
 /// A text on one line.

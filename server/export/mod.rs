@@ -4,7 +4,6 @@ mod expression;
 mod facts;
 mod format;
 mod head;
-mod json;
 mod matlab;
 mod motion;
 mod plain;
@@ -19,9 +18,9 @@ use veloid_engine::report::simulation::Simulation;
 use plain::Plain;
 
 pub use format::Format;
-pub use json::IdentifiedModel;
 pub use plain::NoModel;
 pub use table::table;
+pub use veloid_engine::report::IdentifiedModel;
 
 /// The model as a script for MATLAB and Octave; `file` is the ride's name. The plain model alone where no diagnosis has left another.
 pub fn matlab(report: &Report, file: &str) -> Result<String, NoModel> {

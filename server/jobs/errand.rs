@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 use veloid_engine::replay::Window;
+use veloid_engine::report::{IdentifiedModel, ModelOnRide};
 use veloid_engine::ride::{self, Logger, Preview, ReadOptions, Ride, RideFile, RideSummary};
 
 use super::at_hand::{SMALL, bytes};
@@ -41,6 +42,8 @@ pub enum Wanted {
     Check(Budget),
     Preview,
     Drawing(Drawing),
+    /// How well the model predicts the ride.
+    Comparison(Box<IdentifiedModel>),
 }
 
 /// What came of an [`Errand`].
@@ -50,6 +53,7 @@ pub enum Found {
     Checked(Box<Checked>),
     Preview(Box<Preview>),
     Window(Box<Window>),
+    Compared(Box<ModelOnRide>),
 }
 
 /// What is asked of a ride that is sent.
@@ -81,6 +85,7 @@ impl Wanted {
             Wanted::Ride(_) | Wanted::Check(_) => "read",
             Wanted::Preview => "preview",
             Wanted::Drawing(_) => "series",
+            Wanted::Comparison(_) => "validation",
         }
     }
 }
@@ -121,6 +126,13 @@ impl Errand {
                 let ride = self.ride(&files)?;
                 let series = drawn.keep(drawing, drawing.series(&ride)?);
                 Found::Window(Box::new(drawing.window(&series)))
+            }
+            Wanted::Comparison(model) => {
+                let (ride, Request { bike, options }) = (self.ride(&files)?, &self.request);
+                let alpha = options.settings.alpha;
+                let compared = veloid_engine::compare(model, &ride, bike, alpha);
+                let compared = compared.map_err(|e| Unread::Incomparable(e.to_string()))?;
+                Found::Compared(Box::new(compared))
             }
         })
     }

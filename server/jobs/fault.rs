@@ -67,6 +67,9 @@ pub enum Fault {
     /// A report that a child process was given to draw.
     #[error("the stored report is malformed: {0}")]
     Report(String),
+    /// A model and a ride that have nothing in common.
+    #[error("{0}")]
+    Incomparable(String),
     #[error("database: {0}")]
     Database(#[from] sqlx::Error),
     #[error("queue: {0}")]
@@ -151,6 +154,7 @@ impl From<Unread> for Fault {
             Unread::Ride(error) => Fault::Read(error),
             Unread::Budget(error) => Fault::Budget(error),
             Unread::Report(error) => Fault::Report(error),
+            Unread::Incomparable(why) => Fault::Incomparable(why),
             unread => Fault::Child(io::Error::other(unread)),
         }
     }

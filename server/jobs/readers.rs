@@ -6,6 +6,7 @@ use std::time::Duration;
 use rayon::ThreadPoolBuildError;
 use tokio_util::sync::CancellationToken;
 use veloid_engine::replay::Window;
+use veloid_engine::report::{IdentifiedModel, ModelOnRide};
 use veloid_engine::ride::{Logger, Preview, Ride};
 
 use super::budget::Budget;
@@ -114,6 +115,20 @@ impl Reader<'_> {
         let wanted = Wanted::Drawing(drawing);
         match self.perform(files, request, wanted).await? {
             Found::Window(window) => Ok(*window),
+            _ => Err(Fault::Mismatch),
+        }
+    }
+
+    /// How well a model predicts the ride.
+    pub async fn comparison(
+        self,
+        files: Vec<Source>,
+        request: Request,
+        model: IdentifiedModel,
+    ) -> Result<ModelOnRide, Fault> {
+        let wanted = Wanted::Comparison(Box::new(model));
+        match self.perform(files, request, wanted).await? {
+            Found::Compared(compared) => Ok(*compared),
             _ => Err(Fault::Mismatch),
         }
     }

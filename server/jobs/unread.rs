@@ -15,6 +15,8 @@ pub enum Unread {
     File(String),
     #[error("stored report: {0}")]
     Report(String),
+    #[error("{0}")]
+    Incomparable(String),
 }
 
 /// A [`ReadError`] as it can be passed on.

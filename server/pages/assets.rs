@@ -46,6 +46,7 @@ static FILES: &[(&str, &str, &str)] = &files![
     "bike.js" SCRIPT,
     "compare.js" SCRIPT,
     "dependence.js" SCRIPT,
+    "validation.js" SCRIPT,
 ];
 
 static VERSION: LazyLock<String> = LazyLock::new(|| {

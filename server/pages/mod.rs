@@ -19,6 +19,7 @@ mod parameters;
 mod search;
 mod sign_in;
 mod upload;
+mod validation;
 mod verdict;
 pub mod words;
 
@@ -45,6 +46,7 @@ fn with_query() -> Router<Arc<Server>> {
         .route("/sign-in", get(sign_in::form))
         .route("/jobs", get(jobs::list))
         .route("/compare", get(compare::compare))
+        .route("/jobs/{id}/validation", get(validation::page))
         .route("/bikes", get(fleet::bikes))
         .route("/dependence", get(dependence::page))
         .route("/parameters", get(parameters::list))

@@ -68,6 +68,8 @@ fn needed(method: &Method, path: &str) -> Option<Scope> {
         }
         _ if open => None,
         "/metrics" | "/v1/audit" => Some(Scope::Admin),
+        // Nothing is stored.
+        "/v1/validations" => Some(Scope::Read),
         _ if path.starts_with("/v1/webhooks") => Some(Scope::Admin),
         _ if method.is_safe() => Some(Scope::Read),
         _ => Some(Scope::Upload),

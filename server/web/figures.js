@@ -15,7 +15,7 @@ const INKS = {
 const NAMES = { plain: 'output error', least_squares: 'least squares', logged: 'accelerometer' };
 
 /** What a model predicts, and the unit that it is drawn in. */
-const PREDICTED = {
+export const PREDICTED = {
   displacement: { name: 'z', unit: 'mm', scale: 1e3 },
   force: { name: 'force', unit: 'N', scale: 1 },
   acceleration: { name: "z''", unit: 'm/s²', scale: 1 },

@@ -173,7 +173,7 @@ pub fn unlearned<'f>(
 }
 
 /// Standard errors of the reported parameters.
-fn standard_errors(
+pub fn standard_errors(
     dataset: &Dataset,
     fit: &Fitted,
     at: usize,

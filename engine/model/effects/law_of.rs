@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::Kind;
-use crate::law::{Formula, OwnLaw, SIZES, Scale, Values};
+use crate::law::{Formula, OwnLaw, SIZES, Scale, Values, as_reported};
 use veloid_report::simulation::{Law, LawState, names};
 
 impl Kind {
@@ -17,13 +17,7 @@ impl Kind {
 
     /// The numbers that these expressions name.
     pub fn numbers(self, values: &Values, scale: &Scale) -> BTreeMap<String, f64> {
-        let spec = self.spec();
-        let parameters: Vec<&str> = match (self, &scale.own) {
-            (Self::Own(_), Some(law)) => law.parameters.iter().map(|p| p.name.as_str()).collect(),
-            _ => (spec.parameters.iter().map(|p| p.name))
-                .chain(spec.formula.choices.iter().copied())
-                .collect(),
-        };
+        let parameters = self.fitted(scale.own.as_deref());
         let law = self.law(scale);
         let is_named = |size: &str| {
             let mut words = law.expressions().flat_map(names);
@@ -35,6 +29,49 @@ impl Kind {
             .chain(sizes)
             .map(|(name, value)| (name.to_owned(), value))
             .collect()
+    }
+
+    /// The values that these numbers are of, `own` being the law of the user's own.
+    ///
+    /// # Errors
+    /// The first number that is missing.
+    pub fn values_numbered(
+        self,
+        numbers: &BTreeMap<String, f64>,
+        own: Option<&OwnLaw>,
+    ) -> Result<Values, String> {
+        let mut values = as_reported(&[]);
+        for (value, name) in values.iter_mut().zip(self.fitted(own)) {
+            *value = *numbers.get(name).ok_or_else(|| name.to_owned())?;
+        }
+        Ok(values)
+    }
+
+    /// Names of the values that a fit moves, and of the choices behind them.
+    fn fitted(self, own: Option<&OwnLaw>) -> Vec<&str> {
+        let spec = self.spec();
+        match (self, own) {
+            (Self::Own(_), Some(law)) => law.parameters.iter().map(|p| p.name.as_str()).collect(),
+            _ => (spec.parameters.iter().map(|p| p.name))
+                .chain(spec.formula.choices.iter().copied())
+                .collect(),
+        }
+    }
+}
+
+/// Takes the sizes of a ride from the numbers of a law that names them.
+pub fn set_sizes(scale: &mut Scale, numbers: &BTreeMap<String, f64>) {
+    let sizes = [
+        &mut scale.d_rms,
+        &mut scale.w_rms,
+        &mut scale.mean_speed,
+        &mut scale.wheel_radius,
+        &mut scale.lift,
+    ];
+    for (size, name) in sizes.into_iter().zip(SIZES) {
+        if let Some(value) = numbers.get(name) {
+            *size = *value;
+        }
     }
 }
 

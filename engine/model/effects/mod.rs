@@ -21,6 +21,7 @@ mod own_law;
 mod testing;
 
 pub use from_settings::users_law;
+pub use law_of::set_sizes;
 pub use own_law::Shape;
 
 /// Work that is compiled for each effect.

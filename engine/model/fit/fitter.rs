@@ -67,7 +67,7 @@ impl Fitter<'_> {
     }
 
     /// Fits some of the slots; the covariance is theirs alone.
-    fn fit_over(
+    pub fn fit_over(
         &self,
         slots: &[Slot],
         unit: &Unit,

@@ -11,7 +11,7 @@ mod receive;
 pub mod restore;
 mod submit;
 pub mod upload;
-mod view;
+pub mod view;
 
 pub use bicycle::looked_at;
 pub use submit::Submitted;
