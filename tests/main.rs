@@ -64,5 +64,6 @@ mod structure;
 mod study;
 mod takeover;
 mod upload;
+mod validation;
 mod webhooks;
 mod workbook;

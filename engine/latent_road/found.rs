@@ -11,7 +11,7 @@ use super::parameters::{CLASS_C, GAIN, Layout, SPEED, index};
 use super::record::{Record, Sensor};
 use super::windows::WINDOW_S;
 use veloid_core::bicycle::{Axle, Bike};
-use veloid_core::document::format_number::significant;
+use veloid_core::document::format_number::{WIDE, significant};
 use veloid_core::numerics::spectrum::deviation;
 use veloid_methods::simulate::road::Roughness;
 use veloid_report::{Correction, Estimate, LatentRoad, RoadSpectrum, SensorFound};
@@ -23,6 +23,8 @@ const TOLD: f64 = 0.5;
 /// standard errors it must be.
 pub const MISFIT: f64 = 0.5;
 const SURE: f64 = 5.0;
+/// Standard error of the logarithm of a noise density from which the road hides the noise: its 95 % interval then spans a factor of four.
+const HIDDEN: f64 = 0.7;
 
 /// Why only the road's spectrum determines k and B.
 const ALIKE: &str = "only the shape of the road's spectrum determines it, not the comparison of the sensors: the axles are too similar \
@@ -119,6 +121,13 @@ impl Ended<'_> {
         share * self.bins.scale[i].powi(2)
     }
 
+    /// Standard error of the logarithm of a sensor's noise density, that of the level known least.
+    fn noise_error(&self, i: usize) -> f64 {
+        let levels = self.layout.noise[i];
+        let errors = &self.spread.std_error[levels.first..levels.first + levels.count];
+        errors.iter().copied().fold(0.0, f64::max)
+    }
+
     /// k/B of an axle (1/s).
     pub fn stiffness_per_damping(&self, axle: Axle) -> Option<f64> {
         let at = self.layout.axles[index(axle)]?;
@@ -140,6 +149,10 @@ impl Ended<'_> {
         let densities = seen.map(|b| self.noise_density(i, b.omega / TAU));
         let (sum, count) = densities.fold((0.0, 0.0), |(s, n), d| (s + d, n + 1.0));
         let density = sum / f64::max(count, 1.0);
+        let error = self.noise_error(i);
+        let noise = (error < HIDDEN).then(|| deviation(density, self.record.step_s));
+        // The deviation goes with the root of the density.
+        let times = (0.5 * WIDE * error).exp();
         let (frequency_hz, shown) = self.shown(i);
         SensorFound {
             channel: channel_name(sensor.kind, sensor.axle).to_owned(),
@@ -154,7 +167,8 @@ impl Ended<'_> {
                 value: 1e6 * drift.value,
                 std_error: 1e6 * drift.std_error,
             }),
-            noise: deviation(density, self.record.step_s),
+            noise,
+            noise_interval: noise.map(|noise| [noise / times, noise * times]),
             unit: if sensor.kind == SensorKind::Acceleration {
                 "m/s^2"
             } else {

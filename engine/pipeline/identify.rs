@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::gains;
 use super::result::result;
 use super::validate::validate;
+use super::what_next::what_next;
 use super::widening::Widening;
 use crate::replay::comparison;
 use veloid_core::EngineError;
@@ -342,9 +343,18 @@ pub fn assemble(
         roll: observed.roll,
         diagnosis,
         result: PerAxle::default(),
+        what_next: Vec::new(),
     };
     let result = result(ride, &report);
-    checked("report", report.with_result(result))
+    let report = report.with_result(result);
+    let what_next = what_next(&report);
+    checked(
+        "report",
+        Report {
+            what_next,
+            ..report
+        },
+    )
 }
 
 /// Estimates of plain axles without a road: the diagnosis, where it names nothing, knows more of how the wheels differ than the spectra,

@@ -10,6 +10,7 @@ mod result;
 mod study;
 mod synchronise;
 mod validate;
+mod what_next;
 mod widening;
 
 pub use identify::{assemble, conclude, diagnose, identify, observe, scores};

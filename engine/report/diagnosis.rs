@@ -358,6 +358,9 @@ pub struct HeldOut {
     /// RMS of the displacement sensor's noise: declared in the bike file, or measured where the record contains nothing else.
     /// Never a model's residual; null where unknown.
     pub noise_floor_m: Option<f64>,
+    /// Why `noise_floor_m` is null.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise_floor_why: Option<String>,
     /// Quantity of these errors: where it is a force or an acceleration, they are in N or m/s^2, whatever the names of the fields.
     #[serde(default)]
     pub predicted: Predicted,

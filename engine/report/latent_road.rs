@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Estimate;
 use veloid_core::bicycle::PerAxle;
+use veloid_core::document::format_number::significant;
 
 /// k and B from sensors on the axles and the speed, with an unknown road.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -56,8 +57,12 @@ pub struct SensorFound {
     /// Parts per million by which a laser's clock runs fast.
     #[serde(default)]
     pub drift_ppm: Option<Correction>,
-    /// Standard deviation of its noise, assumed white, in `unit`.
-    pub noise: f64,
+    /// Standard deviation of its noise, assumed white, in `unit`; null where the road hides it.
+    #[serde(default)]
+    pub noise: Option<f64>,
+    /// Lower and upper end of its 95 % interval; null with `noise`.
+    #[serde(default)]
+    pub noise_interval: Option<[f64; 2]>,
     /// Unit of `noise`: m/s^2 for an accelerometer, m for a laser.
     pub unit: String,
     /// Frequencies (Hz) of `density`.
@@ -66,6 +71,21 @@ pub struct SensorFound {
     /// One-sided density (square of `unit` per Hz) of what it showed, noise included, over all windows that were used.
     #[serde(default)]
     pub density: Vec<f64>,
+}
+
+impl SensorFound {
+    /// Its noise with its interval, in words.
+    pub fn noise_in_words(&self) -> String {
+        match (self.noise, self.noise_interval) {
+            (Some(noise), Some(interval)) => {
+                let [noise, low, high] =
+                    [noise, interval[0], interval[1]].map(|x| significant(x, 2));
+                format!("noise {noise} ({low} to {high}) {}", self.unit)
+            }
+            (Some(noise), None) => format!("noise {} {}", significant(noise, 2), self.unit),
+            (None, _) => "noise hidden by the road".to_owned(),
+        }
+    }
 }
 
 /// The road's estimated spectrum.

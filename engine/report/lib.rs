@@ -82,6 +82,9 @@ pub struct Report {
     pub interpolation_error: PerAxle<Parameters>,
     /// Roll angle and roll acceleration, paper eqs. (3) to (9), where their channels are recorded.
     pub roll: Option<RollReport>,
+    /// How well k and B are known, and which ride would halve their intervals, one sentence each.
+    #[serde(default)]
+    pub what_next: Vec<String>,
     /// Absent with `--no-diagnosis`.
     pub diagnosis: Option<diagnosis::Diagnosis>,
 }

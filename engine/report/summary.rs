@@ -29,6 +29,9 @@ fn write(out: &mut String, report: &Report) -> std::fmt::Result {
     if let Some(diagnosis) = &report.diagnosis {
         writeln!(out, "\n{}", powers(&diagnosis.sentence))?;
     }
+    for next in &report.what_next {
+        writeln!(out, "next: {next}")?;
+    }
     let ride = &report.ride;
     writeln!(
         out,
@@ -152,8 +155,7 @@ fn without_road(out: &mut String, latent: &LatentRoad) -> std::fmt::Result {
         writeln!(out, "speed reads low by {share} %")?;
     }
     for sensor in &latent.sensors {
-        let noise = significant(sensor.noise, 2);
-        write!(out, "{}: noise {noise} {}", sensor.channel, sensor.unit)?;
+        write!(out, "{}: {}", sensor.channel, sensor.noise_in_words())?;
         if let Some(gain) = &sensor.gain {
             let gain = Number::measured(gain.value, Some(gain.std_error));
             write!(out, ", gain {gain}")?;

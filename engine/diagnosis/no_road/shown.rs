@@ -47,6 +47,7 @@ impl Shown {
             held_out: HeldOut {
                 plain_rms_m: rms(&plain),
                 extended_rms_m: rms(&best),
+                noise_floor_why: Some(NO_FLOOR.to_owned()),
                 predicted: Predicted::Acceleration,
                 window_s: [0.0, duration],
                 ..HeldOut::default()
@@ -61,6 +62,9 @@ impl Shown {
         }
     }
 }
+
+/// Why there is no noise floor.
+const NO_FLOOR: &str = "without a road the noise of both accelerometers and what the wheels' roads do not share are in these errors:     `latent_road.sensors` has each sensor's noise";
 
 /// What a model makes of the record.
 struct Seen {

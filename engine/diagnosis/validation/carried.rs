@@ -59,16 +59,16 @@ impl Carried {
         let mut left_out = Vec::new();
         let mut fits = PerAxle::default();
         for axle in Axle::BOTH {
-            match (
-                numbers(model, axle, &bike, ride.axles.get(axle)),
-                ride.axles.get(axle),
-            ) {
+            let record = ride.axles.get(axle);
+            match (numbers(model, axle, &bike, record), record) {
                 (Ok(plain), Some(record)) => {
                     set_mass(&mut bike, axle, record, plain);
                     fits.set(axle, AxleFit::exact(plain, ride.samples));
                 }
-                (Err(why), _) => left_out.push(format!("{axle} axle: {why}")),
                 (Ok(_), None) => {}
+                // Neither the model nor the ride has it.
+                (Err(_), None) if !is_in(model, axle) => {}
+                (Err(why), _) => left_out.push(format!("{axle} axle: {why}")),
             }
         }
         if fits.iter().next().is_none() {
@@ -203,6 +203,11 @@ fn kind(effect: &ActingEffect, law: Option<&OwnLaw>) -> Result<Kind, Incomparabl
     let own = own.map(|law| Kind::Own(Shape::of(law)));
     own.or_else(|| Kind::by_id(&effect.id))
         .ok_or_else(|| Incomparable::UnknownEffect(effect.id.clone()))
+}
+
+fn is_in(model: &IdentifiedModel, axle: Axle) -> bool {
+    let simulated = model.simulation.as_ref().and_then(|s| s.axles.get(axle));
+    simulated.is_some() || model.plain.get(axle).is_some()
 }
 
 /// The plain numbers of an axle on this ride, or why there are none.

@@ -118,9 +118,10 @@ pub fn predicted(
     is_finite.then_some(predicted)
 }
 
-/// Samples to which the start is fitted; all of a free decay, which is nothing but its start.
+/// Samples to which the start is fitted: all of a free decay, which is nothing but its start, and of a mass that no spring holds, which never
+/// forgets it.
 pub fn beginning(track: &Track) -> usize {
-    if !track.is_driven() {
+    if keeps_its_start(track) {
         return track.valid.len();
     }
     let swings = match track.rest_point && track.swings() {
@@ -132,10 +133,14 @@ pub fn beginning(track: &Track) -> usize {
     first + samples.min((MOST * track.valid.len() as f64) as usize)
 }
 
+fn keeps_its_start(track: &Track) -> bool {
+    !track.is_driven() || (track.plant.moves() && !track.swings())
+}
+
 fn first_compared(track: &Track) -> usize {
-    match track.is_driven() {
-        true => beginning(track),
-        false => 0,
+    match keeps_its_start(track) {
+        true => 0,
+        false => beginning(track),
     }
 }
 

@@ -222,6 +222,9 @@ fn removed(plain: f64, extended: f64, floor: f64) -> f64 {
     }
 }
 
+/// Why a record does not show its sensor's noise.
+const NO_FLOOR: &str = "what is measured moves up to the end of its spectrum, so that the sensor's noise cannot be distinguished: declare     noise_displacement_m in the bike file, or log faster";
+
 /// The held-out errors as they are reported.
 fn held_out(record: &Track, plain: f64, extended: f64, window_s: [f64; 2]) -> HeldOut {
     let noise = record.sensor_noise();
@@ -229,6 +232,7 @@ fn held_out(record: &Track, plain: f64, extended: f64, window_s: [f64; 2]) -> He
         plain_rms_m: finite(plain),
         extended_rms_m: finite(extended),
         noise_floor_m: noise,
+        noise_floor_why: noise.is_none().then(|| NO_FLOOR.to_owned()),
         predicted: record.predicted(),
         explained_share: noise.and_then(|noise| explained(plain, extended, noise)),
         window_s,

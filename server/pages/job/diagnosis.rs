@@ -4,7 +4,7 @@ use veloid_engine::bicycle::Axle;
 use veloid_engine::document::format_number::{Quantity, fixed, powers, significant};
 use veloid_engine::report::Report;
 use veloid_engine::report::diagnosis::{
-    Detectable, Diagnosis, EffectReport, HeldOut, NextRide, Place, Stronger, Verdict,
+    Detectable, Diagnosis, EffectReport, HeldOut, Place, Stronger, Verdict,
 };
 use veloid_engine::report::windows::Support;
 use veloid_engine::result_of;
@@ -22,7 +22,6 @@ pub struct DiagnosisView {
     pub warnings: Vec<String>,
     pub axles: Vec<AxleView>,
     pub tried: Vec<TriedView>,
-    pub next: Option<NextRide>,
     pub detectable: Vec<[String; 4]>,
     pub switched_off: Vec<(String, String)>,
 }
@@ -114,7 +113,6 @@ impl DiagnosisView {
                     TriedView::of(axle.name(), windows, unit)
                 })
                 .collect(),
-            next: d.next_ride.clone(),
             detectable: d.detectable.iter().map(detectable).collect(),
             switched_off: d
                 .switched_off

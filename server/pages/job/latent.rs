@@ -56,7 +56,7 @@ pub fn band(latent: &LatentRoad) -> Option<String> {
 }
 
 fn sensed(sensor: &SensorFound) -> String {
-    let mut text = format!("noise {} {}", significant(sensor.noise, 2), sensor.unit);
+    let mut text = sensor.noise_in_words();
     if let Some(gain) = &sensor.gain {
         text += &format!(", gain {}", reported(gain, 1.0, "-"));
     }

@@ -31,6 +31,7 @@ pub struct ReportView {
     pub trials: usize,
     pub seed: u64,
     pub settings: Vec<(String, String)>,
+    pub what_next: Vec<String>,
 }
 
 /// The answer of one axle.
@@ -88,6 +89,7 @@ impl ReportView {
             trials: report.swarm.trials.len(),
             seed: report.settings.seed,
             settings: settings(report),
+            what_next: report.what_next.clone(),
         }
     }
 }
