@@ -43,16 +43,17 @@ fn of_axle(report: &Report, axle: Axle, result: &AxleResult) -> Vec<String> {
         Axle::Rear => "Rear",
     };
     let listed = |of: &[&Known]| -> String {
-        let each = of
-            .iter()
-            .map(|k| format!("{} to {} %", k.name, significant(k.percent, 2)));
+        let each = of.iter().enumerate().map(|(i, k)| {
+            let is = if i == 0 { "is known " } else { "" };
+            format!("{} {is}to {} %", k.name, significant(k.percent, 2))
+        });
         each.collect::<Vec<_>>().join(" and ")
     };
     let by_fit: Vec<&Known> = known.iter().filter(|k| k.limit.is_none()).collect();
     let mut sentences = Vec::new();
     if !by_fit.is_empty() {
         sentences.push(format!(
-            "{title} axle: {} is known; {} halves {}.",
+            "{title} axle: {}; {} halves {}.",
             listed(&by_fit),
             longer(report),
             if by_fit.len() > 1 {
@@ -65,7 +66,7 @@ fn of_axle(report: &Report, axle: Axle, result: &AxleResult) -> Vec<String> {
     sentences.extend(known.iter().filter_map(|k| {
         let [cause, cure] = k.limit?;
         Some(format!(
-            "{title} axle: {} is known, limited by {cause}; {cure}.",
+            "{title} axle: {}, limited by {cause}; {cure}.",
             listed(&[k])
         ))
     }));
@@ -176,7 +177,7 @@ mod tests {
             panic!("{:?}", report.what_next)
         };
         assert!(
-            one.starts_with("Front axle: k to ") && one.contains(" and B to "),
+            one.starts_with("Front axle: k is known to ") && one.contains(" and B to "),
             "{one}"
         );
         assert!(one.contains("four times as long (40 s)"), "{one}");
