@@ -322,6 +322,7 @@ mod tests {
     use super::*;
     use crate::effects::Kind;
     use crate::example;
+    use crate::law::padded;
     use veloid_core::bicycle::Axle;
 
     #[test]
@@ -401,7 +402,7 @@ mod tests {
             terms: vec![cubic],
         };
         let slots = unit.slots(&dataset);
-        let mut at = example::point(&dataset, &unit, vec![[1e9, 0.0, 0.0, 0.0]]);
+        let mut at = example::point(&dataset, &unit, vec![padded([1e9])]);
         at.set(
             Slot::Base(0, Coefficient::Kappa),
             1.1 * at.get(Slot::Base(0, Coefficient::Kappa)),
