@@ -14,6 +14,7 @@ use veloid_core::bicycle::{Axle, Bike, PerAxle};
 use veloid_core::document::checked;
 use veloid_core::settings::Settings;
 use veloid_diagnosis::judge::scores::Scores;
+use veloid_diagnosis::tried::{NO_VERDICT, with_own_law};
 use veloid_methods::output_error;
 use veloid_methods::output_error::start::{start_from, starts_from};
 use veloid_methods::swarm::Swarm;
@@ -219,6 +220,10 @@ fn skipped(ride: &Ride) -> Vec<String> {
         .collect()
 }
 
+/// Why there is no fit of a law of the user's own on an axle.
+const UNFITTED: &str =
+    "not fitted: the axle's drive was not recorded, or no start of the law moves the axle";
+
 /// Stage `diagnose`: what physics the model leaves out.
 pub fn diagnose(
     ride: &Ride,
@@ -228,11 +233,13 @@ pub fn diagnose(
     progress: &dyn Progress,
 ) -> Result<Diagnosis, EngineError> {
     if let Some(why) = no_verdict(ride, conclusion) {
-        return checked("diagnose", Diagnosis::without_verdict(why));
+        let found = with_own_law(Diagnosis::without_verdict(why), settings, NO_VERDICT)?;
+        return checked("diagnose", found);
     }
     if ride.has_no_road() {
         let unidentified = conclusion.unidentified.as_deref();
         let found = veloid_diagnosis::no_road::diagnose(ride, bike, unidentified, progress)?;
+        let found = with_own_law(found, settings, "not looked for without a road")?;
         return checked("diagnose", found);
     }
     let found = match veloid_diagnosis::diagnose(ride, bike, settings, conclusion, progress) {
@@ -243,6 +250,7 @@ pub fn diagnose(
         )),
         found => found?,
     };
+    let found = with_own_law(found, settings, UNFITTED)?;
     let plain = |axle| !found.effects.iter().any(|e| e.axle.acts_on(axle));
     let extended = Widening::stored(conclusion).of_extended(ride, &found.extended, plain);
     let extended = gains::withheld(ride, &found, &extended);

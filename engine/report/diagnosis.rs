@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use super::Estimate;
 use super::simulation::Simulation;
+use super::tried::Tried;
 use super::windows::{Rule, Support, Windows, of_this_form};
 use veloid_core::bicycle::{Axle, PerAxle};
 use veloid_core::document::format_number::{Quantity, significant};
@@ -134,6 +135,9 @@ pub struct Diagnosis {
     /// decides.
     #[serde(default, deserialize_with = "windows")]
     pub windows: PerAxle<Windows>,
+    /// What was fitted to the end, the answer first, at most 40; an entry for each place of a custom law is always among it.
+    #[serde(default)]
+    pub tried: Vec<Tried>,
     /// The ride that would distinguish the effects from the alternatives; null where there is nothing to distinguish or no
     /// planned ride would do it.
     pub next_ride: Option<NextRide>,
@@ -244,6 +248,7 @@ impl Diagnosis {
             location: PerAxle::default(),
             held_out: PerAxle::default(),
             windows: PerAxle::default(),
+            tried: Vec::new(),
             next_ride: None,
             detectable: Vec::new(),
             switched_off: Vec::new(),
@@ -252,6 +257,14 @@ impl Diagnosis {
             evidence: PerAxle::default(),
             search_cost: SearchCost::default(),
         }
+    }
+}
+
+impl Diagnosis {
+    /// SI unit of errors on the held-out part.
+    pub fn held_out_unit(&self) -> &'static str {
+        let axle = self.held_out.iter().next();
+        axle.map_or("m", |(_, held)| held.errors().1)
     }
 }
 

@@ -11,6 +11,7 @@ pub mod simulation;
 pub mod stages;
 pub mod study;
 mod summary;
+pub mod tried;
 pub mod windows;
 
 use serde::{Deserialize, Serialize};
