@@ -4,6 +4,7 @@
 use rayon::prelude::*;
 
 use super::gains;
+use super::limits::{self, limited};
 use super::result::result;
 use super::validate::validate;
 use super::widening::Widening;
@@ -117,6 +118,7 @@ fn concluded(
 
 /// Stage `observe`: what is visible at once.
 pub fn observe(ride: &Ride, bike: &Bike, settings: &Settings) -> Result<Observed, EngineError> {
+    let bike = &limited(ride, bike, settings)?;
     checked(
         "observe",
         crate::pipeline::observe::observe(ride, bike, settings)?,
@@ -131,6 +133,7 @@ pub fn conclude(
     observed: &Observed,
     trials: Vec<Trial>,
 ) -> Result<Conclusion, EngineError> {
+    let bike = &limited(ride, bike, settings)?;
     let swarm = SwarmReport::of(trials, observed);
     let mut starts = vec![
         starts_from(&observed.instrumental),
@@ -143,7 +146,8 @@ pub fn conclude(
     let fits = output_error::fit(ride, bike, settings, &starts)?;
     let mistakes = mistakes(ride, bike, settings, &fits);
     let output_error = fits.map(|axle, fit| {
-        let estimate = fit.estimate(bike.mass(axle).is_some()).reportable();
+        let estimate = fit.estimate(bike.mass(axle).is_some());
+        let estimate = estimate.limited(bike.limits(axle)).reportable();
         estimate.within_reach(ride.step_s)
     });
     let widening = Widening::find(ride, bike, settings, &output_error)?;
@@ -159,7 +163,8 @@ pub fn conclude(
         rear: swarm.rear.map(|e| e.judged_by(output_error.rear.as_ref())),
         ..swarm
     };
-    let notes = widening.notes(&output_error);
+    let mut notes = widening.notes(&output_error);
+    notes.extend(bike.limited().next().map(|_| limits::NOTE.to_owned()));
     let comparison = compared(ride, observed, &swarm, &output_error, notes);
     let clock_unconfirmed = unconfirmed(
         &ride.summary.clocks,
@@ -232,6 +237,7 @@ pub fn diagnose(
     conclusion: &Conclusion,
     progress: &dyn Progress,
 ) -> Result<Diagnosis, EngineError> {
+    let bike = &limited(ride, bike, settings)?;
     if let Some(why) = no_verdict(ride, conclusion) {
         let found = with_own_law(Diagnosis::without_verdict(why), settings, NO_VERDICT)?;
         return checked("diagnose", found);
@@ -254,6 +260,7 @@ pub fn diagnose(
     let plain = |axle| !found.effects.iter().any(|e| e.axle.acts_on(axle));
     let extended = Widening::stored(conclusion).of_extended(ride, &found.extended, plain);
     let extended = gains::withheld(ride, &found, &extended);
+    let extended = extended.map(|axle, e| e.clone().limited(bike.limits(axle)));
     let sentence = [
         Some(found.sentence.clone()),
         gains::tie(ride, bike, &found),

@@ -4,6 +4,7 @@ mod gains;
 #[cfg(test)]
 mod hostile;
 mod identify;
+mod limits;
 mod observe;
 mod result;
 mod study;

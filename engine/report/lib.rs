@@ -6,6 +6,7 @@ pub mod identifiable;
 mod latent_road;
 mod method;
 mod mistake;
+mod parameter;
 mod result;
 pub mod simulation;
 pub mod stages;
@@ -20,7 +21,7 @@ use veloid_core::bicycle::{Axle, Bike, PerAxle};
 use veloid_core::settings::Settings;
 use veloid_ride::RideSummary;
 
-pub use estimate::Estimate;
+pub use estimate::{Estimate, at_limit};
 pub use latent_road::{Correction, LatentRoad, RoadSpectrum, SensorFound};
 pub use method::Method;
 pub use mistake::{Mistake, MistakeKind};

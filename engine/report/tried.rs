@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::diagnosis::{ParameterReport, Place};
+use super::parameter::{ParameterReport, Place};
 use veloid_core::bicycle::{Axle, PerAxle};
 use veloid_core::document::format_number::{Quantity, significant};
 

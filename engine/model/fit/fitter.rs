@@ -75,6 +75,7 @@ impl Fitter<'_> {
         noise_models: &[NoiseModel],
         effort: Effort,
     ) -> Option<Fitted> {
+        let start = unit.within(self.dataset, start);
         let ranges: Vec<Range> = slots.iter().map(|s| unit.range(self.dataset, *s)).collect();
         let at = |values: &[f64]| start.with(slots, values);
         let (values, normal) = minimise(

@@ -123,6 +123,14 @@ impl Unit {
         }
     }
 
+    /// The nearest point within the user's limits.
+    pub fn within(&self, dataset: &Dataset, mut point: Point) -> Point {
+        for (base, t) in point.base.iter_mut().zip(&self.tracks) {
+            *base = dataset.tracks[*t].within(*base);
+        }
+        point
+    }
+
     /// Sizes on the axle that a term acts on; the front's for both.
     pub fn scale<'s>(&self, dataset: &'s Dataset, term: usize) -> &'s Scale {
         let acted = self
