@@ -74,6 +74,10 @@ pub enum OptionsError {
     Map(String),
     #[error("layout: '{0}', expected KEY=VALUE such as header_row=3 or separator=;")]
     Layout(String),
+    #[error("fix: '{0}', expected AXLE.QUANTITY=VALUE such as f.k=60000 (N/m, N s/m)")]
+    Fix(String),
+    #[error("bound: '{0}', expected AXLE.QUANTITY=LOW:HIGH such as r.B=0:2000 (N/m, N s/m)")]
+    Bound(String),
     #[error("offset_s: '{0}', expected FILE:SECONDS, the time by which the file begins later")]
     Offset(String),
     #[error(transparent)]
@@ -196,6 +200,12 @@ fn parsed(key: &str, text: &str) -> Result<Value, OptionsError> {
             };
             Value::Object(Map::from_iter([(key.trim().to_owned(), value)]))
         }
+        "fix" if !text.starts_with('{') => {
+            fixed(text).ok_or_else(|| OptionsError::Fix(text.to_owned()))?
+        }
+        "bound" if !text.starts_with('{') => {
+            bounded(text).ok_or_else(|| OptionsError::Bound(text.to_owned()))?
+        }
         "rows" => {
             let (from, to) = rows(text)?;
             Value::from(vec![from, to])
@@ -231,7 +241,9 @@ fn add(document: &mut Map<String, Value>, key: &str, value: Value) -> Result<(),
                 }
             }
         }
-        (Some(Value::Object(layout)), Value::Object(more)) if key == "layout" => {
+        (Some(Value::Object(layout)), Value::Object(more))
+            if ["layout", "fix", "bound"].contains(&key) =>
+        {
             for (key, value) in more {
                 add(layout, &key, value)?;
             }
@@ -246,6 +258,32 @@ fn add(document: &mut Map<String, Value>, key: &str, value: Value) -> Result<(),
         _ => return Err(OptionsError::Twice(shown(key))),
     }
     Ok(())
+}
+
+/// `f.k=60000`: what is fixed, with its value.
+fn fixed(text: &str) -> Option<Value> {
+    let (key, value) = text.split_once('=')?;
+    let value = Value::from(number(value)?);
+    Some(Value::Object(Map::from_iter([(
+        key.trim().to_owned(),
+        value,
+    )])))
+}
+
+/// `r.B=0:2000`: what is bounded, with its ends.
+fn bounded(text: &str) -> Option<Value> {
+    let (key, ends) = text.split_once('=')?;
+    let (low, high) = ends.split_once(':')?;
+    let ends = Value::from(vec![number(low)?, number(high)?]);
+    Some(Value::Object(Map::from_iter([(
+        key.trim().to_owned(),
+        ends,
+    )])))
+}
+
+fn number(text: &str) -> Option<f64> {
+    let number: f64 = with_point(text.trim()).parse().ok()?;
+    number.is_finite().then_some(number)
 }
 
 /// What only a file has.

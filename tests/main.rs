@@ -33,6 +33,7 @@ mod isolation;
 mod jobs;
 mod kills;
 mod latent;
+mod limits;
 mod load;
 mod loggers;
 mod lost_files;

@@ -27,6 +27,12 @@ async fn a_law_is_uploaded_with_a_ride_and_stands_in_its_report() {
     let sizes = report["diagnosis"]["detectable"].as_array().unwrap();
     let own = |size: &&Value| size["id"] == "fifth_power_spring";
     assert!(sizes.iter().any(|size| own(&size)), "{sizes:?}");
+    let tried = report["diagnosis"]["tried"].as_array().unwrap();
+    let places: Vec<&Value> = (tried.iter())
+        .filter(|t| t["effects"][0]["id"] == "fifth_power_spring" && t["why_not"].is_string())
+        .map(|t| &t["effects"][0]["axle"])
+        .collect();
+    assert_eq!(places.len(), 2, "{tried:?}");
     // Nothing of that name is stored, since it does not act.
     let asked = server.get("/v1/parameters?effect=fifth_power_spring").await;
     assert_eq!(asked.status(), 400);

@@ -1,4 +1,4 @@
-use crate::bicycle::{Axle, BikeError};
+use crate::bicycle::{Axle, BikeError, LimitError};
 use crate::document::NotFinite;
 
 /// Why an identification could not be carried out. Every message is fit to be shown to the user.
@@ -73,6 +73,9 @@ pub enum SettingProblem {
         /// Largest number of them.
         most: usize,
     },
+    /// What is fixed or bounded cannot be.
+    #[error("{0}")]
+    Limit(#[from] LimitError),
     /// The text of the user's own law cannot be read; says where and why.
     #[error("{0}")]
     Law(String),

@@ -1,5 +1,8 @@
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
+use crate::bicycle::{Bike, LimitError, limits};
 use crate::{EngineError, SettingProblem};
 
 /// Objective of the swarm: paper, eqs. (25), (26), with three interpretations of its velocity and acceleration errors.
@@ -65,6 +68,12 @@ pub struct Settings {
     pub search_budget: f64,
     /// A custom law (TOML) to test in addition to the library: see docs/own-law.md.
     pub law: Option<String>,
+    /// Stiffness k (N/m) and damping B (N s/m) that output error and the search hold, by axle and quantity: `{"f.k": 60000}`.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub fix: BTreeMap<String, f64>,
+    /// Lower and upper bounds of k (N/m) and B (N s/m) in the same fits: `{"r.B": [0, 2000]}`.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub bound: BTreeMap<String, [f64; 2]>,
 }
 
 impl Default for Settings {
@@ -90,6 +99,8 @@ impl Default for Settings {
             materiality: 0.01,
             search_budget: 7500.0,
             law: None,
+            fix: BTreeMap::new(),
+            bound: BTreeMap::new(),
         }
     }
 }
@@ -126,6 +137,7 @@ impl Settings {
         if let Some(bound) = self.jerk_bound_m_s3 {
             within("jerk_bound_m_s3", bound, 1e-6, 1e9)?;
         }
+        limits::check(&self.fix, &self.bound).map_err(limit)?;
         let simulations = self.trials * self.particles * self.iterations;
         if simulations > MAX_SIMULATIONS {
             return Err(EngineError::Setting {
@@ -137,6 +149,21 @@ impl Settings {
             });
         }
         Ok(())
+    }
+}
+
+impl Settings {
+    /// The bicycle with what these settings fix and bound.
+    pub fn limited(&self, bike: &Bike) -> Result<Bike, EngineError> {
+        bike.with_limits(&self.fix, &self.bound).map_err(limit)
+    }
+}
+
+/// A setting that fixes or bounds what cannot be.
+pub fn limit(problem: LimitError) -> EngineError {
+    EngineError::Setting {
+        name: "fix or bound",
+        problem: problem.into(),
     }
 }
 

@@ -8,6 +8,7 @@ use crate::prepare::Prepared;
 use crate::search::Search;
 use crate::search::null::FINEST;
 use crate::search::offered::Offered;
+use crate::tried::tried;
 use crate::verdict::carries::why_not;
 use crate::verdict::effect_report;
 use crate::verdict::judge::held_rms;
@@ -82,6 +83,7 @@ pub fn assemble(
         location: axles.map(|_, on| on.location.clone()),
         held_out: axles.map(|_, on| on.held_out.clone()),
         windows: tables(prepared.record(), decision),
+        tried: Vec::new(),
         next_ride: next_ride::propose(search, &decision.model, tied),
         detectable: detectable(search, &decision.model, offered),
         switched_off,
@@ -96,6 +98,7 @@ pub fn assemble(
     };
     Diagnosis {
         sentence: words::sentence(&diagnosis) + &hidden::sentence(prepared.record(), &diagnosis),
+        tried: tried(prepared, search, decision, diagnosis.verdict),
         ..diagnosis
     }
 }

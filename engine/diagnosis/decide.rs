@@ -6,6 +6,7 @@ use tracing::debug;
 use crate::judge;
 use crate::policy;
 use crate::prepare::Prepared;
+use crate::search::attempt::Attempt;
 use crate::search::offered::Offered;
 use crate::search::{Round, Search};
 use crate::verdict::by_parts::{self, Claim, Partly, Read};
@@ -45,6 +46,8 @@ pub struct Decision {
     pub tied: Vec<Model>,
     /// What the search was offered at its end.
     pub offered: Option<Offered>,
+    /// What was fitted to the end on the way.
+    pub attempts: Vec<Attempt>,
     /// What was examined without a likelihood, each with its jackknife errors, and these of k and B.
     pub claims: Vec<(Claim, Vec<f64>)>,
     /// The row of the table that gave the verdict.
@@ -175,6 +178,7 @@ fn as_one(
         rounds: found.rounds.clone(),
         tied: Vec::new(),
         offered: None,
+        attempts: found.attempts.clone(),
         is_spent: found.cost.is_spent,
     };
     let every: Vec<usize> = (0..prepared.dataset.tracks.len()).collect();
@@ -236,6 +240,7 @@ fn by_likelihood(
         rounds,
         tied,
         offered,
+        attempts,
         is_spent,
     }: Chosen,
     asked: &[usize],
@@ -275,6 +280,7 @@ fn by_likelihood(
         rounds,
         tied,
         offered,
+        attempts,
         claims: Vec::new(),
         rule: Rule::Likelihood,
         read: Vec::new(),
@@ -329,6 +335,7 @@ impl Decision {
         joined.rounds.retain(|round| !round.term.acts_on(axle));
         joined.rounds.append(&mut own.rounds);
         joined.certain.append(&mut own.model.terms);
+        joined.attempts.append(&mut own.attempts);
         joined.is_outgrown_a_little |= own.is_outgrown_a_little;
         joined
     }

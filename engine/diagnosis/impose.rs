@@ -15,7 +15,7 @@ use veloid_methods::simulate::simulated_ride::{FINE, SimulatedRide};
 use veloid_model::dataset::Dataset;
 use veloid_model::effects::Kind;
 use veloid_model::fit::{Point, Term, Unit};
-use veloid_model::law::{MAX_PARAMETERS, Values};
+use veloid_model::law::{AT_REST, MAX_PARAMETERS, Values};
 use veloid_report::diagnosis::Place;
 use veloid_ride::Ride;
 
@@ -136,7 +136,7 @@ fn moved(
         let values: Vec<Values> = chosen.iter().filter(acting).map(|(_, v)| *v).collect();
         let point = Point {
             base: unit.tracks.iter().map(|t| plain(&dataset, *t)).collect(),
-            initial: vec![[0.0; 2]; values.len()],
+            initial: vec![AT_REST; values.len()],
             values,
         };
         let turn = unit.fastest(&dataset, &point) * dataset.step;

@@ -19,6 +19,7 @@ mod run;
 pub mod search;
 pub mod study;
 mod table;
+pub mod tried;
 pub mod validation;
 mod verdict;
 

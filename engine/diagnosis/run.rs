@@ -8,6 +8,7 @@ use crate::assemble::assemble;
 use crate::judge::{numbers::Numbers, scores::Scores, table};
 use crate::policy;
 use veloid_core::bicycle::{Bike, PerAxle};
+use veloid_core::plant::Of;
 use veloid_core::settings::Settings;
 use veloid_core::{EngineError, Progress};
 use veloid_methods::output_error::spread_valid;
@@ -113,7 +114,10 @@ impl Query<'_> {
 
     /// The masses without springs, where that follows what forces alone bring about.
     fn without_springs(&self) -> Result<Option<Prepared>, EngineError> {
-        if !only_pushed(self.ride) {
+        // What has a given spring has one.
+        let mut limited = self.ride.axles.iter();
+        let has_spring = limited.any(|(axle, _)| self.bike.limit(axle, Of::Stiffness).is_some());
+        if has_spring || !only_pushed(self.ride) {
             return Ok(None);
         }
         match self.prepared(Base::Damper) {

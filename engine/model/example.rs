@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 use super::dataset::Dataset;
 use super::effects::Kind;
 use super::fit::{Fitted, Fitter, Model, Point, Term, Unit};
-use super::law::{MAX_PARAMETERS, Values};
+use super::law::{AT_REST, MAX_PARAMETERS, Values};
 use veloid_core::bicycle::{Axle, Bike, PerAxle};
 use veloid_core::numerics::autoregressive::NoiseModel;
 use veloid_core::plant::Coefficients;
@@ -93,7 +93,7 @@ pub fn point(dataset: &Dataset, unit: &Unit, values: Vec<Values>) -> Point {
     });
     Point {
         base: base.collect(),
-        initial: vec![[0.0; 2]; values.len()],
+        initial: vec![AT_REST; values.len()],
         values,
     }
 }

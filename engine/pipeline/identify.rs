@@ -4,6 +4,7 @@
 use rayon::prelude::*;
 
 use super::gains;
+use super::limits::{self, limited};
 use super::result::result;
 use super::validate::validate;
 use super::what_next::what_next;
@@ -15,6 +16,7 @@ use veloid_core::bicycle::{Axle, Bike, PerAxle};
 use veloid_core::document::checked;
 use veloid_core::settings::Settings;
 use veloid_diagnosis::judge::scores::Scores;
+use veloid_diagnosis::tried::{NO_VERDICT, with_own_law};
 use veloid_methods::output_error;
 use veloid_methods::output_error::start::{start_from, starts_from};
 use veloid_methods::swarm::Swarm;
@@ -117,6 +119,7 @@ fn concluded(
 
 /// Stage `observe`: what is visible at once.
 pub fn observe(ride: &Ride, bike: &Bike, settings: &Settings) -> Result<Observed, EngineError> {
+    let bike = &limited(ride, bike, settings)?;
     checked(
         "observe",
         crate::pipeline::observe::observe(ride, bike, settings)?,
@@ -131,6 +134,7 @@ pub fn conclude(
     observed: &Observed,
     trials: Vec<Trial>,
 ) -> Result<Conclusion, EngineError> {
+    let bike = &limited(ride, bike, settings)?;
     let swarm = SwarmReport::of(trials, observed);
     let mut starts = vec![
         starts_from(&observed.instrumental),
@@ -143,7 +147,8 @@ pub fn conclude(
     let fits = output_error::fit(ride, bike, settings, &starts)?;
     let mistakes = mistakes(ride, bike, settings, &fits);
     let output_error = fits.map(|axle, fit| {
-        let estimate = fit.estimate(bike.mass(axle).is_some()).reportable();
+        let estimate = fit.estimate(bike.mass(axle).is_some());
+        let estimate = estimate.limited(bike.limits(axle)).reportable();
         estimate.within_reach(ride.step_s)
     });
     let widening = Widening::find(ride, bike, settings, &output_error)?;
@@ -159,7 +164,8 @@ pub fn conclude(
         rear: swarm.rear.map(|e| e.judged_by(output_error.rear.as_ref())),
         ..swarm
     };
-    let notes = widening.notes(&output_error);
+    let mut notes = widening.notes(&output_error);
+    notes.extend(bike.limited().next().map(|_| limits::NOTE.to_owned()));
     let comparison = compared(ride, observed, &swarm, &output_error, notes);
     let clock_unconfirmed = unconfirmed(
         &ride.summary.clocks,
@@ -220,6 +226,10 @@ fn skipped(ride: &Ride) -> Vec<String> {
         .collect()
 }
 
+/// Why there is no fit of a law of the user's own on an axle.
+const UNFITTED: &str =
+    "not fitted: the axle's drive was not recorded, or no start of the law moves the axle";
+
 /// Stage `diagnose`: what physics the model leaves out.
 pub fn diagnose(
     ride: &Ride,
@@ -228,12 +238,15 @@ pub fn diagnose(
     conclusion: &Conclusion,
     progress: &dyn Progress,
 ) -> Result<Diagnosis, EngineError> {
+    let bike = &limited(ride, bike, settings)?;
     if let Some(why) = no_verdict(ride, conclusion) {
-        return checked("diagnose", Diagnosis::without_verdict(why));
+        let found = with_own_law(Diagnosis::without_verdict(why), settings, NO_VERDICT)?;
+        return checked("diagnose", found);
     }
     if ride.has_no_road() {
         let unidentified = conclusion.unidentified.as_deref();
         let found = veloid_diagnosis::no_road::diagnose(ride, bike, unidentified, progress)?;
+        let found = with_own_law(found, settings, "not looked for without a road")?;
         return checked("diagnose", found);
     }
     let found = match veloid_diagnosis::diagnose(ride, bike, settings, conclusion, progress) {
@@ -244,9 +257,11 @@ pub fn diagnose(
         )),
         found => found?,
     };
+    let found = with_own_law(found, settings, UNFITTED)?;
     let plain = |axle| !found.effects.iter().any(|e| e.axle.acts_on(axle));
     let extended = Widening::stored(conclusion).of_extended(ride, &found.extended, plain);
     let extended = gains::withheld(ride, &found, &extended);
+    let extended = extended.map(|axle, e| e.clone().limited(bike.limits(axle)));
     let sentence = [
         Some(found.sentence.clone()),
         gains::tie(ride, bike, &found),

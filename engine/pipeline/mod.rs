@@ -4,6 +4,7 @@ mod gains;
 #[cfg(test)]
 mod hostile;
 mod identify;
+mod limits;
 mod model;
 mod observe;
 mod result;

@@ -6,7 +6,7 @@ use veloid_core::plant::{Axle as AxlePlant, Of, Plant, Quantity};
 use veloid_methods::uncertainty::laser::misleading;
 use veloid_report::diagnosis::{Base, Verdict};
 use veloid_report::identifiable::NO_VERDICT;
-use veloid_report::{AxleResult, Estimate, Method, Report, ResultQuantity};
+use veloid_report::{AxleResult, Estimate, Method, Report, ResultQuantity, at_limit};
 use veloid_ride::Ride;
 
 /// Why a mass has no standard error.
@@ -93,7 +93,15 @@ fn of_axle(report: &Report, axle: Axle, plant: &dyn Plant) -> AxleResult {
     let withheld = withheld(report, method);
     let base = report.diagnosis.as_ref().map(|diagnosis| diagnosis.base);
     let unexplained = unexplained(report, axle, method);
+    let bike = report.settings.limited(&report.bike).unwrap_or_default();
     let one = |quantity: &Quantity| {
+        let limit = bike.limit(axle, quantity.of);
+        if let Some(held) = found
+            .as_ref()
+            .and_then(|e| held(quantity, e, method, limit))
+        {
+            return (quantity.name.to_owned(), held);
+        }
         let reported = match (&found, &withheld) {
             (Some(estimate), None) => estimated(quantity, estimate, method, unexplained),
             (Some(e), Some(_)) if quantity.of == Of::Mass && e.mass_std_kg.is_none() => {
@@ -149,6 +157,25 @@ fn unexplained(report: &Report, axle: Axle, method: Method) -> Option<&'static s
         Method::LatentRoad => places.next().map(|_| OTHER_AXLE),
         _ => None,
     }
+}
+
+/// A quantity that the user has fixed, or bounded where it lies.
+fn held(
+    quantity: &Quantity,
+    e: &Estimate,
+    method: Method,
+    limit: Option<[f64; 2]>,
+) -> Option<ResultQuantity> {
+    let value = match quantity.of {
+        Of::Stiffness => e.k_n_m,
+        Of::Damping => e.b_n_s_m,
+        Of::Mass => return None,
+    };
+    let why = at_limit(value, limit, quantity.unit)?;
+    Some(ResultQuantity {
+        value: Some(value),
+        ..without_value(quantity, method, &why)
+    })
 }
 
 fn estimated(

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use crate::pipeline::identify::{conclude, diagnose, observe};
+use crate::pipeline::limits;
 use crate::pipeline::validate::validate;
 use veloid_core::Progress;
 use veloid_core::bicycle::Bike;
@@ -67,6 +68,9 @@ pub fn study(
     progress: &dyn Progress,
 ) -> Result<StudyReport, EngineError> {
     validate(settings)?;
+    for ridden in rides {
+        limits::none(ridden.bike, settings)?;
+    }
     if let Some([first, second]) = given_twice(rides) {
         return Err(EngineError::Setting {
             name: "rides of a study",

@@ -4,10 +4,12 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::collections::BTreeMap;
 
 use super::Estimate;
+pub use super::parameter::{ParameterReport, Place};
 use super::simulation::Simulation;
+use super::tried::Tried;
 use super::windows::{Rule, Support, Windows, of_this_form};
-use veloid_core::bicycle::{Axle, PerAxle};
-use veloid_core::document::format_number::{Quantity, significant};
+use veloid_core::bicycle::PerAxle;
+use veloid_core::document::format_number::significant;
 
 /// Verdict of the diagnosis on physics beyond the plain spring and damper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -52,48 +54,6 @@ pub enum Base {
     Damper,
 }
 
-/// The axle or axles that an effect acts on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
-#[serde(rename_all = "snake_case")]
-pub enum Place {
-    /// The front axle only.
-    Front,
-    /// The rear axle only.
-    Rear,
-    /// Both axles, with one set of parameters.
-    Both,
-}
-
-impl From<Axle> for Place {
-    fn from(axle: Axle) -> Self {
-        match axle {
-            Axle::Front => Place::Front,
-            Axle::Rear => Place::Rear,
-        }
-    }
-}
-
-impl Place {
-    /// Whether an effect in this place acts on `axle`.
-    pub fn acts_on(self, axle: Axle) -> bool {
-        match self {
-            Place::Front => axle == Axle::Front,
-            Place::Rear => axle == Axle::Rear,
-            Place::Both => true,
-        }
-    }
-
-    /// As reports write it: `front`, `rear` or `both`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Place::Front => "front",
-            Place::Rear => "rear",
-            Place::Both => "both",
-        }
-    }
-}
-
 /// The report's `diagnosis` section.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
@@ -134,6 +94,9 @@ pub struct Diagnosis {
     /// decides.
     #[serde(default, deserialize_with = "windows")]
     pub windows: PerAxle<Windows>,
+    /// What was fitted to the end, the answer first, at most 40; an entry for each place of a custom law is always among it.
+    #[serde(default)]
+    pub tried: Vec<Tried>,
     /// The ride that would distinguish the effects from the alternatives; null where there is nothing to distinguish or no
     /// planned ride would do it.
     pub next_ride: Option<NextRide>,
@@ -244,6 +207,7 @@ impl Diagnosis {
             location: PerAxle::default(),
             held_out: PerAxle::default(),
             windows: PerAxle::default(),
+            tried: Vec::new(),
             next_ride: None,
             detectable: Vec::new(),
             switched_off: Vec::new(),
@@ -252,6 +216,14 @@ impl Diagnosis {
             evidence: PerAxle::default(),
             search_cost: SearchCost::default(),
         }
+    }
+}
+
+impl Diagnosis {
+    /// SI unit of errors on the held-out part.
+    pub fn held_out_unit(&self) -> &'static str {
+        let axle = self.held_out.iter().next();
+        axle.map_or("m", |(_, held)| held.errors().1)
     }
 }
 
@@ -277,32 +249,6 @@ pub struct Rest {
     pub bands_hz: Vec<[f64; 2]>,
     /// Regions of deflection, rate, speed, wheel and crank angle that contain most of the remainder, in words.
     pub states: Vec<String>,
-}
-
-/// One parameter of an effect.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
-pub struct ParameterReport {
-    /// Value in `unit`.
-    pub value: f64,
-    /// Standard error in `unit`; null where this ride does not determine the value.
-    pub std_error: Option<f64>,
-    /// Why there is no standard error.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub not_identifiable: Option<String>,
-    /// SI unit, such as `N s/m`; for a parameter that is a choice, the choice in words.
-    pub unit: String,
-}
-
-impl ParameterReport {
-    /// As people read it, under its name in the effect.
-    pub fn quantity(&self, name: &str) -> Quantity {
-        match name {
-            // A choice, reported by its unit; the number only distinguishes programs.
-            "side" => Quantity::choice(&self.unit),
-            _ => Quantity::new(self.value, self.std_error, &self.unit),
-        }
-    }
 }
 
 /// Where the plain model fails on one axle.

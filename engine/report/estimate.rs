@@ -40,7 +40,36 @@ pub struct Estimate {
     pub b_bias_percent: Option<f64>,
 }
 
+/// Share of a limit within which a value counts as at it: rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// Why a value has no interval of which the user has set the limits; nothing between them.
+pub fn at_limit(value: f64, limit: Option<[f64; 2]>, unit: &str) -> Option<String> {
+    let [low, high] = limit?;
+    let is_at = |end: f64| (value - end).abs() <= ROUNDING * low.abs().max(high.abs());
+    if low == high {
+        return Some(format!("fixed at {low} {unit} by the user"));
+    }
+    let end = [low, high].into_iter().find(|end| is_at(*end))?;
+    Some(format!(
+        "at its bound of {end} {unit}, which the user has set"
+    ))
+}
+
 impl Estimate {
+    /// Without the intervals of k and B where the user has fixed them, or bounded them where they lie.
+    pub fn limited(self, [k, b]: [Option<[f64; 2]>; 2]) -> Self {
+        let k = at_limit(self.k_n_m, k, "N/m");
+        let b = at_limit(self.b_n_s_m, b, "N s/m");
+        Self {
+            k_std_n_m: self.k_std_n_m.filter(|_| k.is_none()),
+            b_std_n_s_m: self.b_std_n_s_m.filter(|_| b.is_none()),
+            k_not_identifiable: k.or(self.k_not_identifiable),
+            b_not_identifiable: b.or(self.b_not_identifiable),
+            ..self
+        }
+    }
+
     /// With the difference to the reference estimate in percent.
     pub fn judged_by(self, reference: Option<&Estimate>) -> Self {
         let percent = |value: f64, by: f64| finite(100.0 * (value / by - 1.0));

@@ -8,11 +8,13 @@ mod method;
 mod mistake;
 pub mod model;
 pub mod model_on_ride;
+mod parameter;
 mod result;
 pub mod simulation;
 pub mod stages;
 pub mod study;
 mod summary;
+pub mod tried;
 pub mod windows;
 
 use serde::{Deserialize, Serialize};
@@ -21,7 +23,7 @@ use veloid_core::bicycle::{Axle, Bike, PerAxle};
 use veloid_core::settings::Settings;
 use veloid_ride::RideSummary;
 
-pub use estimate::Estimate;
+pub use estimate::{Estimate, at_limit};
 pub use latent_road::{Correction, LatentRoad, RoadSpectrum, SensorFound};
 pub use method::Method;
 pub use mistake::{Mistake, MistakeKind};

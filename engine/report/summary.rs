@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::diagnosis::Diagnosis;
 use super::{LatentRoad, Method, Report, ResultQuantity};
 use veloid_core::bicycle::Axle;
 use veloid_core::document::format_number::{Number, powers, significant};
@@ -83,9 +84,27 @@ fn write(out: &mut String, report: &Report) -> std::fmt::Result {
             )?;
         }
     }
+    tried(out, diagnosis)?;
     let more = diagnosis.warnings.iter();
     for warning in more.filter(|w| !ride.warnings.contains(w)) {
         writeln!(out, "warning: {warning}")?;
+    }
+    Ok(())
+}
+
+/// What was fitted to the end, a line for each set of effects.
+fn tried(out: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result {
+    if !diagnosis.tried.is_empty() {
+        writeln!(out, "\nTried:")?;
+    }
+    let unit = diagnosis.held_out_unit();
+    for tried in &diagnosis.tried {
+        let [values, parameters, gain, held_out, why] = tried.columns(unit);
+        writeln!(
+            out,
+            "  {}: {why}; {values}; {parameters} parameters, gain {gain}, held out {held_out}",
+            tried.name()
+        )?;
     }
     Ok(())
 }

@@ -31,6 +31,7 @@ use veloid_model::dataset::Dataset;
 use veloid_model::effects::Kind;
 use veloid_model::fit::integrate::run;
 use veloid_model::fit::{Fitter, Point, Term, Unit};
+use veloid_model::law::{AT_REST, padded};
 use veloid_report::Report;
 use veloid_report::diagnosis::{Base, Detectable, Diagnosis, Place, Stronger, Verdict};
 use veloid_ride::{AxleRecord, Ride};
@@ -224,8 +225,8 @@ fn val_the_weak_form_finds_a_spring_from_afar() {
             per_mass: 1.0 / MASS,
             ..Coefficients::default()
         }],
-        values: vec![[0.0; 4]],
-        initial: vec![[0.0; 2]],
+        values: vec![padded([])],
+        initial: vec![AT_REST],
     };
     let starts = weak_form::starts(&fitter, &unit, 0, &wrong);
     let off = |p: &Point| [p.base[0].kappa * MASS / K - 1.0, p.values[0][0] / K3 - 1.0];
@@ -254,8 +255,8 @@ fn friction_with_little_give_moves_an_axle_by_finite_amounts() {
     let give = 0.01 * dataset.tracks[0].scale.d_rms;
     let point = Point {
         base: vec![axle(K)],
-        values: vec![[100.0 / give, give, 0.0, 0.0]],
-        initial: vec![[0.0; 2]],
+        values: vec![padded([100.0 / give, give])],
+        initial: vec![AT_REST],
     };
     let points: [Point; LANES] = std::array::from_fn(|_| point.clone());
     let moved = unit.simulate(&dataset, &points, None, 0..dataset.samples, 3);

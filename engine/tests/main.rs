@@ -6,6 +6,7 @@ mod diagnosis;
 mod impose;
 mod interpolation;
 mod least_squares;
+mod limits;
 mod mass;
 mod mistaken_mass;
 mod output_error;

@@ -77,6 +77,12 @@ pub struct Identify {
     /// Custom law (TOML) to test in addition to the library: see docs/own-law.md.
     #[arg(long, value_name = "FILE")]
     law: Option<PathBuf>,
+    /// Stiffness k (N/m) or damping B (N s/m) of an axle (f, r) that the fits hold, such as `f.k=60000`; may be given more than once.
+    #[arg(long, value_name = "AXLE.QUANTITY=VALUE")]
+    fix: Vec<String>,
+    /// Bounds of k (N/m) or B (N s/m) of an axle, such as `r.B=0:2000`; may be given more than once.
+    #[arg(long, value_name = "AXLE.QUANTITY=LOW:HIGH")]
+    bound: Vec<String>,
     /// Where to write the identified model: a script that simulates it (.py, .m), its numbers and laws (.json), or the ride for such
     /// a script (.csv); may be given more than once.
     #[arg(long, value_name = "FILE", value_parser = model_file)]
@@ -171,6 +177,8 @@ impl Identify {
             ("rows", &self.rows),
             ("layout", &self.layout),
             ("offset_s", &self.offset),
+            ("fix", &self.fix),
+            ("bound", &self.bound),
         ])?;
         if let Some(folder) = &self.loggers {
             options.reading.loggers = of_folder(folder)?;

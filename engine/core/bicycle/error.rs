@@ -1,4 +1,4 @@
-use super::Axle;
+use super::{Axle, LimitError};
 
 /// Largest bike file (bytes).
 pub(super) const LARGEST_FILE: usize = 64 << 10;
@@ -55,6 +55,9 @@ pub enum BikeError {
         /// All that exist.
         known: Vec<String>,
     },
+    /// What is fixed or bounded cannot be.
+    #[error("fix or bound: {0}")]
+    Limit(#[from] LimitError),
     /// A standard deviation of a mass that is to be estimated.
     #[error("{key} is {std:?}, but mass_{axle}_kg is null")]
     DeviationOfNoMass {

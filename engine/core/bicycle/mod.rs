@@ -2,6 +2,8 @@
 
 mod axle;
 mod error;
+mod limit_error;
+pub mod limits;
 pub mod load;
 
 use std::collections::BTreeMap;
@@ -14,6 +16,7 @@ use crate::document::{json, unseen};
 pub use axle::{Axle, PerAxle};
 pub use error::BikeError;
 use error::{LARGEST_FILE, LONGEST_NAME};
+pub use limit_error::LimitError;
 
 /// Standard gravity (m/s^2).
 pub const GRAVITY: f64 = 9.80665;
@@ -55,6 +58,12 @@ pub struct Bike {
     pub noise_road_m: Option<f64>,
     /// One k and one B for both axles, as in the paper's figure 6.
     pub equal_axles: bool,
+    /// Stiffness k (N/m) and damping B (N s/m) that no fit moves, by axle and quantity: `{"f.k": 60000}`.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub fix: BTreeMap<String, f64>,
+    /// Lower and upper bounds of k (N/m) and B (N s/m): `{"r.B": [0, 2000]}`.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub bound: BTreeMap<String, [f64; 2]>,
     /// Parameters for the roll equations, paper eqs. (3) to (9).
     pub roll: Option<RollParameters>,
 }
@@ -248,6 +257,8 @@ impl Bike {
         let bike: Bike = json::from_text(text).map_err(BikeError::Json)?;
         let every_key = Self {
             kind: Some(Kind::Bicycle),
+            fix: BTreeMap::from([(String::new(), 0.0)]),
+            bound: BTreeMap::from([(String::new(), [0.0; 2])]),
             ..Self::default()
         };
         let own = serde_json::to_value(every_key);
@@ -294,6 +305,7 @@ impl Bike {
                 within(&key, std, [0.0, MOST_UNSURE * mass])?;
             }
         }
+        self.check_limits()?;
         self.roll.as_ref().map_or(Ok(()), RollParameters::validate)
     }
 

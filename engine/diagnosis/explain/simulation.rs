@@ -96,16 +96,17 @@ fn effects(track: &Track, fit: &Fitted, base: &Coefficients) -> Vec<ActingEffect
         .filter(|(_, term)| term.acts_on(track.axle))
         .map(|(i, term)| {
             let spec = term.kind.spec();
-            let start = match spec.second_mass {
-                true => [base.height, base.velocity],
-                false => [0.0; 2],
-            };
-            let initial = start.iter().zip(&fit.point.initial[i]);
+            let own = fit.point.initial[i];
+            let initial = (0..spec.states).map(|q| match (spec.second_mass, q) {
+                (true, 0) => base.height + own[0],
+                (true, _) => base.velocity + own[1],
+                (false, _) => own[q],
+            });
             ActingEffect {
                 id: term.kind.id_on(&track.scale).to_owned(),
                 numbers: term.kind.numbers(&fit.point.values[i], &track.scale),
                 law: term.kind.law(&track.scale),
-                initial: initial.take(spec.states).map(|(a, b)| a + b).collect(),
+                initial: initial.collect(),
                 on_tyre: spec.carries,
             }
         })

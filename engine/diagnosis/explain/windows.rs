@@ -59,7 +59,7 @@ fn set(scores: &Scores, set: &ScoredSet, weight: Option<f64>) -> SetScore {
 }
 
 /// Why the verdict does not name an effect; nothing where it does.
-fn why_not(judgement: &Judgement, effect: usize, support: &EffectSupport) -> Option<String> {
+pub fn why_not(judgement: &Judgement, effect: usize, support: &EffectSupport) -> Option<String> {
     if judgement.named.contains(&effect) {
         return None;
     }

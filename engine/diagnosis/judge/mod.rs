@@ -9,3 +9,4 @@ pub mod table;
 mod weights;
 
 pub use gather::{Evidence, evidence};
+pub use proposals::parameters;

@@ -62,7 +62,10 @@ fn has_room(seen: Option<&Seen>) -> bool {
 
 /// Coefficients that are reported of effects: what only shapes a corner does not count.
 pub fn parameters(terms: &[Term]) -> usize {
-    let reported = |t: &Term| (t.kind.spec().report)(&[0.0; MAX_PARAMETERS], &Scale::TYPICAL).len();
+    let reported = |t: &Term| match t.kind {
+        Kind::Own(_) => t.kind.spec().parameters.len(),
+        _ => (t.kind.spec().report)(&[0.0; MAX_PARAMETERS], &Scale::TYPICAL).len(),
+    };
     terms.iter().map(reported).sum()
 }
 

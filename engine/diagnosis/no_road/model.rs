@@ -7,7 +7,7 @@ use veloid_core::numerics::lanes::{LANES, Lanes};
 use veloid_core::plant::Coefficients;
 use veloid_model::fit::Term;
 use veloid_model::fit::integrate::{AxleLanes, EffectLanes};
-use veloid_model::law::{MAX_STATES, Scale, Values};
+use veloid_model::law::{MAX_OWN_STATES, Scale, Values};
 
 /// Natural logarithms of k/m (1/s^2) and B/m (1/s).
 pub type Base = [f64; 2];
@@ -117,7 +117,7 @@ pub fn lanes(models: &[Model], axle: Axle, per_mass: f64) -> AxleLanes {
         effects.push(EffectLanes {
             kind: models[0].effects[i].0.kind,
             values: std::array::from_fn(|q| each(&|m| m.effects[i].1[q])),
-            initial: [Lanes::ZERO; MAX_STATES],
+            initial: [Lanes::ZERO; MAX_OWN_STATES],
         });
     }
     AxleLanes {

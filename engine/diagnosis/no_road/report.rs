@@ -11,9 +11,11 @@ use super::shown::Shown;
 use crate::explain::windows::windows;
 use crate::explain::words;
 use crate::policy;
+use crate::tried::in_order;
 use crate::verdict::effect_report::{as_good_as_zero, propagated, sentence};
 use nalgebra::DMatrix;
 use veloid_core::bicycle::{Axle, PerAxle};
+use veloid_core::document::format_number::significant;
 use veloid_core::numerics::finite::finite;
 use veloid_model::effects::{ALL, Kind};
 use veloid_model::fit::Term;
@@ -24,6 +26,7 @@ use veloid_report::diagnosis::{
     Verdict,
 };
 use veloid_report::identifiable::identified;
+use veloid_report::tried::{Tried, TriedEffect};
 
 pub fn report(judged: &Judged) -> Diagnosis {
     let masses = judged.scales.map(|_, scale| scale.mass);
@@ -71,6 +74,7 @@ pub fn report(judged: &Judged) -> Diagnosis {
             judged.record.other(),
             windows(spread, &judged.evidence.scores, judged.judgement),
         ),
+        tried: tried(judged, spread),
         detectable: detectable(judged),
         switched_off: switched_off(judged),
         evidence,
@@ -80,6 +84,70 @@ pub fn report(judged: &Judged) -> Diagnosis {
         sentence: words::sentence(&diagnosis),
         ..diagnosis
     }
+}
+
+/// Every set of effects that was fitted; `spread` is the standard deviation (m/s^2) of what is predicted.
+fn tried(judged: &Judged, spread: f64) -> Vec<Tried> {
+    let evidence = judged.evidence;
+    let plain = evidence.cost(&[]);
+    let of = |(s, fit): (usize, &Fit)| {
+        let effects = (0..fit.model.effects.len()).filter_map(|i| effect(judged, fit, i, false));
+        let effects: Vec<TriedEffect> = effects
+            .map(|e| TriedEffect {
+                id: e.id,
+                axle: e.axle,
+                parameters: e.parameters,
+            })
+            .collect();
+        let set = &evidence.scores.sets[s];
+        let gain = plain.and_then(|plain| finite(plain - evidence.charged[s]));
+        let rms = finite(spread * set.mean(0).sqrt());
+        Tried {
+            effects,
+            parameters: set.parameters,
+            gain,
+            held_out_rms_m: rms.map_or_else(PerAxle::default, |rms| on(judged.record.other(), rms)),
+            why_not: why_not(judged, s, gain),
+        }
+    };
+    let fits = evidence.fits.iter().enumerate();
+    let all = fits
+        .filter(|(_, fit)| !fit.model.effects.is_empty())
+        .map(of);
+    in_order(all.collect(), None)
+}
+
+/// Why a set of effects is not the answer, by what it gains beyond what its parameters cost.
+fn why_not(judged: &Judged, s: usize, gain: Option<f64>) -> Option<String> {
+    let terms = judged.evidence.fits[s].model.terms();
+    let best = judged.best.model.terms();
+    let gained = significant(gain.unwrap_or(0.0), 3);
+    let named = |terms: &[Term]| -> String {
+        let names: Vec<String> = terms
+            .iter()
+            .map(|t| t.kind.id().replace('_', " "))
+            .collect();
+        names.join(" with ")
+    };
+    let is_best = terms == best;
+    Some(match judged.verdict {
+        Verdict::Named if is_best => return None,
+        Verdict::Ambiguous if is_best => "other sets explain the ride as well".to_owned(),
+        Verdict::Ambiguous if judged.tied.contains(&terms) => {
+            format!("explains the ride as well as {}", named(&best))
+        }
+        _ if !judged.evidence.scores.sets[s].is_physical => {
+            "a value lies outside its physical range".to_owned()
+        }
+        Verdict::NothingMissing => {
+            format!("gains {gained} in log likelihood beyond what its parameters cost, too little")
+        }
+        Verdict::Unnamed if is_best => "leaves more than noise, or may be another law".to_owned(),
+        _ => format!(
+            "gains {gained} in log likelihood, no more than {}",
+            named(&best)
+        ),
+    })
 }
 
 fn on<T>(axle: Axle, value: T) -> PerAxle<T> {
@@ -379,11 +447,12 @@ fn switched_off(judged: &Judged) -> Vec<SwitchedOff> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use veloid_model::law::padded;
 
     /// A rate of 0.1 m/s RMS, over a tenth of which the sign changes.
     #[test]
     fn dampers_are_unsure_by_what_shakes_them_unseen() {
-        let share = |kind, rate_hz, width| unseen(rate_hz, kind, &[30.0, width, 0.0, 0.0], 0.1);
+        let share = |kind, rate_hz, width| unseen(rate_hz, kind, &padded([30.0, width]), 0.1);
         assert_eq!(share(Kind::QuadraticDamping, 100.0, 0.0), policy::SHAKEN);
         assert_eq!(
             share(Kind::QuadraticDamping, 200.0, 0.0),
@@ -404,7 +473,7 @@ mod tests {
             kind: Kind::CubicStiffness,
             place: Place::Rear,
         };
-        let model = plain.with(term, [1e9, 0.0, 0.0, 0.0]);
+        let model = plain.with(term, padded([1e9]));
         let of = Axle::BOTH.map(|axle| beside(&model, axle));
         assert_eq!(of, [policy::BESIDE_OTHER, policy::BESIDE_EFFECT]);
         assert_eq!(beside(&plain, Axle::Rear), 1.0);

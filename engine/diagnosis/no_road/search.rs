@@ -217,7 +217,7 @@ impl Search<'_> {
 /// Whether the resonance of every second mass, up to its half power at f (1 + zeta), is among the frequencies that are judged (up to
 /// `highest`, Hz). Beyond them it bends the highest ones as contact patches do.
 fn is_seen(model: &Model, highest: f64) -> bool {
-    let half_power = |[_, hertz, damping, _]: &Values| hertz * (1.0 + damping);
+    let half_power = |[_, hertz, damping, ..]: &Values| hertz * (1.0 + damping);
     (model.effects.iter())
         .filter(|(term, _)| term.kind == Kind::SprungMass)
         .all(|(_, values)| half_power(values) < highest)
@@ -365,6 +365,7 @@ impl<'a> Beside<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use veloid_model::law::padded;
 
     #[test]
     fn a_second_mass_beyond_the_band_is_not_seen() {
@@ -372,7 +373,7 @@ mod tests {
             kind: Kind::SprungMass,
             place: veloid_report::diagnosis::Place::Rear,
         };
-        let at = |hertz| Model::new([8.0, 3.0], [7.0, 2.0]).with(term, [0.2, hertz, 0.1, 0.0]);
+        let at = |hertz| Model::new([8.0, 3.0], [7.0, 2.0]).with(term, padded([0.2, hertz, 0.1]));
         assert!(is_seen(&at(30.0), 35.0) && !is_seen(&at(32.0), 35.0));
     }
 

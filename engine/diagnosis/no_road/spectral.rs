@@ -15,6 +15,7 @@ use veloid_core::numerics::lanes::Lanes;
 use veloid_fourier::Complex;
 use veloid_model::effects::Kind;
 use veloid_model::fit::Term;
+use veloid_model::law::padded;
 use veloid_report::diagnosis::Place;
 
 /// k/m (1/s^2) and B/m (1/s) of starts: light wheels and heavy ones on soft and hard tyres.
@@ -73,7 +74,7 @@ impl Pair {
             place: Place::from(axle),
         };
         let [share, hertz, damping] = self.second();
-        plain.with(term, [share, hertz, damping, 0.0])
+        plain.with(term, padded([share, hertz, damping]))
     }
 
     /// Share, frequency (Hz) and damping ratio of the second mass.

@@ -14,7 +14,7 @@ use veloid_core::numerics::lanes::Lanes;
 use veloid_core::numerics::random::normal;
 use veloid_model::effects::Kind;
 use veloid_model::fit::Term;
-use veloid_model::law::{Scale, Values};
+use veloid_model::law::{Scale, Values, padded};
 use veloid_report::diagnosis::{Diagnosis, Place, Surface, Verdict};
 use veloid_ride::{ReadOptions, Ride, read};
 
@@ -142,10 +142,10 @@ fn diagnosed(ride: &Ride) -> Diagnosis {
 fn the_road_comes_back_from_the_acceleration() {
     for effect in [
         None,
-        Some((Kind::CubicStiffness, Place::Front, [2e9, 0.0, 0.0, 0.0])),
-        Some((Kind::CoulombFriction, Place::Front, [30.0, 2e-3, 0.0, 0.0])),
-        Some((Kind::SprungMass, Place::Front, [0.4, 5.0, 0.3, 0.0])),
-        Some((Kind::ViscoelasticTyre, Place::Front, [3e4, 0.03, 0.0, 0.0])),
+        Some((Kind::CubicStiffness, Place::Front, padded([2e9]))),
+        Some((Kind::CoulombFriction, Place::Front, padded([30.0, 2e-3]))),
+        Some((Kind::SprungMass, Place::Front, padded([0.4, 5.0, 0.3]))),
+        Some((Kind::ViscoelasticTyre, Place::Front, padded([3e4, 0.03]))),
     ] {
         let model = model(effect);
         let road = road(3000, 1.0 / 600.0, 3);
@@ -208,8 +208,8 @@ fn two_plain_axles_lack_nothing_and_have_their_k_and_b() {
 #[test]
 fn concealed_effects_are_named_at_their_axle() {
     for (kind, place, values) in [
-        (Kind::CoulombFriction, Place::Rear, [30.0, 2e-3, 0.0, 0.0]),
-        (Kind::CubicStiffness, Place::Front, [3e10, 0.0, 0.0, 0.0]),
+        (Kind::CoulombFriction, Place::Rear, padded([30.0, 2e-3])),
+        (Kind::CubicStiffness, Place::Front, padded([3e10])),
     ] {
         let d = diagnosed(&ride(&model(Some((kind, place, values))), 40.0, 0.0, 6));
         assert_eq!(d.verdict, Verdict::Named, "{}", d.sentence);
@@ -255,7 +255,7 @@ fn alike(surface: &Surface, law: impl Fn([f64; 2]) -> f64) -> f64 {
 /// A front tyre that relaxes slowly passes for a stiffer one.
 #[test]
 fn a_tyre_that_may_relax_has_no_stiffness() {
-    let relaxing = (Kind::ViscoelasticTyre, Place::Front, [4e4, 0.06, 0.0, 0.0]);
+    let relaxing = (Kind::ViscoelasticTyre, Place::Front, padded([4e4, 0.06]));
     let d = diagnosed(&ride(&model(Some(relaxing)), 40.0, 0.0, 6));
     let e = d.extended.front.as_ref().unwrap();
     let known = (e.k_std_n_m).is_some_and(|std| (e.k_n_m - FRONT[0]).abs() < 3.0 * std);

@@ -321,6 +321,7 @@ fn ahead(found: &Found, evidence: &Evidence) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use veloid_model::law::padded;
 
     #[test]
     fn twins_share_an_axle_or_a_line() {
@@ -347,7 +348,7 @@ mod tests {
             rear: Some(Scale::TYPICAL),
         };
         let off = |width: f64, rate_hz| {
-            let values = [30.0, width * Scale::TYPICAL.w_rms, 0.0, 0.0];
+            let values = padded([30.0, width * Scale::TYPICAL.w_rms]);
             let model = Model::new([8.0, 3.0], [7.0, 2.0]).with(term, values);
             is_rounded_off(&model, rate_hz, &scales)
         };

@@ -10,7 +10,7 @@ use veloid_model::dataset::Dataset;
 use veloid_model::effects::{ALL, Kind, Shape};
 use veloid_model::fit::Model;
 use veloid_model::fit::{Effort, Fitted, Fitter, Point, Term, Unit};
-use veloid_model::law::{Acts, Values};
+use veloid_model::law::{Acts, Values, padded};
 use veloid_report::diagnosis::{Place, SwitchedOff};
 
 /// Everything that may be named on this ride, and what may not, with the reason.
@@ -218,7 +218,7 @@ pub fn unstopped(fitter: &Fitter, model: &Model, play: Term, effort: Effort) -> 
         .fits
         .iter()
         .find_map(|f| f.unit.terms.iter().position(|t| *t == stop).map(|i| (i, f)))?;
-    let [gap, stiffness, side, _] = fit.point.values[i];
+    let [gap, stiffness, side, ..] = fit.point.values[i];
     let track = fit
         .unit
         .tracks
@@ -235,7 +235,7 @@ pub fn unstopped(fitter: &Fitter, model: &Model, play: Term, effort: Effort) -> 
     let mut unit = fit.unit.clone();
     unit.terms[i] = play;
     let beyond = spring + stop;
-    point.values[i] = [2.0 * gap * stop / beyond, 0.0, 0.0, 0.0];
+    point.values[i] = padded([2.0 * gap * stop / beyond]);
     point.base[track].kappa = beyond;
     let fitted = fitter.fit(&unit, point, &fit.noise_models, effort)?;
     Some(model.with(fitted))

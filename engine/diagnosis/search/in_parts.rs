@@ -13,7 +13,7 @@ use veloid_model::dataset::Windows;
 use veloid_model::fit::physical::has_physical_effects;
 use veloid_model::fit::shooting::{Shooting, Shot};
 use veloid_model::fit::{Fitted, Point, Term, Unit};
-use veloid_model::law::{MAX_PARAMETERS, Values};
+use veloid_model::law::{AT_REST, MAX_PARAMETERS, Values};
 use veloid_report::diagnosis::Place;
 
 /// Steps of each try of a start.
@@ -130,7 +130,7 @@ impl<'a> InParts<'a> {
         let mut base = Point {
             base: parent.point.base.clone(),
             values: vec![[0.0; MAX_PARAMETERS]; unit.terms.len()],
-            initial: vec![[0.0; 2]; unit.terms.len()],
+            initial: vec![AT_REST; unit.terms.len()],
         };
         for (known, values) in parent.unit.terms.iter().zip(&parent.point.values) {
             if let Some(i) = unit.terms.iter().position(|t| t == known) {

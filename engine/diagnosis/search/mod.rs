@@ -1,5 +1,6 @@
 //! The search for a set of effects that explains the ride.
 
+pub mod attempt;
 pub mod criteria;
 pub mod extend;
 mod flatness;

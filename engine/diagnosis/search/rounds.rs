@@ -3,6 +3,7 @@
 
 use rayon::prelude::*;
 
+use super::attempt::Attempt;
 use super::criteria::{Search, added, has_room, to_repeat};
 use super::extend::{Reach, is_far};
 use super::null::Null;
@@ -35,6 +36,7 @@ pub struct Named {
     pub rivals: Vec<Model>,
     /// What the last round saw, and led nowhere.
     pub offered: Option<Offered>,
+    pub attempts: Vec<Attempt>,
 }
 
 /// Where the rounds have come to.
@@ -48,6 +50,7 @@ struct SearchState {
     near: Vec<Term>,
     /// What the last round saw that led nowhere.
     offered: Option<Offered>,
+    attempts: Vec<Attempt>,
 }
 
 impl Search<'_> {
@@ -60,6 +63,7 @@ impl Search<'_> {
             rivals: Vec::new(),
             near: Vec::new(),
             offered: None,
+            attempts: Vec::new(),
         };
         // The model with the noise under which effects are looked for, where that is not its own.
         let mut prewhitened: Option<Model> = None;
@@ -111,6 +115,11 @@ impl Search<'_> {
             false => SOME.max(HOPE * null.bound(self.alpha)),
         };
         let found = self.refits(model, offers, Reach::Far, least);
+        let bound = null.bound(self.alpha);
+        (state.attempts).extend(Attempt::of_round(&found, |m| {
+            let gain = m.likelihood - model.likelihood;
+            Some([gain - self.unresolved(added(model, m).place), bound])
+        }));
         // What noise of the road channel brings leads to nothing.
         let real = |m: &&Model| self.beats_road_noise(model, m);
         let Some(best) = found.iter().take(LEADERS).find(real) else {
@@ -191,6 +200,7 @@ impl Search<'_> {
         } else {
             let tried = self.exchanged(&mut extended, &state.near)?;
             extended = self.pruned(extended);
+            (state.attempts).extend(Attempt::of_round(&tried, |_| None));
             tried
         };
         state.proven = extended.clone();
@@ -382,6 +392,7 @@ impl SearchState {
             rounds,
             rivals,
             offered: self.offered,
+            attempts: self.attempts,
         }
     }
 }

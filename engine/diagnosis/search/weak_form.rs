@@ -11,7 +11,7 @@ use veloid_methods::simulate::linear::Input;
 use veloid_model::dataset::{Dataset, Track};
 use veloid_model::effects::Kind;
 use veloid_model::fit::{Fitter, Point, Unit};
-use veloid_model::law::{Crank, MAX_STATES, Motion, Values};
+use veloid_model::law::{Crank, Motion, Values};
 
 /// Half widths of the windows (s) that are tried, as parts of the plain axle's period.
 const WIDTHS: [f64; 2] = [0.12, 0.4];
@@ -110,14 +110,15 @@ impl<'a> Rows<'a> {
     /// The force over the mass of an effect with unit mass along the measured motion (m/s^2).
     fn forces(&self, dataset: &Dataset, track: &Track, kind: Kind, values: &Values) -> Vec<f64> {
         let p = values.map(Lanes::all);
-        let mut states = [Lanes::ZERO; MAX_STATES];
+        let mut states = vec![Lanes::ZERO; kind.spec().states];
+        let mut rates = states.clone();
         let step = dataset.step / PARTS as f64;
         let mut forces = Vec::with_capacity(self.z.len());
         for i in 0..self.z.len() {
             let motion = self.motion(dataset, track, i, dataset.step);
             let [tyre, body] = kind.forces(&p, &motion, &states, [Lanes::ZERO; 2]);
             forces.push((tyre + body).0[0]);
-            if kind.spec().states == 0 || i + 1 == self.z.len() {
+            if states.is_empty() || i + 1 == self.z.len() {
                 continue;
             }
             let next = self.motion(dataset, track, i + 1, step);
@@ -128,10 +129,9 @@ impl<'a> Rows<'a> {
                     w: motion.w + (next.w - motion.w) * s,
                     ..self.motion(dataset, track, i, step)
                 };
-                let mut rates = [Lanes::ZERO; MAX_STATES];
                 kind.moved(&p, &between, &states, Lanes::ZERO, &mut rates);
-                for (state, rate) in states.iter_mut().zip(rates) {
-                    *state += rate * step;
+                for (state, rate) in states.iter_mut().zip(&rates) {
+                    *state += *rate * step;
                 }
             }
         }

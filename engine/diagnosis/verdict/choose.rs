@@ -1,6 +1,7 @@
 //! Which of the models that the search found is reported: one that a bicycle can be, and those that explain the ride as well.
 
 use crate::policy;
+use crate::search::attempt::Attempt;
 use crate::search::offered::Offered;
 use crate::search::{Named, Round, Search};
 use veloid_core::EngineError;
@@ -17,6 +18,8 @@ pub struct Chosen {
     pub tied: Vec<Model>,
     /// What the search was offered at its end.
     pub offered: Option<Offered>,
+    /// What was fitted to the end.
+    pub attempts: Vec<Attempt>,
     /// Whether the search ended for want of budget.
     pub is_spent: bool,
 }
@@ -28,6 +31,7 @@ pub fn choose(search: &Search) -> Result<Chosen, EngineError> {
         rounds,
         mut rivals,
         offered,
+        attempts,
     } = search.run()?;
     let is_spent = search.is_spent();
     let possible = |model: &Model| is_physical(search.fitter.dataset, &search.plain, model);
@@ -50,6 +54,7 @@ pub fn choose(search: &Search) -> Result<Chosen, EngineError> {
         rounds,
         tied,
         offered,
+        attempts,
         is_spent,
     })
 }

@@ -61,8 +61,10 @@ pub fn fit(
             fits.set(problem.axle, fit);
         }
     } else {
-        for problem in &problems {
-            fits.set(problem.axle, globally_best(problem, &split, starts)?);
+        for problem in problems {
+            let axle = problem.axle;
+            let best = |problem: &Problem| globally_best(problem, &split, starts);
+            fits.set(axle, within_limits(problem, best)?);
         }
     }
     Ok(fits)
@@ -82,9 +84,22 @@ pub fn fit_without_spring(
     for (axle, record) in ride.axles.iter() {
         let mut problem = Problem::new(axle, record, bike, ride.step_s)?;
         problem.free[0] = false;
-        fits.set(axle, from_grid(&problem, &split)?);
+        fits.set(axle, within_limits(problem, |p| from_grid(p, &split))?);
     }
     Ok(fits)
+}
+
+/// The best fit within the user's limits: where k or B leaves them it is held at the nearest, and the rest is fitted again.
+fn within_limits(
+    mut problem: Problem,
+    best: impl Fn(&Problem) -> Result<AxleFit, EngineError>,
+) -> Result<AxleFit, EngineError> {
+    loop {
+        let fit = best(&problem)?;
+        if !problem.holds(&fit.plain) {
+            return Ok(fit);
+        }
+    }
 }
 
 /// Part of the motion's squares that a fit may leave and be taken for the best one without a look elsewhere.
@@ -150,8 +165,9 @@ fn best_of(
         .into_iter()
         .filter_map(|plains| {
             let mut plains = layout.consistent(plains);
-            for p in &mut plains {
+            for (p, problem) in plains.iter_mut().zip(problems) {
                 p.kappa = p.kappa.max(0.0);
+                *p = problem.within(*p);
             }
             let cost: f64 = problems
                 .iter()

@@ -60,6 +60,8 @@ pub struct Problem<'a> {
     pub mass: Option<f64>,
     /// Which of [`Coefficients`]'s parameters are unknown.
     pub free: [bool; PARAMETERS],
+    /// Ends of k/m (1/s^2) and B/m (1/s), where the user has set them.
+    limits: [Option<[f64; 2]>; 2],
     /// Where the record does not show how it starts: height and velocity as recorded, and the weight of each beside a sample's.
     pub unseen: Option<[(f64, f64); 2]>,
 }
@@ -94,6 +96,11 @@ impl<'a> Problem<'a> {
             true => Some(1.0),
             false => bike.mass_or_force(axle, pushed)?,
         };
+        let per_mass = mass.map_or(1.0, f64::recip);
+        let limits = bike
+            .limits(axle)
+            .map(|ends| ends.map(|ends| ends.map(|x| x * per_mass)));
+        let [k, b] = limits.map(|ends| ends.is_none_or(|[low, high]| low < high));
         let rest_point = pushed || !record.has_road();
         let moves = !record.prescribed && record.at_rest(step).is_none();
         Ok(Self {
@@ -101,9 +108,29 @@ impl<'a> Problem<'a> {
             record,
             input: Input::of(record, step),
             mass,
-            free: [true, true, mass.is_none(), rest_point, moves, moves],
+            free: [k, b, mass.is_none(), rest_point, moves, moves],
+            limits,
             unseen: unseen(record, step).filter(|_| moves),
         })
+    }
+
+    /// The nearest coefficients within the user's limits.
+    pub fn within(&self, p: Coefficients) -> Coefficients {
+        let [kappa, beta] = [(p.kappa, self.limits[0]), (p.beta, self.limits[1])]
+            .map(|(x, ends)| ends.map_or(x, |[low, high]| x.clamp(low, high)));
+        Coefficients { kappa, beta, ..p }
+    }
+
+    /// Holds k/m or B/m at the limit that a fit has left, if it has left one.
+    pub fn holds(&mut self, p: &Coefficients) -> bool {
+        let inside = self.within(*p);
+        let left = [(p.kappa, inside.kappa), (p.beta, inside.beta)];
+        let beyond = (0..2).find(|q| self.free[*q] && left[*q].0 != left[*q].1);
+        if let Some(q) = beyond {
+            self.limits[q] = Some([left[q].1; 2]);
+            self.free[q] = false;
+        }
+        beyond.is_some()
     }
 
     /// The plain model at a start; where the motion is prescribed it is linear, and any start does.

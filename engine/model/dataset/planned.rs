@@ -101,7 +101,7 @@ mod tests {
     use super::*;
     use crate::effects::Kind;
     use crate::fit::{Point, Term, Unit};
-    use crate::law::MAX_PARAMETERS;
+    use crate::law::{AT_REST, MAX_PARAMETERS};
     use veloid_core::bicycle::{Axle, Bike, PerAxle};
     use veloid_core::numerics::lanes::LANES;
     use veloid_core::plant::Coefficients;
@@ -184,7 +184,7 @@ mod tests {
             let point = Point {
                 base: base.collect(),
                 values: vec![values; unit.terms.len()],
-                initial: vec![[0.0; 2]; unit.terms.len()],
+                initial: vec![AT_REST; unit.terms.len()],
             };
             let points: [Point; LANES] = std::array::from_fn(|_| point.clone());
             for z in unit.simulate(dataset, &points, None, 0..dataset.samples, 2) {

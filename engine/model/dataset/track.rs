@@ -48,6 +48,8 @@ pub struct Track {
     /// Whether the mass is estimated, and whether the rest point is.
     pub free_mass: bool,
     pub rest_point: bool,
+    /// Ends of k/m (1/s^2) and B/m (1/s), where the user has set them.
+    limits: [Option<[f64; 2]>; 2],
     /// What the axle is where nothing is left out.
     pub plant: &'static dyn Plant,
 }
@@ -75,6 +77,7 @@ impl Track {
         } = *recorded;
         let input = Input::of(record, ride.step_s);
         let scale = scale(recorded, axle, &PlainMotion::new(record, &input, fit), fit);
+        let mass = scale.mass;
         let road_integral = spline_integral(&input);
         let at_rest = record.at_rest(ride.step_s);
         let most = |x: &[f64]| white_floor(x, ride.step_s);
@@ -102,6 +105,9 @@ impl Track {
             beyond_lifting: 0.0,
             free_mass: bike.mass(axle).is_none() && !record.prescribed,
             rest_point: record.force.is_some() || !record.has_road(),
+            limits: bike
+                .limits(axle)
+                .map(|ends| ends.map(|ends| ends.map(|x| x / mass))),
             plant: record.base_model(),
         }
     }
@@ -120,7 +126,24 @@ impl Track {
             mass: !self.free_mass,
             rest: !self.rest_point,
         };
-        self.plant.is_free(number, known)
+        let is_fixed = self.limit(number).is_some_and(|[low, high]| low == high);
+        !is_fixed && self.plant.is_free(number, known)
+    }
+
+    fn limit(&self, number: Coefficient) -> Option<[f64; 2]> {
+        match number {
+            Coefficient::Kappa => self.limits[0],
+            Coefficient::Beta => self.limits[1],
+            _ => None,
+        }
+    }
+
+    /// The nearest numbers of the base model within the user's limits.
+    pub fn within(&self, base: Coefficients) -> Coefficients {
+        Coefficients::from_fn(|number| match self.limit(number) {
+            Some([low, high]) => base.get(number).clamp(low, high),
+            None => base.get(number),
+        })
     }
 
     /// The base model by the plain fit, at rest at the height 0.
@@ -147,7 +170,8 @@ impl Track {
             slack: 25.0 / (s.train_s * s.train_s),
             most: output_error::most(self.input.step),
         };
-        self.plant.range(number, &sizes)
+        let (size, range) = self.plant.range(number, &sizes);
+        (size, self.limit(number).unwrap_or(range))
     }
 
     /// What models predict on this track.

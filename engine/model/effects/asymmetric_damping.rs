@@ -16,7 +16,7 @@ impl Effect for AsymmetricDamping {
         acts: Acts::OneAxle,
         parameters: &[ASYMMETRY],
         amplitudes: &[0],
-        starts: |_| vec![[0.2, 0.0, 0.0, 0.0]],
+        starts: |_| vec![padded([0.2])],
         report: |p, _| vec![reported(&ASYMMETRY, p[0], [-1.0, 1.0])],
         law: "B (1 + asymmetry sign(w)) w in the place of B w",
         formula: Formula { tyre: "asymmetry * B * abs(w)", ..Formula::NONE },
@@ -41,7 +41,7 @@ mod tests {
 
     #[test]
     fn rebound_and_compression_damp_by_what_the_asymmetry_says() {
-        let at = |d: f64, w: f64| tyre::<AsymmetricDamping>([0.4, 0.0, 0.0, 0.0], &At { d, w, ..AT });
+        let at = |d: f64, w: f64| tyre::<AsymmetricDamping>(padded([0.4]), &At { d, w, ..AT });
         for (d, w, damping) in [(1e-3, 0.2, 700.0), (-2e-3, 0.01, 700.0), (1e-3, -0.2, 300.0), (-2e-3, -0.01, 300.0)] {
             near(at(d, w), 60e3 * d + damping * w);
         }
@@ -52,7 +52,7 @@ mod tests {
     fn starts_limits_and_what_is_physical() {
         starts_grow_from_nothing::<AsymmetricDamping>();
         limits_are::<AsymmetricDamping>(&[[-3.0, 3.0]]);
-        physical_within::<AsymmetricDamping>([0.0; 4], [0, 0], [-1.0, 1.0]);
-        comes_back::<AsymmetricDamping>([-0.7, 0.0, 0.0, 0.0]);
+        physical_within::<AsymmetricDamping>(padded([]), [0, 0], [-1.0, 1.0]);
+        comes_back::<AsymmetricDamping>(padded([-0.7]));
     }
 }

@@ -31,7 +31,7 @@ impl Effect for BumpStop {
                 for gap in [0.5, 1.0, 1.5, 2.0, 2.7] {
                     let reach = if side > 0.0 { s.d_high } else if side < 0.0 { -s.d_low } else { s.d_peak };
                     if gap * s.d_rms < 0.95 * reach {
-                        starts.push([gap * s.d_rms, s.k_size(), side, 0.0]);
+                        starts.push(padded([gap * s.d_rms, s.k_size(), side]));
                     }
                 }
             }
@@ -82,7 +82,7 @@ impl Effect for BumpStop {
 
     fn from_reported(reported: &[f64], _scale: &Scale) -> Values {
         let side = reported[2];
-        [reported[0], reported[1], if side == 0.0 { 0.0 } else { side.signum() }, 0.0]
+        padded([reported[0], reported[1], if side == 0.0 { 0.0 } else { side.signum() }])
     }
 }
 
@@ -95,7 +95,7 @@ mod tests {
     const STOP: f64 = 4e5;
 
     fn force(side: f64, d: f64) -> f64 {
-        tyre::<BumpStop>([GAP_M, STOP, side, 0.0], &At { d, w: 0.1, ..AT })
+        tyre::<BumpStop>(padded([GAP_M, STOP, side]), &At { d, w: 0.1, ..AT })
     }
 
     #[test]
@@ -111,7 +111,7 @@ mod tests {
 
     #[test]
     fn it_is_as_stiff_as_the_integrator_is_told() {
-        let told = (BumpStop::SPEC.stiffens)(&[GAP_M, STOP, 1.0, 0.0], &Scale::TYPICAL);
+        let told = (BumpStop::SPEC.stiffens)(&padded([GAP_M, STOP, 1.0]), &Scale::TYPICAL);
         let found = slope(|d| force(1.0, d), 2e-3, 1e-4) - 60e3;
         assert!((found / told - 1.0).abs() < 1e-9, "{found} instead of {told}");
     }
@@ -120,11 +120,11 @@ mod tests {
     fn starts_limits_and_what_is_physical() {
         starts_grow_from_nothing::<BumpStop>();
         limits_are::<BumpStop>(&[[0.0, 3.15e-3], [0.0, 6e7]]);
-        let values = [1e-3, 1e5, -1.0, 0.0];
+        let values = padded([1e-3, 1e5, -1.0]);
         physical_within::<BumpStop>(values, [0, 0], [1e-6, 3.15e-3]);
         physical_within::<BumpStop>(values, [1, 1], [0.0, 6e7]);
         for side in [1.0, -1.0, 0.0] {
-            comes_back::<BumpStop>([1e-3, 1e5, side, 0.0]);
+            comes_back::<BumpStop>(padded([1e-3, 1e5, side]));
         }
     }
 
@@ -144,7 +144,7 @@ mod tests {
     #[test]
     fn the_report_names_the_side() {
         for (side, name) in [(1.0, "compression"), (-1.0, "rebound"), (0.0, "both")] {
-            let reported = (BumpStop::SPEC.report)(&[1e-3, 1e5, side, 0.0], &Scale::TYPICAL);
+            let reported = (BumpStop::SPEC.report)(&padded([1e-3, 1e5, side]), &Scale::TYPICAL);
             assert_eq!(reported[2].unit, name);
         }
     }

@@ -39,7 +39,7 @@ impl Effect for CoulombFriction {
         acts: Acts::OneAxle,
         parameters: &[FRICTION, WIDTH],
         amplitudes: &[0],
-        starts: |s| vec![[(FRICTION.size)(s), 0.02 * s.w_rms, 0.0, 0.0]],
+        starts: |s| vec![padded([(FRICTION.size)(s), 0.02 * s.w_rms])],
         report: |p, s| vec![reported(&FRICTION, p[0], [0.0, (FRICTION.limits)(s)[1]])],
         damps: sharpness,
         corners: true,
@@ -61,7 +61,7 @@ impl Effect for CoulombFriction {
     }
 
     fn from_reported(reported: &[f64], scale: &Scale) -> Values {
-        [reported[0], (WIDTH.size)(scale), 0.0, 0.0]
+        padded([reported[0], (WIDTH.size)(scale)])
     }
 }
 
@@ -86,7 +86,7 @@ mod tests {
                 let width = 2e-3 + 60.0 / 30.0 * 0.5 * felt_after;
                 let friction = 60.0 * w / f64::sqrt(w * w + width * width);
                 let at = At { d: 1e-3, w, felt_after, ..AT };
-                near(tyre::<CoulombFriction>([60.0, 2e-3, 0.0, 0.0], &at), 60.0 + 500.0 * w + friction);
+                near(tyre::<CoulombFriction>(padded([60.0, 2e-3]), &at), 60.0 + 500.0 * w + friction);
             }
         }
     }
@@ -94,9 +94,9 @@ mod tests {
     /// Where the sign changes over a twentieth of the RMS rate, 5 mm/s.
     #[test]
     fn the_integrator_is_told_the_slope_of_the_sharpest_change() {
-        let force = |w: f64| tyre::<CoulombFriction>([60.0, 5e-3, 0.0, 0.0], &At { w, ..AT });
+        let force = |w: f64| tyre::<CoulombFriction>(padded([60.0, 5e-3]), &At { w, ..AT });
         let found = slope(force, 0.0, 1e-7) - 500.0;
-        let told = (CoulombFriction::SPEC.damps)(&[60.0, 5e-3, 0.0, 0.0], &Scale::TYPICAL);
+        let told = (CoulombFriction::SPEC.damps)(&padded([60.0, 5e-3]), &Scale::TYPICAL);
         assert!((found / told - 1.0).abs() < 1e-6, "{found} instead of {told}");
     }
 
@@ -104,12 +104,12 @@ mod tests {
     fn starts_limits_and_what_is_physical() {
         starts_grow_from_nothing::<CoulombFriction>();
         limits_are::<CoulombFriction>(&[[0.0, 3000.0], [2e-4, 0.04]]);
-        physical_within::<CoulombFriction>([0.0; 4], [0, 0], [0.0, 3000.0]);
+        physical_within::<CoulombFriction>(padded([]), [0, 0], [0.0, 3000.0]);
     }
 
     #[test]
     fn friction_comes_back_from_the_report_with_the_usual_width() {
-        let back = CoulombFriction::from_reported(&report::<CoulombFriction>([25.0, 0.03, 0.0, 0.0]), &Scale::TYPICAL);
-        assert_eq!(back, [25.0, 1e-3, 0.0, 0.0]);
+        let back = CoulombFriction::from_reported(&report::<CoulombFriction>(padded([25.0, 0.03])), &Scale::TYPICAL);
+        assert_eq!(back, padded([25.0, 1e-3]));
     }
 }

@@ -16,7 +16,7 @@ impl Effect for CubicStiffness {
         acts: Acts::OneAxle,
         parameters: &[K3],
         amplitudes: &[0],
-        starts: |s| vec![[(K3.size)(s), 0.0, 0.0, 0.0]],
+        starts: |s| vec![padded([(K3.size)(s)])],
         report: |p, s| vec![reported(&K3, p[0], (K3.limits)(s))],
         stiffens: |p, s| 3.0 * p[0].max(0.0) * 4.0 * s.d_rms * s.d_rms,
         law: "k3 d^3",
@@ -47,15 +47,15 @@ mod tests {
     fn the_force_goes_with_the_cube_to_both_sides() {
         for (d, w, cubic) in [(1e-3, 0.0, 3.0), (-1e-3, 0.1, -3.0), (2e-3, -0.3, 24.0), (-3e-3, 0.0, -81.0)] {
             let at = At { d, w, ..AT };
-            near(tyre::<CubicStiffness>([K3_N_M3, 0.0, 0.0, 0.0], &at), 60e3 * d + 500.0 * w + cubic);
-            near(tyre::<CubicStiffness>([-K3_N_M3, 0.0, 0.0, 0.0], &at), 60e3 * d + 500.0 * w - cubic);
+            near(tyre::<CubicStiffness>(padded([K3_N_M3]), &at), 60e3 * d + 500.0 * w + cubic);
+            near(tyre::<CubicStiffness>(padded([-K3_N_M3]), &at), 60e3 * d + 500.0 * w - cubic);
         }
     }
 
     #[test]
     fn the_integrator_is_told_the_slope_at_two_rms_deflections() {
-        let told = |k3: f64| (CubicStiffness::SPEC.stiffens)(&[k3, 0.0, 0.0, 0.0], &Scale::TYPICAL);
-        let force = |d: f64| tyre::<CubicStiffness>([K3_N_M3, 0.0, 0.0, 0.0], &At { d, ..AT });
+        let told = |k3: f64| (CubicStiffness::SPEC.stiffens)(&padded([k3]), &Scale::TYPICAL);
+        let force = |d: f64| tyre::<CubicStiffness>(padded([K3_N_M3]), &At { d, ..AT });
         let found = slope(force, 2e-3, 1e-7) - 60e3;
         assert!((told(K3_N_M3) / found - 1.0).abs() < 1e-6, "{found}");
         assert_eq!(told(-K3_N_M3), 0.0);
@@ -66,8 +66,8 @@ mod tests {
     fn starts_limits_and_what_is_physical() {
         starts_grow_from_nothing::<CubicStiffness>();
         limits_are::<CubicStiffness>(&[[-6e9, 6e13]]);
-        physical_within::<CubicStiffness>([0.0; 4], [0, 0], [-6e9, 6e13]);
-        comes_back::<CubicStiffness>([-2e9, 0.0, 0.0, 0.0]);
-        near(tyre::<CubicStiffness>([-6e9, 0.0, 0.0, 0.0], &At { d: 3e-3, ..AT }), 18.0);
+        physical_within::<CubicStiffness>(padded([]), [0, 0], [-6e9, 6e13]);
+        comes_back::<CubicStiffness>(padded([-2e9]));
+        near(tyre::<CubicStiffness>(padded([-6e9]), &At { d: 3e-3, ..AT }), 18.0);
     }
 }

@@ -20,7 +20,7 @@ impl Effect for ForceLag {
         needs: &[Need::PrescribedMotion],
         parameters: &[LAG],
         amplitudes: &[0],
-        starts: |s| vec![[s.step, 0.0, 0.0, 0.0]],
+        starts: |s| vec![padded([s.step])],
         report: |p, s| vec![reported(&LAG, p[0], [SHORTEST * s.step, 1.0])],
         on_sensor: true,
         law: "F, the force that is measured: lag F' = f - F, f the force of the law",
@@ -45,7 +45,7 @@ mod tests {
     #[test]
     fn the_lag_comes_to_that_of_the_sensor_and_to_nothing_else() {
         for lag in [0.0, 0.01, 0.5] {
-            assert_eq!(sensor::<ForceLag>([lag, 0.0, 0.0, 0.0], 7.0), [0.25, 2.0, 0.5, 0.125 + lag]);
+            assert_eq!(sensor::<ForceLag>(padded([lag]), 7.0), [0.25, 2.0, 0.5, 0.125 + lag]);
         }
     }
 
@@ -53,7 +53,7 @@ mod tests {
     fn starts_limits_and_what_is_physical() {
         starts_grow_from_nothing::<ForceLag>();
         limits_are::<ForceLag>(&[[0.0, 6.0]]);
-        physical_within::<ForceLag>([0.0; 4], [0, 0], [1e-3, 1.0]);
-        comes_back::<ForceLag>([0.03, 0.0, 0.0, 0.0]);
+        physical_within::<ForceLag>(padded([]), [0, 0], [1e-3, 1.0]);
+        comes_back::<ForceLag>(padded([0.03]));
     }
 }

@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use super::testing::{At, on_lane};
 use super::{ALL, Kind};
 use crate::law::own::evaluated;
-use crate::law::{Lanes, MAX_STATES, Pickup, Scale, Spot, Tap, Values};
+use crate::law::{Lanes, MAX_PARAMETERS, MAX_STATES, Pickup, Scale, Spot, Tap, Values};
 
 const MASS: f64 = 30.0;
 
@@ -32,7 +32,7 @@ fn motion(rng: &mut ChaCha8Rng) -> At {
 
 fn values(kind: Kind, rng: &mut ChaCha8Rng) -> Values {
     let spec = kind.spec();
-    let mut values = [0.0; 4];
+    let mut values = [0.0; MAX_PARAMETERS];
     for (value, parameter) in values.iter_mut().zip(spec.parameters) {
         let size = (parameter.size)(&Scale::TYPICAL);
         let [low, high] = (parameter.limits)(&Scale::TYPICAL);

@@ -16,7 +16,7 @@ impl Effect for FreePlay {
         acts: Acts::OneAxle,
         parameters: &[GAP],
         amplitudes: &[],
-        starts: |s| [0.15, 0.5, 1.0, 1.6, 2.4].map(|g| [g * s.d_rms, 0.0, 0.0, 0.0]).to_vec(),
+        starts: |s| [0.15, 0.5, 1.0, 1.6, 2.4].map(|g| padded([g * s.d_rms])).to_vec(),
         report: |p, s| vec![reported(&GAP, p[0], [1e-6 * s.d_rms, (GAP.limits)(s)[1]])],
         corners: true,
         peaks: true,
@@ -48,7 +48,7 @@ mod tests {
         for (d, spring) in [(0.0, 0.0), (4e-4, 0.0), (-5e-4, 0.0), (1.5e-3, 60.0), (-1.5e-3, -60.0), (-3e-3, -150.0)] {
             for w in [-0.2, 0.0, 0.1] {
                 let at = At { d, w, ..AT };
-                near(tyre::<FreePlay>([1e-3, 0.0, 0.0, 0.0], &at), spring + 500.0 * w);
+                near(tyre::<FreePlay>(padded([1e-3]), &at), spring + 500.0 * w);
             }
         }
     }
@@ -56,9 +56,9 @@ mod tests {
     #[test]
     fn starts_limits_and_what_is_physical() {
         starts_lie_within_limits::<FreePlay>();
-        changes_nothing::<FreePlay>([0.0; 4]);
+        changes_nothing::<FreePlay>(padded([]));
         limits_are::<FreePlay>(&[[0.0, 6e-3]]);
-        physical_within::<FreePlay>([0.0; 4], [0, 0], [1e-9, 6e-3]);
-        comes_back::<FreePlay>([7e-4, 0.0, 0.0, 0.0]);
+        physical_within::<FreePlay>(padded([]), [0, 0], [1e-9, 6e-3]);
+        comes_back::<FreePlay>(padded([7e-4]));
     }
 }

@@ -32,7 +32,7 @@ impl Effect for FrictionCurve {
             let mut starts = Vec::new();
             for excess in [-0.5, 2.0] {
                 for rate in [0.1, 0.4] {
-                    starts.push([(FRICTION.size)(s), excess, rate * s.w_rms, 0.0]);
+                    starts.push(padded([(FRICTION.size)(s), excess, rate * s.w_rms]));
                 }
             }
             starts
@@ -84,14 +84,14 @@ mod tests {
                 let width = 1e-3 + size / 30.0 * 0.5 * felt_after;
                 let truth = size * w / f64::sqrt(w * w + width * width);
                 let at = At { d: 1e-3, w, felt_after, ..AT };
-                near(tyre::<FrictionCurve>([30.0, 2.0, 0.02, 0.0], &at), 60.0 + 500.0 * w + truth);
+                near(tyre::<FrictionCurve>(padded([30.0, 2.0, 0.02]), &at), 60.0 + 500.0 * w + truth);
             }
         }
     }
 
     #[test]
     fn friction_of_an_excess_of_minus_one_is_gone_at_standstill_and_whole_at_speed() {
-        let friction = |w: f64| tyre::<FrictionCurve>([30.0, -1.0, 0.02, 0.0], &At { w, ..AT }) - 500.0 * w;
+        let friction = |w: f64| tyre::<FrictionCurve>(padded([30.0, -1.0, 0.02]), &At { w, ..AT }) - 500.0 * w;
         assert!(friction(1e-4).abs() < 1e-3);
         assert!((friction(-2.0) + 30.0).abs() < 0.01);
     }
@@ -102,15 +102,15 @@ mod tests {
         let limits = [[0.0, 3000.0], [-1.0, 20.0], [2e-3, 0.2]];
         limits_are::<FrictionCurve>(&limits);
         for q in 0..3 {
-            physical_within::<FrictionCurve>([30.0, 0.5, 0.02, 0.0], [q, q], limits[q]);
+            physical_within::<FrictionCurve>(padded([30.0, 0.5, 0.02]), [q, q], limits[q]);
         }
-        comes_back::<FrictionCurve>([30.0, -0.5, 0.02, 0.0]);
+        comes_back::<FrictionCurve>(padded([30.0, -0.5, 0.02]));
     }
 
     /// Where the sign changes, the friction is that at standstill.
     #[test]
     fn the_integrator_is_told_the_slope_with_the_excess() {
-        let told = (FrictionCurve::SPEC.damps)(&[30.0, 2.0, 0.02, 0.0], &Scale::TYPICAL);
+        let told = (FrictionCurve::SPEC.damps)(&padded([30.0, 2.0, 0.02]), &Scale::TYPICAL);
         near(told, 90.0 / 5e-3);
     }
 }

@@ -17,7 +17,7 @@ impl Effect for GroundDamping {
         needs: &[Need::Road],
         parameters: &[DAMPING],
         amplitudes: &[0],
-        starts: |s| vec![[(DAMPING.size)(s), 0.0, 0.0, 0.0]],
+        starts: |s| vec![padded([(DAMPING.size)(s)])],
         report: |p, s| vec![reported(&DAMPING, p[0], [0.0, (DAMPING.limits)(s)[1]])],
         damps: |p, _| p[0],
         law: "-damping z' on the mass",
@@ -44,8 +44,8 @@ mod tests {
     fn the_damper_holds_the_mass_against_the_ground_and_not_across_the_tyre() {
         for v in [-0.4, -0.01, 0.0, 0.2] {
             let at = At { d: 1e-3, w: 0.3, v, ..AT };
-            near(body::<GroundDamping>([200.0, 0.0, 0.0, 0.0], &at), PUSH - 200.0 * v);
-            near(tyre::<GroundDamping>([200.0, 0.0, 0.0, 0.0], &at), 60.0 + 150.0);
+            near(body::<GroundDamping>(padded([200.0]), &at), PUSH - 200.0 * v);
+            near(tyre::<GroundDamping>(padded([200.0]), &at), 60.0 + 150.0);
         }
     }
 
@@ -53,13 +53,13 @@ mod tests {
     fn starts_limits_and_what_is_physical() {
         starts_grow_from_nothing::<GroundDamping>();
         limits_are::<GroundDamping>(&[[0.0, 5e4]]);
-        physical_within::<GroundDamping>([0.0; 4], [0, 0], [0.0, 5e4]);
-        comes_back::<GroundDamping>([300.0, 0.0, 0.0, 0.0]);
+        physical_within::<GroundDamping>(padded([]), [0, 0], [0.0, 5e4]);
+        comes_back::<GroundDamping>(padded([300.0]));
     }
 
     #[test]
     fn the_integrator_is_told_how_strongly_the_mass_is_damped() {
-        let told = (GroundDamping::SPEC.damps)(&[2e4, 0.0, 0.0, 0.0], &Scale::TYPICAL);
+        let told = (GroundDamping::SPEC.damps)(&padded([2e4]), &Scale::TYPICAL);
         near(told, 2e4);
     }
 }

@@ -11,7 +11,7 @@ impl Effect for GuideFriction {
         needs: &[Need::Road],
         parameters: &[FRICTION, WIDTH],
         amplitudes: &[0],
-        starts: |s| vec![[(FRICTION.size)(s), 0.02 * s.w_rms, 0.0, 0.0]],
+        starts: |s| vec![padded([(FRICTION.size)(s), 0.02 * s.w_rms])],
         report: |p, s| vec![reported(&FRICTION, p[0], [0.0, (FRICTION.limits)(s)[1]])],
         damps: sharpness,
         corners: true,
@@ -33,7 +33,7 @@ impl Effect for GuideFriction {
     }
 
     fn from_reported(reported: &[f64], scale: &Scale) -> Values {
-        [reported[0], (WIDTH.size)(scale), 0.0, 0.0]
+        padded([reported[0], (WIDTH.size)(scale)])
     }
 }
 
@@ -49,8 +49,8 @@ mod tests {
                 let width = 2e-3 + 60.0 / 30.0 * 0.5 * felt_after;
                 let friction = 60.0 * v / f64::sqrt(v * v + width * width);
                 let at = At { w: -0.1, v, felt_after, ..AT };
-                near(body::<GuideFriction>([60.0, 2e-3, 0.0, 0.0], &at), PUSH - friction);
-                near(tyre::<GuideFriction>([60.0, 2e-3, 0.0, 0.0], &at), -50.0);
+                near(body::<GuideFriction>(padded([60.0, 2e-3]), &at), PUSH - friction);
+                near(tyre::<GuideFriction>(padded([60.0, 2e-3]), &at), -50.0);
             }
         }
     }
@@ -59,12 +59,12 @@ mod tests {
     fn starts_limits_and_what_is_physical() {
         starts_grow_from_nothing::<GuideFriction>();
         limits_are::<GuideFriction>(&[[0.0, 3000.0], [2e-4, 0.04]]);
-        physical_within::<GuideFriction>([0.0; 4], [0, 0], [0.0, 3000.0]);
+        physical_within::<GuideFriction>(padded([]), [0, 0], [0.0, 3000.0]);
     }
 
     #[test]
     fn friction_comes_back_from_the_report_with_the_usual_width() {
-        let back = GuideFriction::from_reported(&report::<GuideFriction>([25.0, 0.03, 0.0, 0.0]), &Scale::TYPICAL);
-        assert_eq!(back, [25.0, 1e-3, 0.0, 0.0]);
+        let back = GuideFriction::from_reported(&report::<GuideFriction>(padded([25.0, 0.03])), &Scale::TYPICAL);
+        assert_eq!(back, padded([25.0, 1e-3]));
     }
 }

@@ -92,6 +92,6 @@ mod tests {
     #[test]
     fn limits_and_what_is_physical() {
         limits_are::<HardeningMass>(&[[0.0, 0.97], [0.005, 90.0], [0.0, 3.0], [-0.2, 10.0]]);
-        physical_within::<HardeningMass>([0.1, 3.0, 0.1, 0.0], [3, 0], [-0.2, 10.0]);
+        physical_within::<HardeningMass>(padded([0.1, 3.0, 0.1]), [3, 0], [-0.2, 10.0]);
     }
 }

@@ -33,7 +33,7 @@ impl Effect for Hysteresis {
         acts: Acts::OneAxle,
         parameters: &[STIFFNESS, YIELD],
         amplitudes: &[0],
-        starts: |s| [0.1, 0.3, 0.8, 2.0].map(|y| [(STIFFNESS.size)(s), y * s.d_rms, 0.0, 0.0]).to_vec(),
+        starts: |s| [0.1, 0.3, 0.8, 2.0].map(|y| padded([(STIFFNESS.size)(s), y * s.d_rms])).to_vec(),
         report: |p, s| {
             let force = Parameter { name: "yield_force", unit: "N", ..YIELD };
             vec![
@@ -71,7 +71,7 @@ impl Effect for Hysteresis {
     }
 
     fn from_reported(reported: &[f64], _scale: &Scale) -> Values {
-        [reported[0], reported[1] / reported[0], 0.0, 0.0]
+        padded([reported[0], reported[1] / reported[0]])
     }
 }
 
@@ -80,7 +80,7 @@ mod tests {
     use super::*;
     use crate::effects::testing::*;
 
-    const VALUES: Values = [2e4, 4e-4, 0.0, 0.0];
+    const VALUES: Values = padded([2e4, 4e-4]);
 
     #[test]
     fn the_state_goes_as_dahls_law_says_and_the_force_with_it() {

@@ -17,7 +17,7 @@ impl Effect for LoadTransfer {
         needs: &[Need::VaryingSpeed, Need::Geometry, Need::Mass],
         parameters: &[HEIGHT],
         amplitudes: &[0],
-        starts: |_| vec![[1.0, 0.0, 0.0, 0.0]],
+        starts: |_| vec![padded([1.0])],
         report: |p, _| vec![reported(&HEIGHT, p[0], [0.05, 3.0])],
         slow: true,
         law: "+-m V' cog_height / L on the mass, plus on the front axle",
@@ -46,7 +46,7 @@ mod tests {
         for speed_rate in [-3.0, 0.0, 0.5] {
             for height in [0.9, -0.4] {
                 let at = At { speed_rate, ..AT };
-                near(body::<LoadTransfer>([height, 0.0, 0.0, 0.0], &at), PUSH + 30.0 * speed_rate * height);
+                near(body::<LoadTransfer>(padded([height]), &at), PUSH + 30.0 * speed_rate * height);
             }
         }
     }
@@ -55,7 +55,7 @@ mod tests {
     fn starts_limits_and_what_is_physical() {
         starts_grow_from_nothing::<LoadTransfer>();
         limits_are::<LoadTransfer>(&[[-20.0, 20.0]]);
-        physical_within::<LoadTransfer>([0.0; 4], [0, 0], [0.05, 3.0]);
-        comes_back::<LoadTransfer>([1.1, 0.0, 0.0, 0.0]);
+        physical_within::<LoadTransfer>(padded([]), [0, 0], [0.05, 3.0]);
+        comes_back::<LoadTransfer>(padded([1.1]));
     }
 }

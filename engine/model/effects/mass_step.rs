@@ -27,7 +27,7 @@ impl Effect for MassStep {
             let mut starts = Vec::new();
             for from in 1..parts {
                 for to in from + 1..=parts {
-                    starts.push([0.1, at(from), if to == parts { s.duration } else { at(to) }, 0.0]);
+                    starts.push(padded([0.1, at(from), if to == parts { s.duration } else { at(to) }]));
                 }
             }
             starts
@@ -40,7 +40,7 @@ impl Effect for MassStep {
                     let (from, to) = (p[1] + i as f64 * step, p[2] + j as f64 * step);
                     let open_end = p[2] >= s.duration && j == 0;
                     if from > 0.0 && to > from + 0.2 && (open_end || to < s.train_s) {
-                        starts.push([0.1, from, to, 0.0]);
+                        starts.push(padded([0.1, from, to]));
                     }
                 }
             }
@@ -85,7 +85,7 @@ mod tests {
     /// Half of the mass more from 10 s to 20 s; the edges are 20 ms wide.
     #[test]
     fn the_mass_is_another_one_within_the_window_only() {
-        let at = |t: f64| acceleration::<MassStep>([0.5, 10.0, 20.0, 0.0], &At { t, ..AT }, 90.0);
+        let at = |t: f64| acceleration::<MassStep>(padded([0.5, 10.0, 20.0]), &At { t, ..AT }, 90.0);
         for (t, mass) in [
             (0.0, 30.0),
             (9.989, 30.0),
@@ -106,9 +106,9 @@ mod tests {
     fn starts_limits_and_what_is_physical() {
         starts_grow_from_nothing::<MassStep>();
         limits_are::<MassStep>(&[[-0.8, 5.0], [0.0, 100.0], [0.0, 100.0]]);
-        let values = [0.5, 10.0, 20.0, 0.0];
+        let values = padded([0.5, 10.0, 20.0]);
         physical_within::<MassStep>(values, [0, 0], [-0.6, 2.0]);
-        physical_within::<MassStep>([0.5, 10.0, 100.0, 0.0], [1, 1], [0.0, 100.0]);
+        physical_within::<MassStep>(padded([0.5, 10.0, 100.0]), [1, 1], [0.0, 100.0]);
         physical_within::<MassStep>(values, [2, 2], [10.0, 100.0]);
         comes_back::<MassStep>(values);
     }
@@ -118,7 +118,7 @@ mod tests {
     fn starts_nearer_by_surround_the_best_one_ever_more_closely() {
         for (zoom, step) in [(1, 1.5), (2, 0.375)] {
             for (to, ends) in [(24.0, 25), (100.0, 5)] {
-                let starts = (MassStep::SPEC.nearer)(&[0.3, 12.0, to, 0.0], &Scale::TYPICAL, zoom);
+                let starts = (MassStep::SPEC.nearer)(&padded([0.3, 12.0, to]), &Scale::TYPICAL, zoom);
                 assert_eq!(starts.len(), ends);
                 for start in &starts {
                     lies_within_limits::<MassStep>(start);

@@ -68,36 +68,39 @@ macro_rules! library {
                 self,
                 p: &LaneValues,
                 m: &Motion,
-                s: &States,
+                s: &[Lanes],
                 [tyre, body]: [Lanes; 2],
             ) -> [Lanes; 2] {
+                let few = &few(s);
                 match self {
                     Kind::Own(_) => [own_law::tyre(p, m, s, tyre), own_law::body(p, m, s, body)],
                     $(Kind::$name => [
-                        $file::$name::tyre(p, m, s, tyre),
-                        $file::$name::body(p, m, s, body),
+                        $file::$name::tyre(p, m, few, tyre),
+                        $file::$name::body(p, m, few, body),
                     ]),*
                 }
             }
 
-            /// The acceleration under a `force`, with the rates of the effect's own states.
+            /// The acceleration under a `force`, with the rates of the effect's own states written to `rates`.
             #[inline(always)]
             pub fn moved(
                 self,
                 p: &LaneValues,
                 m: &Motion,
-                s: &States,
+                s: &[Lanes],
                 force: Lanes,
-                rates: &mut States,
+                rates: &mut [Lanes],
             ) -> Lanes {
+                let few = &few(s);
                 match self {
                     Kind::Own(_) => {
-                        *rates = own_law::rates(p, m, s);
+                        own_law::rates(p, m, s, rates);
                         force
                     }
                     $(Kind::$name => {
-                        *rates = $file::$name::rates(p, m, s);
-                        $file::$name::inertia(p, m, s, force)
+                        let own = $file::$name::rates(p, m, few);
+                        rates.iter_mut().zip(own).for_each(|(rate, own)| *rate = own);
+                        $file::$name::inertia(p, m, few, force)
                     }),*
                 }
             }
@@ -125,6 +128,12 @@ macro_rules! library {
             }
         }
     };
+}
+
+/// The states of an effect of the library; zeros where it has none.
+#[inline(always)]
+fn few(states: &[Lanes]) -> States {
+    [0, 1].map(|q| states.get(q).copied().unwrap_or(Lanes::ZERO))
 }
 
 // In the order in which they act: the tyre's laws, what bounds the tyre's force, then the rest; the suspension

@@ -1,6 +1,7 @@
 //! The user's own law among the effects. It stands in the sizes of the ride; what has to be known of it before is its shape.
 
 use std::borrow::Cow;
+use std::sync::OnceLock;
 
 use crate::law::own::{OwnLaw, OwnMotion, OwnParameter, Where};
 use crate::law::*;
@@ -11,7 +12,7 @@ use veloid_core::numerics::lanes::LANES;
 pub struct Shape {
     /// 1 to [`MAX_PARAMETERS`].
     parameters: u8,
-    /// 0 to [`MAX_STATES`].
+    /// 0 to [`MAX_OWN_STATES`].
     states: u8,
     /// Which parameter the force is linear in, and 0 without it; past the last for none.
     amplitude: u8,
@@ -23,51 +24,48 @@ impl Shape {
     pub fn of(law: &OwnLaw) -> Self {
         Self {
             parameters: law.parameters.len().clamp(1, MAX_PARAMETERS) as u8,
-            states: law.states().min(MAX_STATES) as u8,
+            states: law.states().min(MAX_OWN_STATES) as u8,
             amplitude: law.amplitude.unwrap_or(MAX_PARAMETERS) as u8,
             has_corners: law.has_corners(),
             acts: law.acts,
         }
     }
 
-    const fn number(self) -> usize {
+    fn number(self) -> usize {
         let number = self.parameters as usize - 1;
-        let number = number * (MAX_STATES + 1) + self.states as usize;
+        let number = number * (MAX_OWN_STATES + 1) + self.states as usize;
         let number = number * (MAX_PARAMETERS + 1) + self.amplitude as usize;
-        (2 * number + self.has_corners as usize) * WHERE.len() + self.acts as usize
+        (2 * number + self.has_corners as usize) * PLACES + self.acts as usize
     }
 
-    const fn numbered(number: usize) -> Self {
-        let rest = number / WHERE.len() / 2;
-        let counts = rest / (MAX_PARAMETERS + 1);
-        Self {
-            parameters: (counts / (MAX_STATES + 1) + 1) as u8,
-            states: (counts % (MAX_STATES + 1)) as u8,
-            amplitude: (rest % (MAX_PARAMETERS + 1)) as u8,
-            has_corners: number / WHERE.len() % 2 == 1,
-            acts: WHERE[number % WHERE.len()],
-        }
-    }
-
+    /// Its plan, made when it is first asked for: there are thousands of shapes, and a ride has one at most.
     pub fn spec(self) -> &'static Spec {
-        &SPECS[self.number()]
+        SPECS[self.number()].get_or_init(|| Box::new(spec(self)))
     }
 }
 
-const WHERE: [Where; 4] = [Where::Front, Where::Rear, Where::Each, Where::Both];
-const SHAPES: usize = MAX_PARAMETERS * (MAX_STATES + 1) * (MAX_PARAMETERS + 1) * 2 * WHERE.len();
+/// Ways of [`Where`].
+const PLACES: usize = 4;
+const SHAPES: usize = MAX_PARAMETERS * (MAX_OWN_STATES + 1) * (MAX_PARAMETERS + 1) * 2 * PLACES;
 
-static SPECS: [Spec; SHAPES] = {
-    let mut specs = [Spec::ORDINARY; SHAPES];
-    let mut number = 0;
-    while number < SHAPES {
-        specs[number] = spec(Shape::numbered(number));
-        number += 1;
-    }
-    specs
-};
+static SPECS: [OnceLock<Box<Spec>>; SHAPES] = [const { OnceLock::new() }; SHAPES];
 
-const PARAMETERS: &[Parameter; MAX_PARAMETERS] = &[own::<0>(), own::<1>(), own::<2>(), own::<3>()];
+const PARAMETERS: &[Parameter; MAX_PARAMETERS] = &[
+    own::<0>(),
+    own::<1>(),
+    own::<2>(),
+    own::<3>(),
+    own::<4>(),
+    own::<5>(),
+    own::<6>(),
+    own::<7>(),
+    own::<8>(),
+    own::<9>(),
+    own::<10>(),
+    own::<11>(),
+];
+/// Their numbers.
+const NUMBERS: &[usize; MAX_PARAMETERS] = &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
 
 const fn own<const Q: usize>() -> Parameter {
     Parameter {
@@ -82,7 +80,7 @@ fn parameter(scale: &Scale, q: usize) -> Option<&OwnParameter> {
     scale.own.as_ref()?.parameters.get(q)
 }
 
-const fn spec(shape: Shape) -> Spec {
+fn spec(shape: Shape) -> Spec {
     let amplitude = shape.amplitude as usize;
     Spec {
         id: "own_law",
@@ -92,14 +90,8 @@ const fn spec(shape: Shape) -> Spec {
             Where::Each => Acts::OneAxle,
             Where::Both => Acts::Both,
         },
-        parameters: PARAMETERS.split_at(shape.parameters as usize).0,
-        amplitudes: match shape.amplitude {
-            0 => &[0],
-            1 => &[1],
-            2 => &[2],
-            3 => &[3],
-            _ => &[],
-        },
+        parameters: &PARAMETERS[..usize::from(shape.parameters)],
+        amplitudes: NUMBERS.get(amplitude..=amplitude).unwrap_or_default(),
         size_parameter: if amplitude < MAX_PARAMETERS {
             amplitude
         } else {
@@ -164,11 +156,10 @@ fn steepest(p: &Values, scale: &Scale) -> [f64; 2] {
             Lanes::ZERO,
             Lanes::all(0.5 * scale.train_distance / scale.wheel_radius),
         ];
-        let states = [Lanes::all(x); MAX_STATES];
-        (
-            law.force(&p, &motion, &states),
-            law.rates(&p, &motion, &states),
-        )
+        let states = [Lanes::all(x); MAX_OWN_STATES];
+        let mut rates = [Lanes::ZERO; MAX_OWN_STATES];
+        law.rates(&p, &motion, &states, &mut rates);
+        (law.force(&p, &motion, &states), rates)
     };
     let most = |a: Lanes, b: Lanes, by: f64| {
         let slopes = a.0.iter().zip(b.0).map(|(a, b)| (b - a).abs() / by);
@@ -195,7 +186,7 @@ fn motion(m: &Motion) -> OwnMotion {
 }
 
 #[inline(always)]
-pub fn tyre(p: &LaneValues, m: &Motion, s: &States, force: Lanes) -> Lanes {
+pub fn tyre(p: &LaneValues, m: &Motion, s: &[Lanes], force: Lanes) -> Lanes {
     match &m.scale.own {
         Some(law) if !law.is_on_body => force + law.force(p, &motion(m), s) * m.per_mass,
         _ => force,
@@ -203,7 +194,7 @@ pub fn tyre(p: &LaneValues, m: &Motion, s: &States, force: Lanes) -> Lanes {
 }
 
 #[inline(always)]
-pub fn body(p: &LaneValues, m: &Motion, s: &States, force: Lanes) -> Lanes {
+pub fn body(p: &LaneValues, m: &Motion, s: &[Lanes], force: Lanes) -> Lanes {
     match &m.scale.own {
         Some(law) if law.is_on_body => force + law.force(p, &motion(m), s) * m.per_mass,
         _ => force,
@@ -211,10 +202,9 @@ pub fn body(p: &LaneValues, m: &Motion, s: &States, force: Lanes) -> Lanes {
 }
 
 #[inline(always)]
-pub fn rates(p: &LaneValues, m: &Motion, s: &States) -> States {
-    match &m.scale.own {
-        Some(law) => law.rates(p, &motion(m), s),
-        None => [Lanes::ZERO; MAX_STATES],
+pub fn rates(p: &LaneValues, m: &Motion, s: &[Lanes], rates: &mut [Lanes]) {
+    if let Some(law) = &m.scale.own {
+        law.rates(p, &motion(m), s, rates);
     }
 }
 
@@ -236,7 +226,7 @@ mod tests {
         parameters.tau = { unit = "s", start = 0.02, range = [1e-3, 1.0] }
         states.q = "w - q / tau"
     "#;
-    const VALUES: Values = [3e6, 2e4, 0.05, 0.0];
+    const VALUES: Values = padded([3e6, 2e4, 0.05]);
 
     fn read(text: &str) -> (&'static Spec, Scale) {
         let law = OwnLaw::read(text).unwrap();
@@ -254,7 +244,9 @@ mod tests {
         let found = on_lane(scale, values, at, |p, m, s| {
             let plain = m.kappa * m.d + m.beta * m.w;
             let push = m.per_mass * PUSH;
-            [tyre(p, m, s, plain), body(p, m, s, push), rates(p, m, s)[0]]
+            let mut moved = [Lanes::ZERO; MAX_OWN_STATES];
+            rates(p, m, s, &mut moved);
+            [tyre(p, m, s, plain), body(p, m, s, push), moved[0]]
         });
         [30.0 * found[0], 30.0 * found[1], found[2]]
     }
@@ -288,7 +280,7 @@ mod tests {
                 distance,
                 ..AT
             };
-            let [tyre, body, _] = made(&scale, [20.0, 0.0, 0.0, 0.0], &at);
+            let [tyre, body, _] = made(&scale, padded([20.0]), &at);
             near(tyre, 60.0);
             // 3.4 m are ten turns (rad) of a wheel of 0.34 m.
             let law = 20.0 * (-v * f64::abs(v) + 10.0 / (1.0 + t) + 5.0);
@@ -301,7 +293,7 @@ mod tests {
         let (spec, scale) = read(TYRE);
         assert_eq!(
             (spec.starts)(&scale),
-            [[1e6, 1e4, 0.02, 0.0], [2e6, 1e4, 0.02, 0.0]]
+            [padded([1e6, 1e4, 0.02]), padded([2e6, 1e4, 0.02])]
         );
         let ranges = [[0.0, 1e8], [-1e5, 1e5], [1e-3, 1.0]];
         for (q, [low, high]) in ranges.into_iter().enumerate() {
@@ -342,7 +334,7 @@ mod tests {
         );
         assert_eq!(spec.amplitudes, [0]);
         for w in [-0.2, 0.005] {
-            let force = |f: f64| made(&scale, [f, 0.01, 0.0, 0.0], &At { w, ..AT })[0];
+            let force = |f: f64| made(&scale, padded([f, 0.01]), &At { w, ..AT })[0];
             near(force(0.0), 500.0 * w);
             near(force(20.0), 500.0 * w + 20.0 * f64::tanh(w / 0.01));
         }
@@ -357,7 +349,7 @@ mod tests {
             parameters.a = { start = 1e9, range = [0, 1e12] }
             parameters.b = { start = 10, range = [0, 1e4] }"#,
         );
-        let values = [2e9, 300.0, 0.0, 0.0];
+        let values = padded([2e9, 300.0]);
         let stiffness = (spec.stiffens)(&values, &scale);
         let truth = 3.0 * 2e9 * 2.5e-3 * 2.5e-3;
         assert!((stiffness / truth - 1.0).abs() < 0.01, "{stiffness}");
@@ -376,19 +368,31 @@ mod tests {
 
     #[test]
     fn every_shape_has_its_own_plan() {
-        for number in 0..SHAPES {
-            let shape = Shape::numbered(number);
-            assert_eq!(shape.number(), number);
-            let spec = shape.spec();
-            assert_eq!(spec.parameters.len(), usize::from(shape.parameters));
-            assert_eq!(spec.states, usize::from(shape.states));
-            let amplitude = usize::from(shape.amplitude);
-            let expected: &[usize] = if amplitude < MAX_PARAMETERS {
-                &[amplitude]
-            } else {
-                &[]
-            };
-            assert_eq!(spec.amplitudes, expected);
+        let acts = [Where::Front, Where::Rear, Where::Each, Where::Both];
+        let mut numbers = Vec::new();
+        for (parameters, states) in (1..=12).flat_map(|p| (0..=6).map(move |s| (p, s))) {
+            for (amplitude, acts) in (0..=12).flat_map(|a| acts.map(|acts| (a, acts))) {
+                for has_corners in [false, true] {
+                    let shape = Shape {
+                        parameters,
+                        states,
+                        amplitude,
+                        has_corners,
+                        acts,
+                    };
+                    numbers.push(shape.number());
+                    let spec = shape.spec();
+                    assert_eq!(spec.parameters.len(), usize::from(parameters));
+                    assert_eq!((spec.states, spec.corners), (states.into(), has_corners));
+                    let linear: Vec<usize> = (amplitude < 12)
+                        .then(|| amplitude.into())
+                        .into_iter()
+                        .collect();
+                    assert_eq!(spec.amplitudes, linear);
+                }
+            }
         }
+        numbers.sort_unstable();
+        assert_eq!(numbers, (0..SHAPES).collect::<Vec<_>>());
     }
 }

@@ -21,7 +21,7 @@ impl Effect for PedallingForce {
         amplitudes: &[0, 1],
         starts: |s| {
             let a = 0.03 * s.force_rms();
-            vec![[a, 0.0, 0.0, 0.0], [0.0, a, 0.0, 0.0]]
+            vec![padded([a]), padded([0.0, a])]
         },
         report: |p, s| {
             let limit = 20.0 * s.force_rms();
@@ -47,7 +47,7 @@ impl Effect for PedallingForce {
 
     fn from_reported(reported: &[f64], _scale: &Scale) -> Values {
         let (sin, cos) = reported[1].sin_cos();
-        [reported[0] * cos, reported[0] * sin, 0.0, 0.0]
+        padded([reported[0] * cos, reported[0] * sin])
     }
 }
 
@@ -59,7 +59,7 @@ mod tests {
     #[test]
     fn the_force_swings_twice_in_a_turn_of_the_crank() {
         let [amplitude, phase] = [50.0, 0.7];
-        let values = [amplitude * f64::cos(phase), amplitude * f64::sin(phase), 0.0, 0.0];
+        let values = padded([amplitude * f64::cos(phase), amplitude * f64::sin(phase)]);
         for crank in [0.0, 0.4, 1.5, 3.0, 40.0] {
             let at = At { crank, ..AT };
             near(body::<PedallingForce>(values, &at), PUSH + amplitude * f64::sin(2.0 * crank + phase));
@@ -72,10 +72,10 @@ mod tests {
     fn starts_limits_and_what_is_physical() {
         starts_grow_from_nothing::<PedallingForce>();
         limits_are::<PedallingForce>(&[[-3000.0, 3000.0]; 2]);
-        physical_within::<PedallingForce>([0.0; 4], [0, 0], [-3000.0, 3000.0]);
-        physical_within::<PedallingForce>([0.0, 1800.0, 0.0, 0.0], [0, 0], [-2400.0, 2400.0]);
+        physical_within::<PedallingForce>(padded([]), [0, 0], [-3000.0, 3000.0]);
+        physical_within::<PedallingForce>(padded([0.0, 1800.0]), [0, 0], [-2400.0, 2400.0]);
         for (sin, cos) in [(20.0, -5.0), (-3.0, -40.0), (0.0, 7.0)] {
-            comes_back::<PedallingForce>([sin, cos, 0.0, 0.0]);
+            comes_back::<PedallingForce>(padded([sin, cos]));
         }
     }
 }

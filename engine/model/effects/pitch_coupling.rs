@@ -18,7 +18,7 @@ impl Effect for PitchCoupling {
         needs: &[Need::Geometry, Need::Mass],
         parameters: &[EXCESS],
         amplitudes: &[0],
-        starts: |_| vec![[0.2, 0.0, 0.0, 0.0]],
+        starts: |_| vec![padded([0.2])],
         report: |p, s| {
             vec![Reported {
                 name: "pitch_inertia".into(),
@@ -36,7 +36,7 @@ impl Effect for PitchCoupling {
     };
 
     fn from_reported(reported: &[f64], scale: &Scale) -> Values {
-        [scale.balanced_pitch_inertia / reported[0] - 1.0, 0.0, 0.0, 0.0]
+        padded([scale.balanced_pitch_inertia / reported[0] - 1.0])
     }
 }
 
@@ -49,7 +49,7 @@ mod tests {
     #[test]
     fn the_pitch_inertia_is_told_from_the_coupling_and_back() {
         for (coupling, inertia) in [(0.0, 10.0), (0.25, 8.0), (-0.5, 20.0), (4.0, 2.0)] {
-            let values = [coupling, 0.0, 0.0, 0.0];
+            let values = padded([coupling]);
             near(report::<PitchCoupling>(values)[0], inertia);
             comes_back::<PitchCoupling>(values);
         }
@@ -59,6 +59,6 @@ mod tests {
     fn starts_limits_and_what_is_physical() {
         starts_lie_within_limits::<PitchCoupling>();
         limits_are::<PitchCoupling>(&[[-0.95, 10.0]]);
-        physical_within::<PitchCoupling>([0.0; 4], [0, 0], [-0.9, 5.0]);
+        physical_within::<PitchCoupling>(padded([]), [0, 0], [-0.9, 5.0]);
     }
 }

@@ -20,7 +20,7 @@ impl Effect for PositionDamping {
         acts: Acts::OneAxle,
         parameters: &[C],
         amplitudes: &[0],
-        starts: |s| vec![[(C.size)(s), 0.0, 0.0, 0.0]],
+        starts: |s| vec![padded([(C.size)(s)])],
         report: |p, s| vec![reported(&C, p[0], (C.limits)(s))],
         law: "c d^2 w",
         formula: Formula { tyre: "c * d^2 * w", ..Formula::NONE },
@@ -47,8 +47,8 @@ mod tests {
     fn damping_goes_with_the_square_of_the_deflection() {
         for (d, w, force) in [(1e-3, 0.1, 20.0), (-1e-3, 0.1, 20.0), (2e-3, -0.1, -80.0), (-3e-3, -0.2, -360.0), (0.0, 0.5, 0.0)] {
             let at = At { d, w, ..AT };
-            near(tyre::<PositionDamping>([2e8, 0.0, 0.0, 0.0], &at), 60e3 * d + 500.0 * w + force);
-            near(tyre::<PositionDamping>([-1e8, 0.0, 0.0, 0.0], &at), 60e3 * d + 500.0 * w - 0.5 * force);
+            near(tyre::<PositionDamping>(padded([2e8]), &at), 60e3 * d + 500.0 * w + force);
+            near(tyre::<PositionDamping>(padded([-1e8]), &at), 60e3 * d + 500.0 * w - 0.5 * force);
         }
     }
 
@@ -56,7 +56,7 @@ mod tests {
     fn starts_limits_and_what_is_physical() {
         starts_grow_from_nothing::<PositionDamping>();
         limits_are::<PositionDamping>(&[[-5e10, 5e10]]);
-        physical_within::<PositionDamping>([0.0; 4], [0, 0], [-5e10, 5e10]);
-        comes_back::<PositionDamping>([-3e8, 0.0, 0.0, 0.0]);
+        physical_within::<PositionDamping>(padded([]), [0, 0], [-5e10, 5e10]);
+        comes_back::<PositionDamping>(padded([-3e8]));
     }
 }

@@ -35,7 +35,7 @@ impl Effect for PowerDamping {
         amplitudes: &[0],
         starts: |s| {
             [0.4, 1.6, 3.0]
-                .map(|power| [(FORCE.size)(s), power, 0.0, 0.0])
+                .map(|power| padded([(FORCE.size)(s), power]))
                 .to_vec()
         },
         report: |p, s| vec![reported(&FORCE, p[0], (FORCE.limits)(s)), reported(&POWER, p[1], [0.15, 5.0])],
@@ -68,14 +68,14 @@ mod tests {
                 let force = 12.0 * share * (share * share + 9e-4).powf(0.5 * (power - 1.0));
                 let w = 0.1 * share;
                 let at = At { d: -1e-3, w, ..AT };
-                near(tyre::<PowerDamping>([12.0, power, 0.0, 0.0], &at), -60.0 + 500.0 * w + force);
+                near(tyre::<PowerDamping>(padded([12.0, power]), &at), -60.0 + 500.0 * w + force);
             }
         }
     }
 
     #[test]
     fn well_above_the_rounding_it_is_the_power_itself() {
-        let force = |w: f64| tyre::<PowerDamping>([12.0, 0.5, 0.0, 0.0], &At { w, ..AT }) - 500.0 * w;
+        let force = |w: f64| tyre::<PowerDamping>(padded([12.0, 0.5]), &At { w, ..AT }) - 500.0 * w;
         assert!((force(-0.4) / -24.0 - 1.0).abs() < 1e-3);
     }
 
@@ -83,8 +83,8 @@ mod tests {
     fn starts_limits_and_what_is_physical() {
         starts_grow_from_nothing::<PowerDamping>();
         limits_are::<PowerDamping>(&[[0.0, 3000.0], [0.15, 5.0]]);
-        physical_within::<PowerDamping>([10.0, 1.0, 0.0, 0.0], [0, 0], [0.0, 3000.0]);
-        physical_within::<PowerDamping>([10.0, 1.0, 0.0, 0.0], [1, 1], [0.15, 5.0]);
-        comes_back::<PowerDamping>([10.0, 1.7, 0.0, 0.0]);
+        physical_within::<PowerDamping>(padded([10.0, 1.0]), [0, 0], [0.0, 3000.0]);
+        physical_within::<PowerDamping>(padded([10.0, 1.0]), [1, 1], [0.15, 5.0]);
+        comes_back::<PowerDamping>(padded([10.0, 1.7]));
     }
 }

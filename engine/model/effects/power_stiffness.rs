@@ -27,7 +27,7 @@ impl Effect for PowerStiffness {
         amplitudes: &[0],
         starts: |s| {
             [2.0, 4.0, 7.0]
-                .map(|power| [(FORCE.size)(s), power, 0.0, 0.0])
+                .map(|power| padded([(FORCE.size)(s), power]))
                 .to_vec()
         },
         report: |p, s| vec![reported(&FORCE, p[0], (FORCE.limits)(s)), reported(&POWER, p[1], [1.2, 12.0])],
@@ -61,15 +61,15 @@ mod tests {
                 let force = 12.0 * share * (share * share + 9e-4).powf(0.5 * (power - 1.0));
                 let d = 1e-3 * share;
                 let at = At { d, w: 0.1, ..AT };
-                near(tyre::<PowerStiffness>([12.0, power, 0.0, 0.0], &at), 60e3 * d + 50.0 + force);
+                near(tyre::<PowerStiffness>(padded([12.0, power]), &at), 60e3 * d + 50.0 + force);
             }
         }
     }
 
     #[test]
     fn the_integrator_resolves_the_slope_at_two_rms_deflections() {
-        let resolved = (PowerStiffness::SPEC.stiffens)(&[12.0, 5.0, 0.0, 0.0], &Scale::TYPICAL);
-        let force = |d: f64| tyre::<PowerStiffness>([12.0, 5.0, 0.0, 0.0], &At { d, ..AT });
+        let resolved = (PowerStiffness::SPEC.stiffens)(&padded([12.0, 5.0]), &Scale::TYPICAL);
+        let force = |d: f64| tyre::<PowerStiffness>(padded([12.0, 5.0]), &At { d, ..AT });
         let found = slope(force, 2e-3, 1e-7) - 60e3;
         assert!((resolved / found - 1.0).abs() < 1e-3, "{resolved} {found}");
     }
@@ -77,7 +77,7 @@ mod tests {
     #[test]
     fn starts_limits_and_what_is_physical() {
         starts_grow_from_nothing::<PowerStiffness>();
-        physical_within::<PowerStiffness>([10.0, 3.0, 0.0, 0.0], [1, 1], [1.2, 12.0]);
-        comes_back::<PowerStiffness>([10.0, 3.7, 0.0, 0.0]);
+        physical_within::<PowerStiffness>(padded([10.0, 3.0]), [1, 1], [1.2, 12.0]);
+        comes_back::<PowerStiffness>(padded([10.0, 3.7]));
     }
 }

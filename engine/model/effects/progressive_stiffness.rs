@@ -17,7 +17,7 @@ impl Effect for ProgressiveStiffness {
         acts: Acts::OneAxle,
         parameters: &[K2],
         amplitudes: &[0],
-        starts: |s| vec![[(K2.size)(s), 0.0, 0.0, 0.0]],
+        starts: |s| vec![padded([(K2.size)(s)])],
         report: |p, s| vec![reported(&K2, p[0], (K2.limits)(s))],
         stiffens: |p, s| 2.0 * p[0].abs() * 2.0 * s.d_rms,
         law: "k2 d^2, constant beyond the turning point d = -k / (2 k2)",
@@ -55,7 +55,7 @@ mod tests {
     use crate::effects::testing::*;
 
     fn force(k2: f64, d: f64) -> f64 {
-        tyre::<ProgressiveStiffness>([k2, 0.0, 0.0, 0.0], &At { d, w: 0.1, ..AT })
+        tyre::<ProgressiveStiffness>(padded([k2]), &At { d, w: 0.1, ..AT })
     }
 
     /// 60 kN/m turn at -k / (2 k2), 1.5 mm to one side or the other; the spring's force stays k^2 / (4 k2) there.
@@ -72,7 +72,7 @@ mod tests {
 
     #[test]
     fn the_integrator_is_told_the_slope_at_two_rms_deflections() {
-        let told = (ProgressiveStiffness::SPEC.stiffens)(&[-2e6, 0.0, 0.0, 0.0], &Scale::TYPICAL);
+        let told = (ProgressiveStiffness::SPEC.stiffens)(&padded([-2e6]), &Scale::TYPICAL);
         let found = slope(|d| force(-2e6, d), -2e-3, 1e-5) - 60e3;
         assert!((told / found - 1.0).abs() < 1e-9, "{found}");
     }
@@ -81,7 +81,7 @@ mod tests {
     fn starts_limits_and_what_is_physical() {
         starts_grow_from_nothing::<ProgressiveStiffness>();
         limits_are::<ProgressiveStiffness>(&[[-1.8e9, 1.8e9]]);
-        physical_within::<ProgressiveStiffness>([0.0; 4], [0, 0], [-1.8e9, 1.8e9]);
-        comes_back::<ProgressiveStiffness>([-4e6, 0.0, 0.0, 0.0]);
+        physical_within::<ProgressiveStiffness>(padded([]), [0, 0], [-1.8e9, 1.8e9]);
+        comes_back::<ProgressiveStiffness>(padded([-4e6]));
     }
 }

@@ -16,7 +16,7 @@ impl Effect for QuadraticDamping {
         acts: Acts::OneAxle,
         parameters: &[C2],
         amplitudes: &[0],
-        starts: |s| vec![[(C2.size)(s), 0.0, 0.0, 0.0]],
+        starts: |s| vec![padded([(C2.size)(s)])],
         report: |p, s| vec![reported(&C2, p[0], [0.0, (C2.limits)(s)[1]])],
         law: "c2 |w| w",
         formula: Formula { tyre: "c2 * w * abs(w)", ..Formula::NONE },
@@ -44,7 +44,7 @@ mod tests {
     fn damping_grows_with_the_rate_and_keeps_its_sign() {
         for (w, force) in [(0.0, 0.0), (0.1, 20.0), (-0.1, -20.0), (0.5, 500.0), (-1.0, -2000.0)] {
             let at = At { d: 1e-3, w, ..AT };
-            near(tyre::<QuadraticDamping>([2000.0, 0.0, 0.0, 0.0], &at), 60.0 + 500.0 * w + force);
+            near(tyre::<QuadraticDamping>(padded([2000.0]), &at), 60.0 + 500.0 * w + force);
         }
     }
 
@@ -52,7 +52,7 @@ mod tests {
     fn starts_limits_and_what_is_physical() {
         starts_grow_from_nothing::<QuadraticDamping>();
         limits_are::<QuadraticDamping>(&[[0.0, 1.5e6]]);
-        physical_within::<QuadraticDamping>([0.0; 4], [0, 0], [0.0, 1.5e6]);
-        comes_back::<QuadraticDamping>([800.0, 0.0, 0.0, 0.0]);
+        physical_within::<QuadraticDamping>(padded([]), [0, 0], [0.0, 1.5e6]);
+        comes_back::<QuadraticDamping>(padded([800.0]));
     }
 }

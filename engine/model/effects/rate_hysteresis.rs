@@ -67,7 +67,7 @@ mod tests {
         for power in [-1.0, 0.0, 0.5, 2.0] {
             for (w, s) in [(0.05, 1e-4), (-0.05, 1e-4), (0.1, -3e-4), (-0.02, -2e-5)] {
                 let at = At { d: 1e-3, w, step: 1e-6, states: [s, 0.0], ..AT };
-                let values = [2e4, 4e-4, power, 0.0];
+                let values = padded([2e4, 4e-4, power]);
                 near(rates::<RateHysteresis>(values, &at)[0], w - f64::abs(w) * s / yield_at(w, power));
                 near(tyre::<RateHysteresis>(values, &at), 60.0 + 500.0 * w + 2e4 * s);
             }
@@ -79,7 +79,7 @@ mod tests {
         for w in [0.2, -0.02] {
             let at = At { w, step: 1e-6, ..AT };
             let way = 40.0 * yield_at(w, 0.5);
-            let settled = later::<RateHysteresis>([2e4, 4e-4, 0.5, 0.0], &at, way / f64::abs(w))[0];
+            let settled = later::<RateHysteresis>(padded([2e4, 4e-4, 0.5]), &at, way / f64::abs(w))[0];
             let truth = f64::signum(w) * yield_at(w, 0.5);
             assert!((settled / truth - 1.0).abs() < 1e-9, "{settled} instead of {truth}");
         }
@@ -87,12 +87,12 @@ mod tests {
 
     #[test]
     fn without_stiffness_it_changes_nothing() {
-        changes_nothing::<RateHysteresis>([0.0, 4e-4, 0.5, 0.0]);
+        changes_nothing::<RateHysteresis>(padded([0.0, 4e-4, 0.5]));
     }
 
     #[test]
     fn limits_and_what_is_physical() {
         limits_are::<RateHysteresis>(&[[0.0, 1.8e7], [1e-5, 0.03], [-2.0, 2.0]]);
-        physical_within::<RateHysteresis>([2e4, 4e-4, 0.0, 0.0], [2, 0], [-2.0, 2.0]);
+        physical_within::<RateHysteresis>(padded([2e4, 4e-4]), [2, 0], [-2.0, 2.0]);
     }
 }

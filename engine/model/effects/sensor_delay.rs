@@ -17,7 +17,7 @@ impl Effect for SensorDelay {
         needs: &[Need::Mass, Need::Drive],
         parameters: &[DELAY],
         amplitudes: &[0],
-        starts: |s| vec![[0.2 * s.step, 0.0, 0.0, 0.0]],
+        starts: |s| vec![padded([0.2 * s.step])],
         report: |p, _| vec![reported(&DELAY, p[0], [-0.1, 0.1])],
         on_sensor: true,
         law: "z is read as z(t - delay)",
@@ -42,7 +42,7 @@ mod tests {
     #[test]
     fn the_delay_comes_to_that_of_the_sensor_and_to_nothing_else() {
         for delay in [-0.01, 0.0, 0.02] {
-            assert_eq!(sensor::<SensorDelay>([delay, 0.0, 0.0, 0.0], 7.0), [0.25 + delay, 2.0, 0.5, 0.125]);
+            assert_eq!(sensor::<SensorDelay>(padded([delay]), 7.0), [0.25 + delay, 2.0, 0.5, 0.125]);
         }
     }
 
@@ -50,7 +50,7 @@ mod tests {
     fn starts_limits_and_what_is_physical() {
         starts_grow_from_nothing::<SensorDelay>();
         limits_are::<SensorDelay>(&[[-0.15, 0.15]]);
-        physical_within::<SensorDelay>([0.0; 4], [0, 0], [-0.1, 0.1]);
-        comes_back::<SensorDelay>([-4e-3, 0.0, 0.0, 0.0]);
+        physical_within::<SensorDelay>(padded([]), [0, 0], [-0.1, 0.1]);
+        comes_back::<SensorDelay>(padded([-4e-3]));
     }
 }

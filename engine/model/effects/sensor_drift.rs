@@ -17,7 +17,7 @@ impl Effect for SensorDrift {
         needs: &[Need::Mass, Need::Hold],
         parameters: &[RATE],
         amplitudes: &[0],
-        starts: |s| vec![[(RATE.size)(s), 0.0, 0.0, 0.0]],
+        starts: |s| vec![padded([(RATE.size)(s)])],
         report: |p, s| vec![reported(&RATE, p[0], (RATE.limits)(s))],
         on_sensor: true,
         slow: true,
@@ -43,7 +43,7 @@ mod tests {
     #[test]
     fn the_zero_point_wanders_with_time() {
         for (rate, t, offset) in [(2e-3, 0.0, 0.0), (2e-3, 50.0, 0.1), (-1e-3, 50.0, -0.05)] {
-            let [delay, gain, found, lag] = sensor::<SensorDrift>([rate, 0.0, 0.0, 0.0], t);
+            let [delay, gain, found, lag] = sensor::<SensorDrift>(padded([rate]), t);
             assert_eq!([delay, gain, lag], [0.25, 2.0, 0.125]);
             near(found, 0.5 + offset);
         }
@@ -53,7 +53,7 @@ mod tests {
     fn starts_limits_and_what_is_physical() {
         starts_grow_from_nothing::<SensorDrift>();
         limits_are::<SensorDrift>(&[[-0.1 / 60.0, 0.1 / 60.0]]);
-        physical_within::<SensorDrift>([0.0; 4], [0, 0], [-0.1 / 60.0, 0.1 / 60.0]);
-        comes_back::<SensorDrift>([-4e-5, 0.0, 0.0, 0.0]);
+        physical_within::<SensorDrift>(padded([]), [0, 0], [-0.1 / 60.0, 0.1 / 60.0]);
+        comes_back::<SensorDrift>(padded([-4e-5]));
     }
 }

@@ -17,7 +17,7 @@ impl Effect for SensorGain {
         needs: &[Need::Mass, Need::Drive],
         parameters: &[EXCESS],
         amplitudes: &[0],
-        starts: |_| vec![[0.02, 0.0, 0.0, 0.0]],
+        starts: |_| vec![padded([0.02])],
         report: |p, _| vec![reported(&EXCESS, 1.0 + p[0], [0.6, 1.6])],
         on_sensor: true,
         law: "z is read as gain z",
@@ -34,7 +34,7 @@ impl Effect for SensorGain {
     }
 
     fn from_reported(reported: &[f64], _scale: &Scale) -> Values {
-        [reported[0] - 1.0, 0.0, 0.0, 0.0]
+        padded([reported[0] - 1.0])
     }
 }
 
@@ -47,8 +47,8 @@ mod tests {
     #[test]
     fn the_gain_multiplies_that_of_the_sensor_and_nothing_else() {
         for (excess, gain) in [(-0.5, 1.0), (0.0, 2.0), (0.25, 2.5)] {
-            assert_eq!(sensor::<SensorGain>([excess, 0.0, 0.0, 0.0], 7.0), [0.25, gain, 0.5, 0.125]);
-            near(report::<SensorGain>([excess, 0.0, 0.0, 0.0])[0], 1.0 + excess);
+            assert_eq!(sensor::<SensorGain>(padded([excess]), 7.0), [0.25, gain, 0.5, 0.125]);
+            near(report::<SensorGain>(padded([excess]))[0], 1.0 + excess);
         }
     }
 
@@ -56,7 +56,7 @@ mod tests {
     fn starts_limits_and_what_is_physical() {
         starts_grow_from_nothing::<SensorGain>();
         limits_are::<SensorGain>(&[[-0.7, 2.0]]);
-        physical_within::<SensorGain>([0.0; 4], [0, 0], [-0.4, 0.6]);
-        comes_back::<SensorGain>([-0.15, 0.0, 0.0, 0.0]);
+        physical_within::<SensorGain>(padded([]), [0, 0], [-0.4, 0.6]);
+        comes_back::<SensorGain>(padded([-0.15]));
     }
 }

@@ -17,7 +17,7 @@ impl Effect for SensorOffset {
         needs: &[Need::Road, Need::Mass],
         parameters: &[OFFSET],
         amplitudes: &[0],
-        starts: |s| vec![[0.05 * s.d_rms, 0.0, 0.0, 0.0]],
+        starts: |s| vec![padded([0.05 * s.d_rms])],
         report: |p, s| vec![reported(&OFFSET, p[0], (OFFSET.limits)(s))],
         on_sensor: true,
         slow: true,
@@ -44,7 +44,7 @@ mod tests {
     fn the_offset_comes_to_that_of_the_sensor_at_all_times() {
         for t in [0.0, 80.0] {
             for offset in [-0.25, 0.0, 0.125] {
-                assert_eq!(sensor::<SensorOffset>([offset, 0.0, 0.0, 0.0], t), [0.25, 2.0, 0.5 + offset, 0.125]);
+                assert_eq!(sensor::<SensorOffset>(padded([offset]), t), [0.25, 2.0, 0.5 + offset, 0.125]);
             }
         }
     }
@@ -53,7 +53,7 @@ mod tests {
     fn starts_limits_and_what_is_physical() {
         starts_grow_from_nothing::<SensorOffset>();
         limits_are::<SensorOffset>(&[[-0.1, 0.1]]);
-        physical_within::<SensorOffset>([0.0; 4], [0, 0], [-0.1, 0.1]);
-        comes_back::<SensorOffset>([-4e-3, 0.0, 0.0, 0.0]);
+        physical_within::<SensorOffset>(padded([]), [0, 0], [-0.1, 0.1]);
+        comes_back::<SensorOffset>(padded([-4e-3]));
     }
 }

@@ -17,7 +17,7 @@ impl Effect for SpeedDependentDamping {
         needs: &[Need::VaryingSpeed],
         parameters: &[SHARE],
         amplitudes: &[0],
-        starts: |_| vec![[0.3, 0.0, 0.0, 0.0]],
+        starts: |_| vec![padded([0.3])],
         report: |p, _| vec![reported(&SHARE, p[0], [0.0, 1.0])],
         law: "B (1 + share (5 m/s / V - 1)) w in the place of B w, V no less than 0.5 m/s",
         formula: Formula { tyre: "share * B * w * (5 / max(speed, 0.5) - 1)", ..Formula::NONE },
@@ -45,7 +45,7 @@ mod tests {
         for (speed, damping) in [(5.0, 500.0), (10.0, 400.0), (2.5, 700.0), (0.5, 2300.0), (0.0, 2300.0)] {
             for w in [0.1, -0.3] {
                 let at = At { d: 1e-3, w, speed, ..AT };
-                near(tyre::<SpeedDependentDamping>([0.4, 0.0, 0.0, 0.0], &at), 60.0 + damping * w);
+                near(tyre::<SpeedDependentDamping>(padded([0.4]), &at), 60.0 + damping * w);
             }
         }
     }
@@ -54,7 +54,7 @@ mod tests {
     fn starts_limits_and_what_is_physical() {
         starts_grow_from_nothing::<SpeedDependentDamping>();
         limits_are::<SpeedDependentDamping>(&[[-3.0, 10.0]]);
-        physical_within::<SpeedDependentDamping>([0.0; 4], [0, 0], [0.0, 1.0]);
-        comes_back::<SpeedDependentDamping>([0.6, 0.0, 0.0, 0.0]);
+        physical_within::<SpeedDependentDamping>(padded([]), [0, 0], [0.0, 1.0]);
+        comes_back::<SpeedDependentDamping>(padded([0.6]));
     }
 }

@@ -17,7 +17,7 @@ impl Effect for SpeedDependentStiffness {
         needs: &[Need::VaryingSpeed],
         parameters: &[SLOPE],
         amplitudes: &[0],
-        starts: |s| vec![[(SLOPE.size)(s), 0.0, 0.0, 0.0]],
+        starts: |s| vec![padded([(SLOPE.size)(s)])],
         report: |p, s| vec![reported(&SLOPE, p[0], (SLOPE.limits)(s))],
         law: "k (1 + slope (V - mean V)) d in the place of k d",
         formula: Formula { tyre: "k * slope * (speed - mean_speed) * d", ..Formula::NONE },
@@ -45,7 +45,7 @@ mod tests {
         for (slope, speed, stiffness) in [(0.1, 5.0, 60e3), (0.1, 8.0, 78e3), (0.1, 1.0, 36e3), (-0.2, 7.0, 36e3)] {
             for d in [2e-3, -1e-3] {
                 let at = At { d, w: 0.1, speed, ..AT };
-                near(tyre::<SpeedDependentStiffness>([slope, 0.0, 0.0, 0.0], &at), stiffness * d + 50.0);
+                near(tyre::<SpeedDependentStiffness>(padded([slope]), &at), stiffness * d + 50.0);
             }
         }
     }
@@ -54,7 +54,7 @@ mod tests {
     fn starts_limits_and_what_is_physical() {
         starts_grow_from_nothing::<SpeedDependentStiffness>();
         limits_are::<SpeedDependentStiffness>(&[[-0.9, 5.0]]);
-        physical_within::<SpeedDependentStiffness>([0.0; 4], [0, 0], [-0.9, 5.0]);
-        comes_back::<SpeedDependentStiffness>([-0.05, 0.0, 0.0, 0.0]);
+        physical_within::<SpeedDependentStiffness>(padded([]), [0, 0], [-0.9, 5.0]);
+        comes_back::<SpeedDependentStiffness>(padded([-0.05]));
     }
 }

@@ -56,13 +56,13 @@ impl Effect for SprungMass {
                 hertz.push(f);
                 f *= 1.5;
             }
-            let each = |f: f64| [0.07, 0.3].map(|zeta| [0.1, f, zeta, 0.0]);
+            let each = |f: f64| [0.07, 0.3].map(|zeta| padded([0.1, f, zeta]));
             hertz.into_iter().flat_map(each).collect()
         },
         nearer: |p, s, zoom| {
             let ratio = 1.5_f64.powf(0.5_f64.powi(zoom as i32));
             let fastest = 0.45 / s.step;
-            let each = |f: f64| [p[2], 0.4 * p[2]].map(|zeta| [0.1, f.min(fastest), zeta, 0.0]);
+            let each = |f: f64| [p[2], 0.4 * p[2]].map(|zeta| padded([0.1, f.min(fastest), zeta]));
             [p[1] * ratio, p[1] / ratio].into_iter().flat_map(each).collect()
         },
         report: |p, s| {
@@ -112,7 +112,7 @@ mod tests {
 
     #[test]
     fn spring_and_damper_pull_the_two_masses_towards_each_other() {
-        let values = [0.2, 2.0, 0.15, 0.0];
+        let values = padded([0.2, 2.0, 0.15]);
         let w = 2.0 * TAU;
         for (z, v, above) in [(1e-3, 0.0, [0.0, 0.0]), (-2e-3, 0.1, [1e-3, -0.05]), (0.0, -0.2, [-3e-3, 0.1])] {
             let pull = w * w * (z - above[0]) + 2.0 * 0.15 * w * (v - above[1]);
@@ -134,14 +134,14 @@ mod tests {
         let turn = w * f64::sqrt(1.0 - zeta * zeta);
         for t in [0.05, 0.2, 0.7] {
             let swing = f64::exp(-zeta * w * t) * (f64::cos(turn * t) + zeta * w / turn * f64::sin(turn * t));
-            let found = later::<SprungMass>([0.2, f, zeta, 0.0], &at, t)[0];
+            let found = later::<SprungMass>(padded([0.2, f, zeta]), &at, t)[0];
             assert!((found - (1e-3 + 2e-3 * swing)).abs() < 1e-9, "{found} at {t} s");
         }
     }
 
     #[test]
     fn both_masses_rest_together() {
-        let values = [0.2, 2.5, 0.1, 0.0];
+        let values = padded([0.2, 2.5, 0.1]);
         let settled = later::<SprungMass>(values, &At { z: 1e-3, ..AT }, 20.0);
         assert!((settled[0] - 1e-3).abs() < 1e-12 && settled[1].abs() < 1e-12);
         near(acceleration::<SprungMass>(values, &At { z: 1e-3, states: [1e-3, 0.0], ..AT }, 48.0), 48.0 / 24.0);
@@ -151,7 +151,7 @@ mod tests {
     fn starts_limits_and_what_is_physical() {
         starts_grow_from_nothing::<SprungMass>();
         limits_are::<SprungMass>(&[[0.0, 0.97], [0.005, 90.0], [0.0, 3.0]]);
-        let values = [0.2, 2.0, 0.1, 0.0];
+        let values = padded([0.2, 2.0, 0.1]);
         physical_within::<SprungMass>(values, [0, 0], [5e-3, 0.95]);
         physical_within::<SprungMass>(values, [1, 1], [0.5 / 60.0, 80.0]);
         physical_within::<SprungMass>(values, [2, 2], [0.0, 0.9]);
@@ -162,17 +162,17 @@ mod tests {
     fn starts_nearer_by_surround_the_best_one_within_the_limits() {
         for (zoom, root) in [(1, 2.0), (2, 4.0)] {
             let ratio = f64::powf(1.5, 1.0 / root);
-            let starts = (SprungMass::SPEC.nearer)(&[0.3, 4.0, 0.2, 0.0], &Scale::TYPICAL, zoom);
+            let starts = (SprungMass::SPEC.nearer)(&padded([0.3, 4.0, 0.2]), &Scale::TYPICAL, zoom);
             let mut expected = Vec::new();
             for f in [4.0 * ratio, 4.0 / ratio] {
-                expected.extend([[0.1, f, 0.2, 0.0], [0.1, f, 0.08, 0.0]]);
+                expected.extend([padded([0.1, f, 0.2]), padded([0.1, f, 0.08])]);
             }
             for (start, expected) in starts.iter().flatten().zip(expected.iter().flatten()) {
                 near(*start, *expected);
             }
             assert_eq!(starts.len(), 4);
         }
-        for start in (SprungMass::SPEC.nearer)(&[0.3, 85.0, 0.2, 0.0], &Scale::TYPICAL, 1) {
+        for start in (SprungMass::SPEC.nearer)(&padded([0.3, 85.0, 0.2]), &Scale::TYPICAL, 1) {
             lies_within_limits::<SprungMass>(&start);
         }
     }

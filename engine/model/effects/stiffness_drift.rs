@@ -17,7 +17,7 @@ impl Effect for StiffnessDrift {
         needs: &[Need::Drive, Need::Hold],
         parameters: &[RATE],
         amplitudes: &[0],
-        starts: |s| vec![[(RATE.size)(s), 0.0, 0.0, 0.0]],
+        starts: |s| vec![padded([(RATE.size)(s)])],
         report: |p, s| vec![reported(&RATE, p[0], (RATE.limits)(s))],
         stiffens: |p, s| (p[0] * s.duration).max(0.0) * s.k_size(),
         law: "k (1 + rate t) d in the place of k d",
@@ -45,7 +45,7 @@ mod tests {
         for (rate, t, stiffness) in [(2e-3, 0.0, 60e3), (2e-3, 50.0, 66e3), (-5e-3, 40.0, 48e3)] {
             for d in [2e-3, -1e-3] {
                 let at = At { d, w: 0.1, t, ..AT };
-                near(tyre::<StiffnessDrift>([rate, 0.0, 0.0, 0.0], &at), stiffness * d + 50.0);
+                near(tyre::<StiffnessDrift>(padded([rate]), &at), stiffness * d + 50.0);
             }
         }
     }
@@ -55,14 +55,14 @@ mod tests {
     fn starts_limits_and_what_is_physical() {
         starts_grow_from_nothing::<StiffnessDrift>();
         limits_are::<StiffnessDrift>(&[[-9.8e-3, 0.1]]);
-        physical_within::<StiffnessDrift>([0.0; 4], [0, 0], [-9.8e-3, 0.1]);
-        comes_back::<StiffnessDrift>([-2e-3, 0.0, 0.0, 0.0]);
-        near(tyre::<StiffnessDrift>([-9.8e-3, 0.0, 0.0, 0.0], &At { d: 1e-3, t: 100.0, ..AT }), 1.2);
+        physical_within::<StiffnessDrift>(padded([]), [0, 0], [-9.8e-3, 0.1]);
+        comes_back::<StiffnessDrift>(padded([-2e-3]));
+        near(tyre::<StiffnessDrift>(padded([-9.8e-3]), &At { d: 1e-3, t: 100.0, ..AT }), 1.2);
     }
 
     #[test]
     fn the_integrator_is_told_how_much_stiffer_the_spring_becomes() {
-        let told = (StiffnessDrift::SPEC.stiffens)(&[0.02, 0.0, 0.0, 0.0], &Scale::TYPICAL);
+        let told = (StiffnessDrift::SPEC.stiffens)(&padded([0.02]), &Scale::TYPICAL);
         assert!(told > 0.999 * 0.02 * 100.0 * 60e3, "{told}");
     }
 }

@@ -17,7 +17,7 @@ impl Effect for TyreEnveloping {
         needs: &[Need::Road, Need::Speed],
         parameters: &[LENGTH],
         amplitudes: &[],
-        starts: |_| [0.08, 0.16, 0.3].map(|l| [l, 0.0, 0.0, 0.0]).to_vec(),
+        starts: |_| [0.08, 0.16, 0.3].map(|l| padded([l])).to_vec(),
         report: |p, _| vec![reported(&LENGTH, p[0], [0.005, 0.6])],
         on_road: true,
         law: "u is the mean of the road over a footprint of fixed patch_length around the contact point",
@@ -44,7 +44,7 @@ mod tests {
     #[test]
     fn the_road_is_averaged_over_as_long_as_the_patch_takes_to_pass() {
         for (speed, half) in [(5.0, 0.01), (1.0, 0.05), (0.3, 0.05 / 0.3), (0.0, 0.05 / 0.3)] {
-            let [shift, half_window, value, slope] = road::<TyreEnveloping>([0.1, 0.0, 0.0, 0.0], &At { speed, ..AT });
+            let [shift, half_window, value, slope] = road::<TyreEnveloping>(padded([0.1]), &At { speed, ..AT });
             near(half_window, half);
             assert_eq!([shift, value, slope], [0.0; 3]);
         }
@@ -53,9 +53,9 @@ mod tests {
     #[test]
     fn starts_limits_and_what_is_physical() {
         starts_lie_within_limits::<TyreEnveloping>();
-        changes_nothing::<TyreEnveloping>([0.0; 4]);
+        changes_nothing::<TyreEnveloping>(padded([]));
         limits_are::<TyreEnveloping>(&[[0.0, 2.0]]);
-        physical_within::<TyreEnveloping>([0.0; 4], [0, 0], [0.005, 0.6]);
-        comes_back::<TyreEnveloping>([0.12, 0.0, 0.0, 0.0]);
+        physical_within::<TyreEnveloping>(padded([]), [0, 0], [0.005, 0.6]);
+        comes_back::<TyreEnveloping>(padded([0.12]));
     }
 }

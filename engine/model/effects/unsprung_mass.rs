@@ -56,7 +56,7 @@ impl Effect for UnsprungMass {
             for fraction in [0.08, 0.25] {
                 for f in [1.5, 2.5, 4.0] {
                     for zeta in [0.1, 0.4] {
-                        starts.push([fraction, f * f0, zeta, 0.0]);
+                        starts.push(padded([fraction, f * f0, zeta]));
                     }
                 }
             }
@@ -86,7 +86,7 @@ impl Effect for UnsprungMass {
             let w = p[1] * std::f64::consts::TAU;
             let turn = tyre.max(0.0).sqrt();
             let ratio = tyre_damping / (2.0 * turn).max(f64::MIN_POSITIVE);
-            ([w * w, 2.0 * p[2] * w], [p[0], turn / std::f64::consts::TAU, ratio, 0.0])
+            ([w * w, 2.0 * p[2] * w], padded([p[0], turn / std::f64::consts::TAU, ratio]))
         }),
         states: 2,
         second_mass: true,
@@ -131,7 +131,7 @@ mod tests {
 
     const TAU: f64 = std::f64::consts::TAU;
     /// Of 30 kg 6 kg are the wheel; the suspension has the rest at 3 Hz.
-    const VALUES: Values = [0.2, 3.0, 0.25, 0.0];
+    const VALUES: Values = padded([0.2, 3.0, 0.25]);
 
     /// Without the tyre, whose force the integrator adds to the wheel's.
     #[test]
@@ -150,7 +150,7 @@ mod tests {
     /// Below a mass that stands still, the wheel swings on the suspension alone, (1 - mu)/mu as fast in its square.
     #[test]
     fn the_wheel_swings_on_its_suspension() {
-        let values = [0.2, 3.0, 0.0, 0.0];
+        let values = padded([0.2, 3.0]);
         for t in [0.03, 0.1, 0.4] {
             let found = later::<UnsprungMass>(values, &At { states: [2e-3, 0.0], ..AT }, t)[0];
             assert!((found - 2e-3 * f64::cos(2.0 * 3.0 * TAU * t)).abs() < 1e-9, "{found} at {t} s");
@@ -202,7 +202,7 @@ mod tests {
     #[test]
     fn the_integrator_is_told_how_stiff_the_tyre_is_to_the_wheel() {
         near((UnsprungMass::SPEC.stiffens)(&VALUES, &Scale::TYPICAL), 60e3 / 0.2);
-        near((UnsprungMass::SPEC.stiffens)(&[0.005, 3.0, 0.1, 0.0], &Scale::TYPICAL), 60e3 / 0.01);
+        near((UnsprungMass::SPEC.stiffens)(&padded([0.005, 3.0, 0.1]), &Scale::TYPICAL), 60e3 / 0.01);
     }
 
     #[test]

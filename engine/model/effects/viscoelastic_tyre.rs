@@ -26,7 +26,7 @@ impl Effect for ViscoelasticTyre {
         amplitudes: &[0],
         starts: |s| {
             let period = s.period();
-            [0.06, 0.15, 0.4, 1.0, 3.0].map(|f| [(BRANCH.size)(s), f * period, 0.0, 0.0]).to_vec()
+            [0.06, 0.15, 0.4, 1.0, 3.0].map(|f| padded([(BRANCH.size)(s), f * period])).to_vec()
         },
         report: |p, s| {
             vec![
@@ -68,7 +68,7 @@ mod tests {
     use super::*;
     use crate::effects::testing::*;
 
-    const VALUES: Values = [2e4, 0.02, 0.0, 0.0];
+    const VALUES: Values = padded([2e4, 0.02]);
 
     #[test]
     fn the_branch_is_stretched_by_the_rate_and_relaxes() {

@@ -18,7 +18,7 @@ impl Effect for WheelLift {
         parameters: &[LOAD],
         amplitudes: &[],
         stronger: Stronger::Smaller,
-        starts: |s| [0.4, 0.7, 1.0].map(|f| [f * s.static_load, 0.0, 0.0, 0.0]).to_vec(),
+        starts: |s| [0.4, 0.7, 1.0].map(|f| padded([f * s.static_load])).to_vec(),
         report: |p, s| vec![reported(&LOAD, p[0], [0.5 * s.static_load, 2.0 * s.static_load])],
         corners: true,
         peaks: true,
@@ -48,7 +48,7 @@ mod tests {
     fn the_tyre_pulls_no_more_than_its_load() {
         for (d, w, force) in [(2e-3, 0.1, 170.0), (-1e-3, 0.0, -60.0), (-2e-3, 0.1, -70.0), (-2e-3, -0.1, -100.0), (-1.0, 0.0, -100.0)]
         {
-            near(tyre::<WheelLift>([100.0, 0.0, 0.0, 0.0], &At { d, w, ..AT }), force);
+            near(tyre::<WheelLift>(padded([100.0]), &At { d, w, ..AT }), force);
         }
     }
 
@@ -57,8 +57,8 @@ mod tests {
     fn starts_limits_and_what_is_physical() {
         starts_lie_within_limits::<WheelLift>();
         limits_are::<WheelLift>(&[[6.0, 6000.0]]);
-        physical_within::<WheelLift>([0.0; 4], [0, 0], [150.0, 600.0]);
-        comes_back::<WheelLift>([250.0, 0.0, 0.0, 0.0]);
-        changes_nothing::<WheelLift>([6000.0, 0.0, 0.0, 0.0]);
+        physical_within::<WheelLift>(padded([]), [0, 0], [150.0, 600.0]);
+        comes_back::<WheelLift>(padded([250.0]));
+        changes_nothing::<WheelLift>(padded([6000.0]));
     }
 }

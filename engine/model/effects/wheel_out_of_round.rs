@@ -30,7 +30,7 @@ impl Effect for WheelOutOfRound {
                 .map(|i| 1.0 + i as f64 * step)
                 .filter(|ratio| (low..=high).contains(ratio))
                 .flat_map(|ratio| {
-                    [[a, 0.0, ratio, 0.0], [0.0, a, ratio, 0.0]]
+                    [padded([a, 0.0, ratio]), padded([0.0, a, ratio])]
                 })
                 .collect()
         },
@@ -70,7 +70,7 @@ impl Effect for WheelOutOfRound {
 
     fn from_reported(reported: &[f64], scale: &Scale) -> Values {
         let (sin, cos) = reported[1].sin_cos();
-        [reported[0] * cos, reported[0] * sin, reported[2] / scale.wheel_radius, 0.0]
+        padded([reported[0] * cos, reported[0] * sin, reported[2] / scale.wheel_radius])
     }
 }
 
@@ -85,7 +85,7 @@ mod tests {
     const RATIO: f64 = 1.01;
 
     fn values() -> Values {
-        [AMPLITUDE * f64::cos(PHASE), AMPLITUDE * f64::sin(PHASE), RATIO, 0.0]
+        padded([AMPLITUDE * f64::cos(PHASE), AMPLITUDE * f64::sin(PHASE), RATIO])
     }
 
     /// The wheel has 0.34 m by the bike file.
@@ -104,9 +104,9 @@ mod tests {
     fn starts_limits_and_what_is_physical() {
         starts_grow_from_nothing::<WheelOutOfRound>();
         limits_are::<WheelOutOfRound>(&[[-0.05, 0.05], [-0.05, 0.05], [0.965, 1.035]]);
-        physical_within::<WheelOutOfRound>([0.0, 0.0, 1.0, 0.0], [1, 0], [-0.02, 0.02]);
-        physical_within::<WheelOutOfRound>([0.012, 0.0, 1.0, 0.0], [1, 0], [-0.016, 0.016]);
-        physical_within::<WheelOutOfRound>([1e-3, 0.0, 1.0, 0.0], [2, 2], [0.97, 1.03]);
+        physical_within::<WheelOutOfRound>(padded([0.0, 0.0, 1.0]), [1, 0], [-0.02, 0.02]);
+        physical_within::<WheelOutOfRound>(padded([0.012, 0.0, 1.0]), [1, 0], [-0.016, 0.016]);
+        physical_within::<WheelOutOfRound>(padded([1e-3, 0.0, 1.0]), [2, 2], [0.97, 1.03]);
         comes_back::<WheelOutOfRound>(values());
         for (found, truth) in report::<WheelOutOfRound>(values()).into_iter().zip([2e-3, -1.1, 0.3434]) {
             near(found, truth);

@@ -17,7 +17,7 @@ impl Effect for WheelbaseDelay {
         needs: &[Need::Road, Need::Speed],
         parameters: &[ERROR],
         amplitudes: &[0],
-        starts: |_| vec![[0.01, 0.0, 0.0, 0.0]],
+        starts: |_| vec![padded([0.01])],
         report: |p, _| vec![reported(&ERROR, p[0], [-0.2, 0.2])],
         on_road: true,
         law: "u_r(t - wheelbase_error / V)",
@@ -43,7 +43,7 @@ mod tests {
     #[test]
     fn the_road_is_read_earlier_by_what_the_error_takes_to_pass() {
         for (error, speed, seconds) in [(0.1, 5.0, 0.02), (-0.03, 1.0, -0.03), (0.03, 0.3, 0.1), (0.03, 0.0, 0.1)] {
-            let [shift, half_window, value, slope] = road::<WheelbaseDelay>([error, 0.0, 0.0, 0.0], &At { speed, ..AT });
+            let [shift, half_window, value, slope] = road::<WheelbaseDelay>(padded([error]), &At { speed, ..AT });
             near(shift, seconds);
             assert_eq!([half_window, value, slope], [0.0; 3]);
         }
@@ -53,7 +53,7 @@ mod tests {
     fn starts_limits_and_what_is_physical() {
         starts_grow_from_nothing::<WheelbaseDelay>();
         limits_are::<WheelbaseDelay>(&[[-0.5, 0.5]]);
-        physical_within::<WheelbaseDelay>([0.0; 4], [0, 0], [-0.2, 0.2]);
-        comes_back::<WheelbaseDelay>([-0.04, 0.0, 0.0, 0.0]);
+        physical_within::<WheelbaseDelay>(padded([]), [0, 0], [-0.2, 0.2]);
+        comes_back::<WheelbaseDelay>(padded([-0.04]));
     }
 }

@@ -75,6 +75,7 @@ impl Fitter<'_> {
         noise_models: &[NoiseModel],
         effort: Effort,
     ) -> Option<Fitted> {
+        let start = unit.within(self.dataset, start);
         let ranges: Vec<Range> = slots.iter().map(|s| unit.range(self.dataset, *s)).collect();
         let at = |values: &[f64]| start.with(slots, values);
         let (values, normal) = minimise(
@@ -322,6 +323,7 @@ mod tests {
     use super::*;
     use crate::effects::Kind;
     use crate::example;
+    use crate::law::padded;
     use veloid_core::bicycle::Axle;
 
     #[test]
@@ -401,7 +403,7 @@ mod tests {
             terms: vec![cubic],
         };
         let slots = unit.slots(&dataset);
-        let mut at = example::point(&dataset, &unit, vec![[1e9, 0.0, 0.0, 0.0]]);
+        let mut at = example::point(&dataset, &unit, vec![padded([1e9])]);
         at.set(
             Slot::Base(0, Coefficient::Kappa),
             1.1 * at.get(Slot::Base(0, Coefficient::Kappa)),

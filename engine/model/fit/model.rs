@@ -3,7 +3,7 @@
 use super::fitter::{Fitted, Fitter};
 use super::unit::{Point, Term, Unit};
 use crate::dataset::Dataset;
-use crate::law::{MAX_PARAMETERS, STABLE};
+use crate::law::{AT_REST, MAX_PARAMETERS, STABLE};
 use veloid_core::numerics::autoregressive::NoiseModel;
 
 /// Largest angle (rad) that the stiffest axle turns through in one step of the integrator, while
@@ -117,7 +117,7 @@ impl Model {
                 .push(known.map_or([0.0; MAX_PARAMETERS], |(f, i)| f.point.values[i]));
             point
                 .initial
-                .push(known.map_or([0.0; 2], |(f, i)| f.point.initial[i]));
+                .push(known.map_or(AT_REST, |(f, i)| f.point.initial[i]));
         }
         (point, noise_models)
     }
@@ -152,6 +152,7 @@ mod tests {
     use crate::effects::Kind;
     use crate::example;
     use crate::fit::Slot;
+    use crate::law::padded;
     use veloid_core::bicycle::Axle;
 
     #[test]
@@ -196,7 +197,7 @@ mod tests {
         let (point, noise_models) = known.carried(&unit);
         for (term, values) in unit.terms.iter().zip(&point.values) {
             let expected = if *term == cubic { 1e9 } else { 0.0 };
-            assert_eq!(*values, [expected, 0.0, 0.0, 0.0]);
+            assert_eq!(*values, padded([expected]));
         }
         assert_eq!(point.base, known.fits[0].point.base);
         assert_eq!(noise_models[0].variance, example::NOISE.powi(2));

@@ -65,6 +65,7 @@ mod tests {
     use super::*;
     use crate::effects::Kind;
     use crate::example;
+    use crate::law::padded;
     use veloid_core::bicycle::Axle;
     use veloid_ride::Band;
 
@@ -103,7 +104,7 @@ mod tests {
                 tracks: vec![0],
                 terms: vec![relaxing],
             };
-            let point = example::point(&dataset, &unit, vec![[branch, 0.05, 0.0, 0.0]]);
+            let point = example::point(&dataset, &unit, vec![padded([branch, 0.05])]);
             has_physical_effects(&dataset, &unit, &point)
         };
         let most = example::K / policy::STATIC;
@@ -120,7 +121,7 @@ mod tests {
         let seconds = dataset.samples as f64 * dataset.step;
         let is_one = |times: f64| {
             let hz = times * policy::PERIODS_SHOWN / seconds;
-            let point = example::point(&dataset, &unit, vec![[0.1, hz, 0.3, 0.0]]);
+            let point = example::point(&dataset, &unit, vec![padded([0.1, hz, 0.3])]);
             has_physical_effects(&dataset, &unit, &point)
         };
         assert!(is_one(1.01) && !is_one(0.99));
@@ -133,7 +134,7 @@ mod tests {
             tracks: vec![0],
             terms: vec![example::term(Kind::SprungMass, Axle::Front)],
         };
-        let point = example::point(&dataset, &unit, vec![[0.1, 9.0, 0.3, 0.0]]);
+        let point = example::point(&dataset, &unit, vec![padded([0.1, 9.0, 0.3])]);
         let mut is_one = |high_hz| {
             let low_hz = None;
             dataset.tracks[0].band = Some(Band { low_hz, high_hz });

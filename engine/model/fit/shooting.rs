@@ -79,9 +79,10 @@ impl<'a> Shooting<'a> {
     /// Fits from `start` to the given windows.
     pub fn fit(&self, unit: &Unit, start: &Point, windows: &[usize], steps: usize) -> Option<Shot> {
         let spans: Vec<Range<usize>> = windows.iter().map(|w| self.spans[*w].clone()).collect();
-        let setting = self.setting(unit, start, true);
+        let start = unit.within(self.dataset, start.clone());
+        let setting = self.setting(unit, &start, true);
         let known = Known {
-            point: start.clone(),
+            point: start,
             own: spans
                 .iter()
                 .map(|span| self.state(&setting, span))

@@ -4,7 +4,7 @@ use super::fitter::Fitter;
 use super::model::Model;
 use super::normal_equations::whitened;
 use super::unit::{Point, Term, Unit};
-use crate::law::{MAX_PARAMETERS, Values};
+use crate::law::{AT_REST, MAX_PARAMETERS, Values};
 use veloid_core::numerics::autoregressive::NoiseModel;
 use veloid_core::numerics::lanes::{LANES, Lanes};
 use veloid_core::numerics::projection::{dot, orthonormal, without};
@@ -125,7 +125,7 @@ impl Tangent {
         let at = unit.terms.iter().position(|t| *t == term).unwrap_or(0);
         let mut base = self.point.clone();
         base.values.insert(at, [0.0; MAX_PARAMETERS]);
-        base.initial.insert(at, [0.0; 2]);
+        base.initial.insert(at, AT_REST);
         (unit, at, base)
     }
 

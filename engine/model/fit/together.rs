@@ -263,6 +263,7 @@ mod tests {
     use super::*;
     use crate::effects::Kind;
     use crate::example;
+    use crate::law::padded;
     use veloid_core::bicycle::Axle;
 
     /// The front axle, with one law.
@@ -324,7 +325,7 @@ mod tests {
         let layout = together.layout();
         let starts = datasets
             .each_ref()
-            .map(|d| example::point(d, &unit(), vec![[1e9, 0.0, 0.0, 0.0]]));
+            .map(|d| example::point(d, &unit(), vec![padded([1e9])]));
         // Both rides have the same k, B and law already, so that their mean is that of each.
         let values = layout.mean(&starts);
         for (found, start) in layout.points(&starts, &values).iter().zip(&starts) {
@@ -348,7 +349,7 @@ mod tests {
     fn the_mean_of_what_is_common_is_taken_over_all_rides() {
         let dataset = example::dataset();
         let start = |value: f64, z: f64| {
-            let point = example::point(&dataset, &unit(), vec![[0.0; 4]]);
+            let point = example::point(&dataset, &unit(), vec![padded([])]);
             point.with(
                 &[Slot::Value(0, 0), Slot::Base(0, Coefficient::Height)],
                 &[value, z],
@@ -408,7 +409,7 @@ mod tests {
         let fitters = datasets.each_ref().map(example::fitter);
         let together = together(&fitters, Common::EffectsAndAxles);
         let starts = datasets.each_ref().map(|dataset| {
-            let mut point = example::point(dataset, &unit(), vec![[0.0; 4]]);
+            let mut point = example::point(dataset, &unit(), vec![padded([])]);
             for (slot, times) in [
                 (Slot::Base(0, Coefficient::Kappa), 1.2),
                 (Slot::Base(0, Coefficient::Beta), 0.7),

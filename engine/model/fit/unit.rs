@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::integrate::{AxleLanes, EffectLanes, run, sensed};
 use crate::dataset::{Dataset, Track};
 use crate::effects::Kind;
-use crate::law::{Scale, Spec, Values};
+use crate::law::{Initial, Scale, Spec, Values};
 use veloid_core::bicycle::Axle;
 use veloid_core::numerics::lanes::{LANES, Lanes};
 use veloid_core::plant::{Coefficient, Coefficients};
@@ -121,6 +121,14 @@ impl Unit {
                 (0.1 * size, [f64::NEG_INFINITY, f64::INFINITY])
             }
         }
+    }
+
+    /// The nearest point within the user's limits.
+    pub fn within(&self, dataset: &Dataset, mut point: Point) -> Point {
+        for (base, t) in point.base.iter_mut().zip(&self.tracks) {
+            *base = dataset.tracks[*t].within(*base);
+        }
+        point
     }
 
     /// Sizes on the axle that a term acts on; the front's for both.
@@ -270,7 +278,7 @@ impl Slot {
 pub struct Point {
     pub base: Vec<Coefficients>,
     pub values: Vec<Values>,
-    pub initial: Vec<[f64; 2]>,
+    pub initial: Vec<Initial>,
 }
 
 impl Point {
@@ -304,6 +312,7 @@ impl Point {
 mod tests {
     use super::*;
     use crate::example;
+    use crate::law::padded;
 
     #[test]
     fn axles_are_fitted_together_where_an_effect_acts_on_both() {
@@ -377,7 +386,7 @@ mod tests {
             terms: vec![cubic, friction],
         };
         let of = |k3: f64, force: f64| {
-            let values = vec![[k3, 0.0, 0.0, 0.0], [force, 0.0, 0.0, 0.0]];
+            let values = vec![padded([k3]), padded([force])];
             let point = example::point(&dataset, &unit, values);
             (unit.fastest(&dataset, &point), unit.decay(&dataset, &point))
         };
@@ -385,8 +394,8 @@ mod tests {
         assert!((turn / (example::K / example::FRONT).sqrt() - 1.0).abs() < 1e-9);
         assert!((decay / (example::B / example::FRONT) - 1.0).abs() < 1e-9);
         let scale = &dataset.tracks[0].scale;
-        let stiffens = (cubic.kind.spec().stiffens)(&[1e9, 0.0, 0.0, 0.0], scale);
-        let damps = (friction.kind.spec().damps)(&[9.0, 0.0, 0.0, 0.0], scale);
+        let stiffens = (cubic.kind.spec().stiffens)(&padded([1e9]), scale);
+        let damps = (friction.kind.spec().damps)(&padded([9.0]), scale);
         let (turn, decay) = of(1e9, 9.0);
         assert!((turn.powi(2) / ((example::K + stiffens) / example::FRONT) - 1.0).abs() < 1e-9);
         assert!((decay / ((example::B + damps) / example::FRONT) - 1.0).abs() < 1e-9);

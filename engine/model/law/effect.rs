@@ -151,6 +151,7 @@ pub fn as_reported(reported: &[f64]) -> Values {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::law::padded;
 
     #[test]
     fn a_crank_turns_as_sine_and_cosine_do_near_and_far() {
@@ -172,6 +173,6 @@ mod tests {
 
     #[test]
     fn values_that_are_not_reported_are_none() {
-        assert_eq!(as_reported(&[3.0, -2.0]), [3.0, -2.0, 0.0, 0.0]);
+        assert_eq!(as_reported(&[3.0, -2.0]), padded([3.0, -2.0]));
     }
 }

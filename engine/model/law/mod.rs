@@ -10,7 +10,10 @@ mod spec;
 
 pub use effect::{Crank, Effect, Motion, Pickup, STABLE, Spot, Tap, as_reported};
 pub use formula::{Formula, SIZES};
-pub use limits::{LaneValues, MAX_PARAMETERS, MAX_STATES, States, Values};
+pub use limits::{
+    AT_REST, Initial, LaneValues, MAX_OWN_STATES, MAX_PARAMETERS, MAX_STATES, States, Values,
+    padded,
+};
 pub use need::Need;
 pub use own::OwnLaw;
 pub use scale::Scale;

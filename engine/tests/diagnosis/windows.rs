@@ -39,8 +39,8 @@ fn windows_show_a_law_and_predict_what_they_were_not_fitted_to() {
     let held_out = |terms: Vec<Term>| {
         let start = Point {
             base: vec![axle(1.2 * K)],
-            values: terms.iter().map(|_| [0.3 * K3, 0.0, 0.0, 0.0]).collect(),
-            initial: terms.iter().map(|_| [0.0; 2]).collect(),
+            values: terms.iter().map(|_| padded([0.3 * K3])).collect(),
+            initial: terms.iter().map(|_| AT_REST).collect(),
         };
         let tracks = vec![0];
         let unit = Unit { tracks, terms };
@@ -97,8 +97,8 @@ fn a_tyre_that_relaxes_keeps_a_part_of_its_stiffness() {
         let branch = 0.2 * K;
         let point = Point {
             base: vec![axle(stiffness * branch)],
-            values: vec![[branch, 0.05, 0.0, 0.0]],
-            initial: vec![[0.0; 2]],
+            values: vec![padded([branch, 0.05])],
+            initial: vec![AT_REST],
         };
         has_physical_effects(&dataset, &unit, &point)
     };

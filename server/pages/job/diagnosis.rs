@@ -22,6 +22,8 @@ pub struct DiagnosisView {
     pub warnings: Vec<String>,
     pub axles: Vec<AxleView>,
     pub tried: Vec<TriedView>,
+    /// Effects, their values, parameters, gain, held-out errors, and why each set is not the answer.
+    pub candidates: Vec<(String, [String; 5])>,
     pub detectable: Vec<[String; 4]>,
     pub switched_off: Vec<(String, String)>,
 }
@@ -112,6 +114,9 @@ impl DiagnosisView {
                     let unit = d.held_out.get(axle).map_or("m", |held| held.errors().1);
                     TriedView::of(axle.name(), windows, unit)
                 })
+                .collect(),
+            candidates: (d.tried.iter())
+                .map(|tried| (tried.name(), tried.columns(d.held_out_unit())))
                 .collect(),
             detectable: d.detectable.iter().map(detectable).collect(),
             switched_off: d

@@ -1,13 +1,14 @@
 //! Eight parameter sets of one axle, and how it moves with them.
 
 use crate::effects::Kind;
-use crate::law::{LaneValues, MAX_STATES, States, Values};
+use crate::law::{LaneValues, MAX_OWN_STATES, MAX_STATES, Values};
 use veloid_core::numerics::lanes::Lanes;
 use veloid_core::plant::Coefficients;
 
 /// Effects on one axle at most.
 pub const MAX_EFFECTS: usize = 6;
-pub(super) const STATES: usize = 2 + MAX_EFFECTS * MAX_STATES;
+/// The mass's, and those of a law of the user's own beside effects of the library.
+pub(super) const STATES: usize = 2 + MAX_OWN_STATES + (MAX_EFFECTS - 1) * MAX_STATES;
 
 #[derive(Clone, Debug)]
 pub struct AxleLanes {
@@ -21,7 +22,7 @@ pub struct EffectLanes {
     pub kind: Kind,
     pub values: LaneValues,
     /// Where the effect's own states start, relative to the mass for a mass's height and velocity.
-    pub initial: States,
+    pub initial: [Lanes; MAX_OWN_STATES],
 }
 
 impl EffectLanes {

@@ -5,7 +5,7 @@ use std::hint::black_box;
 use std::marker::PhantomData;
 
 use super::axle::{EffectLanes, MAX_EFFECTS};
-use crate::law::{Effect, LaneValues, MAX_STATES, Motion, States};
+use crate::law::{Effect, LaneValues, Motion, States};
 use veloid_core::numerics::lanes::Lanes;
 
 pub(super) trait Laws {
@@ -81,7 +81,7 @@ impl<E: Effect> Laws for One<'_, E> {
         x: &[Lanes; S],
         [tyre, body]: [Lanes; 2],
     ) -> [Lanes; 2] {
-        let own = own(x, 2);
+        let own = own(x);
         [
             E::tyre(self.values, m, &own, tyre),
             E::body(self.values, m, &own, body),
@@ -97,13 +97,15 @@ impl<E: Effect> Laws for One<'_, E> {
         tyre: Lanes,
         out: &mut [Lanes; S],
     ) -> Lanes {
-        let own = own(x, 2);
+        let own = own(x);
         if E::SPEC.states > 0 {
             let mut rates = E::rates(self.values, m, &own);
             if E::SPEC.carries {
                 rates[1] += tyre / self.values[0];
             }
-            write(&rates, 2, out);
+            for (out, rate) in out.iter_mut().skip(2).zip(rates) {
+                *out = rate;
+            }
         }
         E::inertia(self.values, m, &own, force)
     }
@@ -157,7 +159,8 @@ impl Laws for Listed<'_> {
         mut forces: [Lanes; 2],
     ) -> [Lanes; 2] {
         for (e, at) in self.each() {
-            forces = (e.kind).forces(&e.values, black_box(m), &own(x, at), forces);
+            let own = x.get(at..).unwrap_or_default();
+            forces = (e.kind).forces(&e.values, black_box(m), own, forces);
         }
         forces
     }
@@ -172,27 +175,20 @@ impl Laws for Listed<'_> {
         out: &mut [Lanes; S],
     ) -> Lanes {
         for (e, at) in self.each() {
-            let mut rates = [Lanes::ZERO; MAX_STATES];
-            force = (e.kind).moved(&e.values, black_box(m), &own(x, at), force, &mut rates);
+            let own = x.get(at..).unwrap_or_default();
             let spec = e.kind.spec();
-            if spec.carries {
-                rates[1] += tyre / e.values[0];
+            let rates = out.get_mut(at..at + spec.states).unwrap_or_default();
+            force = (e.kind).moved(&e.values, black_box(m), own, force, rates);
+            if let (true, Some(rate)) = (spec.carries, rates.get_mut(1)) {
+                *rate += tyre / e.values[0];
             }
-            write(&rates[..spec.states], at, out);
         }
         force
     }
 }
 
-/// An effect's own states; zeros where it has none.
+/// The states of an effect by itself, after the mass's; zeros where it has none.
 #[inline(always)]
-fn own<const S: usize>(x: &[Lanes; S], at: usize) -> States {
-    [0, 1].map(|q| if at + q < S { x[at + q] } else { Lanes::ZERO })
-}
-
-#[inline(always)]
-fn write<const S: usize>(rates: &[Lanes], at: usize, out: &mut [Lanes; S]) {
-    for (out, rate) in out.iter_mut().skip(at).zip(rates) {
-        *out = *rate;
-    }
+fn own<const S: usize>(x: &[Lanes; S]) -> States {
+    [2, 3].map(|q| if q < S { x[q] } else { Lanes::ZERO })
 }

@@ -5,7 +5,7 @@ use nalgebra::{Matrix4, Vector4};
 use super::{AxleLanes, EffectLanes, Motions, run};
 use crate::dataset::{Dataset, Track};
 use crate::effects::Kind;
-use crate::law::{MAX_PARAMETERS, Values};
+use crate::law::{MAX_OWN_STATES, MAX_PARAMETERS, Values, padded};
 use veloid_core::bicycle::{Axle, Bike, PerAxle};
 use veloid_core::numerics::lanes::{LANES, Lanes};
 use veloid_core::plant::{Coefficients, PlantRef};
@@ -79,7 +79,7 @@ fn axle([kappa, beta]: [f64; 2], start: [f64; 2], effect: Option<(Kind, Values)>
             .map(|(kind, values)| EffectLanes {
                 kind,
                 values: values.map(Lanes::all),
-                initial: [Lanes::ZERO; 2],
+                initial: [Lanes::ZERO; MAX_OWN_STATES],
             })
             .collect(),
     }
@@ -184,7 +184,7 @@ fn an_axle_that_carries_a_mass_is_met_to_the_fourth_order() {
         0.0, 0.0, 0.0, 1.0,
         spring, damping, -spring, -damping,
     );
-    holds_of_two_masses(Kind::SprungMass, [0.2, 4.0, 0.1, 0.0], rates);
+    holds_of_two_masses(Kind::SprungMass, padded([0.2, 4.0, 0.1]), rates);
 }
 
 /// The same from below: the tyre moves 0.2 of the mass, which carries the rest at 4 Hz.
@@ -200,7 +200,7 @@ fn an_axle_that_stands_on_a_wheel_is_met_to_the_fourth_order() {
         0.0, 0.0, 0.0, 1.0,
         r * spring, r * damping, -KAPPA / 0.2 - r * spring, -BETA / 0.2 - r * damping,
     );
-    holds_of_two_masses(Kind::UnsprungMass, [0.2, 4.0, 0.1, 0.0], rates);
+    holds_of_two_masses(Kind::UnsprungMass, padded([0.2, 4.0, 0.1]), rates);
 }
 
 /// Of an axle with a second mass, which starts with it.

@@ -9,7 +9,7 @@ use super::grammar::{self, Checked};
 use veloid_core::numerics::lanes::{LANES, Lanes};
 
 /// Values that an expression may speak of at most: those of the motion, states and parameters.
-pub const MOST_VALUES: usize = 16;
+pub const MOST_VALUES: usize = 26;
 
 /// What an expression computes with.
 #[derive(Clone, Copy, Debug)]

@@ -10,7 +10,7 @@ pub use self::error::LawError;
 pub use self::expression::evaluated;
 use self::expression::{Expression, MOST_VALUES};
 use self::file::{File, Start, Written};
-use super::limits::{LaneValues, MAX_PARAMETERS, MAX_STATES, States, Values};
+use super::limits::{LaneValues, MAX_OWN_STATES, MAX_PARAMETERS, Values};
 use super::need::Need;
 use veloid_core::numerics::lanes::{LANES, Lanes};
 
@@ -22,7 +22,7 @@ pub const MOTION: [&str; 8] = ["d", "w", "z", "z_dot", "speed", "t", "crank", "w
 /// Their values.
 pub type OwnMotion = [Lanes; MOTION.len()];
 
-const _: () = assert!(MOTION.len() + MAX_STATES + MAX_PARAMETERS <= MOST_VALUES);
+const _: () = assert!(MOTION.len() + MAX_OWN_STATES + MAX_PARAMETERS <= MOST_VALUES);
 const DEFLECTION: usize = 0;
 const RATE: usize = 1;
 const SPEED: usize = 4;
@@ -190,22 +190,20 @@ impl OwnLaw {
 
     /// The force (N).
     #[inline(never)]
-    pub fn force(&self, p: &LaneValues, m: &OwnMotion, s: &States) -> Lanes {
+    pub fn force(&self, p: &LaneValues, m: &OwnMotion, s: &[Lanes]) -> Lanes {
         self.force.at(&self.values(p, m, s))
     }
 
-    /// The states' rates.
+    /// Writes the states' rates.
     #[inline(never)]
-    pub fn rates(&self, p: &LaneValues, m: &OwnMotion, s: &States) -> States {
+    pub fn rates(&self, p: &LaneValues, m: &OwnMotion, s: &[Lanes], rates: &mut [Lanes]) {
         let values = self.values(p, m, s);
-        let mut rates = [Lanes::ZERO; MAX_STATES];
         for (rate, expression) in rates.iter_mut().zip(&self.rates) {
             *rate = expression.at(&values);
         }
-        rates
     }
 
-    fn values(&self, p: &LaneValues, m: &OwnMotion, s: &States) -> [Lanes; MOST_VALUES] {
+    fn values(&self, p: &LaneValues, m: &OwnMotion, s: &[Lanes]) -> [Lanes; MOST_VALUES] {
         let states = s.iter().take(self.rates.len());
         let mut values = [Lanes::ZERO; MOST_VALUES];
         let known = m.iter().chain(states).chain(p);
@@ -310,10 +308,10 @@ fn names<'a>(
             format!("{count}, expected 1 to {MAX_PARAMETERS}"),
         ));
     }
-    if states.len() > MAX_STATES {
+    if states.len() > MAX_OWN_STATES {
         return Err(wrong(
             "states",
-            format!("{}, expected at most {MAX_STATES}", states.len()),
+            format!("{}, expected at most {MAX_OWN_STATES}", states.len()),
         ));
     }
     let starts: usize = parameters.iter().map(|p| p.starts.len()).product();

@@ -1,5 +1,6 @@
 #![allow(clippy::unwrap_used)]
 use super::*;
+use crate::law::padded;
 
 const STRIBECK: &str = r#"
 id = "stribeck_friction"
@@ -33,7 +34,7 @@ fn a_law_is_read() {
     let names: Vec<&str> = law.parameters.iter().map(|p| p.name.as_str()).collect();
     assert_eq!(names, ["breakaway", "coulomb", "stribeck"]);
     assert_eq!(law.starts().len(), 2);
-    assert_eq!(law.starts()[1], [40.0, 10.0, 0.02, 0.0]);
+    assert_eq!(law.starts()[1], padded([40.0, 10.0, 0.02]));
     // Neither force alone takes it all away.
     assert_eq!(law.amplitude, None);
     assert!(!law.is_on_body && !law.has_corners() && law.needs().is_empty());
@@ -125,12 +126,27 @@ fn what_is_wrong_with_a_law_is_said() {
     }
     let long = format!("{STRIBECK}\n#{}", "x".repeat(9000));
     assert!(matches!(OwnLaw::read(&long), Err(LawError::Long { .. })));
-    let five: String = (0..5)
-        .map(|i| format!("parameters.p{i} = {{ start = 1, range = [0, 2] }}\n"))
-        .collect();
-    let said = OwnLaw::read(&format!("id = \"x\"\nforce = \"p0+p1+p2+p3+p4\"\n{five}"));
-    assert_eq!(
-        said.unwrap_err().to_string(),
-        "parameters: 5, expected 1 to 4"
-    );
+}
+
+/// A law with so many parameters and states.
+fn counted(parameters: usize, states: usize) -> Result<OwnLaw, String> {
+    let names: Vec<String> = (0..parameters).map(|i| format!("p{i}")).collect();
+    let mut text = format!("id = \"x\"\nforce = \"{} + x0\"\n", names.join("+"));
+    for name in &names {
+        text += &format!("parameters.{name} = {{ start = 1, range = [0, 2] }}\n");
+    }
+    for i in 0..states {
+        text += &format!("states.x{i} = \"w - x{}\"\n", (i + 1) % states);
+    }
+    OwnLaw::read(&text).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_law_has_so_many_parameters_and_states_at_most() {
+    let law = counted(MAX_PARAMETERS, MAX_OWN_STATES).unwrap();
+    assert_eq!((law.parameters.len(), law.states()), (12, 6));
+    let refused = counted(13, 6).unwrap_err();
+    assert_eq!(refused, "parameters: 13, expected 1 to 12");
+    let refused = counted(12, 7).unwrap_err();
+    assert_eq!(refused, "states: 7, expected at most 6");
 }
