@@ -71,9 +71,11 @@ impl<'a> Content<'a> {
     /// What the report says of the error on its own ride, in words.
     pub fn reported(&self, axle: Axle) -> String {
         if self.kind != Kind::Diagnosed {
-            let error = self.error(axle);
-            let error = error.map_or("unknown".to_owned(), |error| format!("{error:?} m"));
-            return format!("over the whole ride; in the report {error}");
+            let known = |error| format!("in the report {error:?} m");
+            let error = self
+                .error(axle)
+                .map_or("the report has none".to_owned(), known);
+            return format!("over the whole ride; {error}");
         }
         let diagnosis = self.report.diagnosis.as_ref();
         let Some(held) = diagnosis.and_then(|d| d.held_out.get(axle)) else {

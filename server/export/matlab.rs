@@ -103,7 +103,7 @@ fn write(out: &mut String, content: &Content, file: &str) -> std::fmt::Result {
     writeln!(out, "  model.pitch = {pitch:?};")?;
     writeln!(
         out,
-        "  % How often the start is improved: the plain model is linear."
+        "  % How often the start is improved, each time to the square of its relative error; the plain model is linear."
     )?;
     let rounds = if content.kind == Kind::Diagnosed {
         4

@@ -35,7 +35,8 @@ WHAT = {
 
 def record(veloid, folder, name, options):
     """Report and channels of a simulated ride at 200 Hz."""
-    ride, bike, report, table = (folder / f"{name.replace(' ', '_')}{end}" for end in (".csv", "_bike.json", ".json", "_read.csv"))
+    ends = (".csv", "_bike.json", ".json", "_read.csv")
+    ride, bike, report, table = (folder / f"{name.replace(' ', '_')}{end}" for end in ends)
     subprocess.run([veloid, "simulate", ride, "--bike", bike, "--rate", "200", *options], check=True, capture_output=True)
     short = ["--no-diagnosis", "--trials", "1", "--iterations", "2", "--json", report, "--model", table]
     subprocess.run([veloid, "identify", ride, "--bike", bike, *short], check=True, capture_output=True)

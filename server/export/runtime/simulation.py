@@ -1,4 +1,5 @@
 
+# Each improvement of the start squares what its error is of its size.
 ROUNDS = 4
 
 

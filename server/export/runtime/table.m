@@ -53,6 +53,7 @@ function ride = moved(ride)
   if needed('speed_rate') && ride.as_read
     rate = channel(ride, 'speed_rate');
   elseif needed('speed_rate')
+    % Over half a second: a speed is noisy, and riders brake for longer.
     v = channel(ride, 'v');
     at = @(t) interp1(ride.t, v, min(max(t, ride.t(1)), ride.t(end)));
     rate = (at(ride.t + 0.25) - at(ride.t - 0.25)) / 0.5;
@@ -87,6 +88,7 @@ function [x, known] = channel(ride, name)
     place = interp1(at, (1:numel(at))', min(ride.t, at(end)));
     row = min(floor(place + 1e-9), numel(at) - 1);
     steps = diff(at);
+    % As veloid does, longer gaps are bridged straight.
     gap = steps(row) > 4 * ride.step;
     straight = interp1(at, x, min(ride.t, at(end)));
     x = spline(at, x, ride.t);

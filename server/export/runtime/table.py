@@ -63,6 +63,7 @@ class Ride:
         if not self.is_even:
             place = np.interp(self.t, at, np.arange(len(at)))
             row = np.minimum((place + 1e-9).astype(int), len(at) - 2)
+            # As veloid does, longer gaps are bridged straight.
             gap = np.diff(at)[row] > 4 * self.step
             x = np.where(gap, np.interp(self.t, at, x), CubicSpline(at, x)(self.t))
             nearest = (place + 0.5).astype(int)
@@ -84,6 +85,7 @@ class Ride:
         if "speed_rate" in NEEDED and self.as_read:
             rate = self.channel("speed_rate")[0]
         elif "speed_rate" in NEEDED:
+            # Over half a second: a speed is noisy, and riders brake for longer.
             v = self.channel("v")[0]
             rate = (np.interp(self.t + 0.25, self.t, v) - np.interp(self.t - 0.25, self.t, v)) / 0.5
         return speed, rate, integral(cadence) * pi / 30, integral(speed)
