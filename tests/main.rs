@@ -43,6 +43,7 @@ mod model;
 mod object_storage;
 mod openapi;
 mod oracle;
+mod other_rides;
 mod own_law;
 mod pages;
 mod process;

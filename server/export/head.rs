@@ -1,66 +1,41 @@
 //! The lines at a script's head: what it is, what it needs, and what is in the model.
 
-use veloid_engine::report::Report;
 use veloid_engine::report::diagnosis::{Diagnosis, EffectReport, ParameterReport};
 use veloid_engine::report::model::left_out;
 
-use super::facts::AS_READ;
+use super::content::{Content, Kind};
 
-/// Lines of a script that simulates the model with its effects, `call` being how it is run.
-pub fn lines(report: &Report, call: &str) -> Vec<String> {
-    let mut lines = vec![
-        "The identified model with its effects, simulated along the ride.".to_owned(),
-        format!("veloid {}, bike {}.", report.veloid, plain(&report.bike.bike)),
-        format!("  {call}"),
-        "prints the RMS error on the held-out part of the ride for each axle, and the report's beside it.".to_owned(),
-    ];
-    lines.extend(what_it_needs(report));
-    if let Some(diagnosis) = &report.diagnosis {
-        lines.extend(effects(diagnosis));
-    }
-    lines
-}
-
-/// Lines of a script that simulates what was identified without a road.
-pub fn roadless_lines(report: &Report, call: &str, input: &str) -> Vec<String> {
-    vec![
-        "Stiffness and damping that were identified without a road, simulated on a road."
-            .to_owned(),
-        format!(
-            "veloid {}, bike {}.",
-            report.veloid,
-            plain(&report.bike.bike)
-        ),
-        format!("  {call}"),
-        format!("It reads {input}."),
-    ]
-}
-
-/// Lines of a script that simulates the plain model.
-pub fn plain_lines(report: &Report, call: &str) -> Vec<String> {
-    let mut lines = vec![
-        "The identified plain model (output error), simulated along the ride.".to_owned(),
-        format!(
-            "veloid {}, bike {}.",
-            report.veloid,
-            plain(&report.bike.bike)
-        ),
-        format!("  {call}"),
-    ];
-    lines.extend(what_it_needs(report));
-    if let Some(diagnosis) = &report.diagnosis {
-        lines.extend(effects(diagnosis));
-    }
-    lines
-}
-
-/// Which table a script reads.
-fn what_it_needs(report: &Report) -> Vec<String> {
-    let mut lines = match report.ride.files.len() {
-        0 | 1 => vec!["It reads the ride's own CSV where that is evenly sampled and every channel is logged in it, else".to_owned()],
-        _ => vec!["The ride has several files. This needs it as one table:".to_owned()],
+/// Lines of a script, `call` being how it is run.
+pub fn lines(content: &Content, call: &str) -> Vec<String> {
+    let report = content.report;
+    let [what, prints] = match content.kind {
+        Kind::Diagnosed => [
+            "The identified model with its effects, simulated along a ride.",
+            "prints for each axle the RMS error on the held-out part of the model's own ride, and the report's beside it.",
+        ],
+        Kind::Plain => [
+            "The identified plain model (output error), simulated along a ride.",
+            "prints for each axle the RMS error on the model's own ride, and the report's beside it.",
+        ],
+        Kind::Roadless => [
+            "Stiffness and damping that were identified without a road, simulated on a road.",
+            "prints for each axle the displacement (RMS).",
+        ],
     };
-    lines.push(format!("{AS_READ}."));
+    let bike = report.bike.bike.chars().filter(|c| !c.is_control());
+    let bike: String = bike.collect();
+    let mut lines = vec![
+        what.to_owned(),
+        format!("veloid {}, bike {bike}.", report.veloid),
+        format!("  {call}"),
+        prints.to_owned(),
+        "Of another ride it prints the RMS error after the first second, to which the start is fitted, and the fit".to_owned(),
+        "100 (1 - |y - y_model| / |y - mean(y)|) as MATLAB's compare.".to_owned(),
+        format!("It reads {}.", content.takes()),
+    ];
+    if let Some(diagnosis) = &report.diagnosis {
+        lines.extend(effects(diagnosis));
+    }
     lines
 }
 
@@ -81,7 +56,7 @@ fn effects(diagnosis: &Diagnosis) -> Vec<String> {
 }
 
 /// An effect with its numbers.
-pub fn line(effect: &EffectReport) -> String {
+fn line(effect: &EffectReport) -> String {
     let value = |(name, p): (&String, &ParameterReport)| match p.unit.as_str() {
         "-" => format!("{name} = {}", p.value),
         unit => format!("{name} = {} {unit}", p.value),
@@ -93,11 +68,6 @@ pub fn line(effect: &EffectReport) -> String {
         effect.axle.name(),
         values.join(", ")
     )
-}
-
-/// A text on one line.
-fn plain(text: &str) -> String {
-    text.chars().filter(|c| !c.is_control()).collect()
 }
 
 #[cfg(test)]

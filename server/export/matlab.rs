@@ -1,23 +1,28 @@
-//! The identified model as a script for MATLAB and Octave that simulates it along the ride.
+//! The identified model as a script for MATLAB and Octave that simulates it along a ride.
 
 use std::fmt::Write;
 
 use veloid_engine::bicycle::Axle;
-use veloid_engine::report::Report;
-use veloid_engine::report::simulation::{AxleSimulation, Simulation};
+use veloid_engine::report::simulation::AxleSimulation;
 
+use super::content::{Content, Kind};
 use super::expression::MATLAB;
-use super::facts::{self, AS_READ};
+use super::facts;
 use super::head;
-use super::motion::{Line, Motion};
-use super::plain_matlab::quoted;
+use super::motion::{Line, Motion, free, rests_on};
 
 /// What no ride changes.
-const RUNTIME: [&str; 3] = [
+const RIDE: [&str; 4] = [
+    include_str!("runtime/main.m"),
+    include_str!("runtime/table.m"),
     include_str!("runtime/lifted.m"),
-    include_str!("runtime/ride.m"),
+    include_str!("runtime/axle.m"),
+];
+const DIAGNOSED: [&str; 2] = [
+    include_str!("runtime/road.m"),
     include_str!("runtime/simulation.m"),
 ];
+const PLAIN: &str = include_str!("runtime/plain.m");
 
 /// What stands in the column of inputs, in its order.
 const INPUTS: [&str; 8] = [
@@ -32,55 +37,60 @@ const INPUTS: [&str; 8] = [
 ];
 
 /// The script; `file` is the ride's name.
-pub fn script(report: &Report, simulation: &Simulation, file: &str) -> String {
+pub fn script(content: &Content, file: &str) -> String {
     let mut out = String::new();
     // Writing to a String cannot fail.
-    let _ = write(&mut out, report, simulation, file);
+    let _ = write(&mut out, content, file);
     out
 }
 
-fn write(
-    out: &mut String,
-    report: &Report,
-    simulation: &Simulation,
-    file: &str,
-) -> std::fmt::Result {
+fn write(out: &mut String, content: &Content, file: &str) -> std::fmt::Result {
+    let simulation = content.simulation.as_ref();
     writeln!(out, "function [t, z] = veloid_model(file)")?;
-    for line in head::lines(report, "[t, z] = veloid_model('ride.csv')") {
+    for line in head::lines(content, "[t, z] = veloid_model('ride.csv')") {
         writeln!(out, "{}", format!("% {line}").trim_end())?;
     }
     writeln!(
         out,
-        "% The file is a CSV with commas and one header line; z holds one column per axle (m; N where a rig prescribes the motion)."
+        "% z holds one column per axle (m; N where a rig prescribes the motion)."
     )?;
     writeln!(out, "  if nargin < 1, file = {}; end", quoted(file))?;
-    writeln!(out, "  ride = importdata(file, ',', 1);")?;
-    writeln!(out, "  ride.headers = strtrim(ride.colheaders);")?;
-    writeln!(out, "  ride.as_read = {};", quoted(AS_READ))?;
+    writeln!(out, "  model.takes = {};", quoted(content.takes()))?;
     writeln!(
         out,
-        "  % Of each channel the column's header, and the factor that makes it SI."
+        "  % Of each channel the column's header, and the factor that makes it SI; others are called by their names."
     )?;
-    writeln!(out, "  ride.channels = cell(0, 3);")?;
-    for (channel, header, scale) in facts::channels(report) {
+    writeln!(out, "  model.channels = cell(0, 3);")?;
+    for (channel, header, scale) in facts::channels(content) {
         writeln!(
             out,
-            "  ride.channels(end + 1, :) = {{{}, {}, {scale:?}}};",
+            "  model.channels(end + 1, :) = {{{}, {}, {scale:?}}};",
             quoted(&channel),
             quoted(header)
         )?;
     }
-    let centred: Vec<String> = facts::deflections(report).map(|(z, _)| quoted(z)).collect();
     writeln!(out, "  % Channels whose mean is taken off.")?;
-    writeln!(out, "  ride.centred = {{{}}};", centred.join(", "))?;
-    let part = report
-        .ride
-        .part_s
-        .map_or_else(Vec::new, |part| part.to_vec());
-    writeln!(out, "  ride.part = {part:?};")?;
-    writeln!(out, "  ride.step = {:?};", simulation.step_s)?;
-    writeln!(out, "  ride.samples = {};", simulation.samples)?;
-    writeln!(out, "  ride.held_out = {:?};", simulation.held_out)?;
+    writeln!(out, "  model.centred = {};", list(&facts::centred(content)))?;
+    writeln!(
+        out,
+        "  model.needed = {};",
+        list(&facts::needed(simulation))
+    )?;
+    writeln!(
+        out,
+        "  model.needs_road = {};",
+        content.kind == Kind::Roadless
+    )?;
+    let part = content.report.ride.part_s;
+    let part = part.map_or_else(Vec::new, |part| part.to_vec());
+    writeln!(
+        out,
+        "  % The model's own ride: the part of its file (s), and its samples."
+    )?;
+    writeln!(out, "  model.part = {part:?};")?;
+    writeln!(out, "  model.step = {:?};", simulation.step_s)?;
+    writeln!(out, "  model.samples = {};", simulation.samples)?;
+    writeln!(out, "  model.held_out = {:?};", simulation.held_out)?;
     let pitch = simulation.pitch.as_ref().map_or_else(Vec::new, |p| {
         vec![
             p.coupling,
@@ -90,83 +100,101 @@ fn write(
             p.mass_rear_kg,
         ]
     });
-    writeln!(out, "  ride.pitch = {pitch:?};")?;
-    let needed: Vec<String> = (facts::needed(simulation).iter())
-        .map(|name| quoted(name))
-        .collect();
-    writeln!(out, "  ride = completed(ride, {{{}}});", needed.join(", "))?;
-    writeln!(out, "  axles = {{}};")?;
+    writeln!(out, "  model.pitch = {pitch:?};")?;
+    writeln!(
+        out,
+        "  % How often the start is improved, each time to the square of its relative error; the plain model is linear."
+    )?;
+    let rounds = if content.kind == Kind::Diagnosed {
+        4
+    } else {
+        1
+    };
+    writeln!(out, "  model.rounds = {rounds};")?;
+    writeln!(out, "  model.axles = {{}};")?;
     for (axle, model) in simulation.axles.iter() {
-        axle_lines(out, report, axle, model)?;
+        axle_lines(out, content, axle, model)?;
     }
-    out.write_str(MAIN)?;
-    for (axle, model) in simulation.axles.iter() {
-        functions(out, axle, model)?;
-    }
-    RUNTIME.iter().try_for_each(|part| out.write_str(part))
+    writeln!(out, "  [t, z] = run_model(model, file);")?;
+    writeln!(
+        out,
+        "  if nargout == 0, plot(t, z); xlabel('time (s)'); ylabel('displacement (m)'); clear t z; end"
+    )?;
+    writeln!(out, "end")?;
+    let parts: &[&str] = match content.kind {
+        Kind::Diagnosed => {
+            for (axle, model) in simulation.axles.iter() {
+                functions(out, axle, model)?;
+            }
+            &DIAGNOSED
+        }
+        Kind::Plain | Kind::Roadless => &[PLAIN],
+    };
+    let parts = RIDE.iter().chain(parts);
+    parts.into_iter().try_for_each(|part| out.write_str(part))
 }
 
-const MAIN: &str = "  groups = num2cell(1:numel(axles));
-  if ~isempty(ride.pitch), groups = {1:numel(axles)}; end
-  t = ride.t;
-  z = zeros(ride.samples, numel(axles));
-  for group = groups
-    motions = simulate(ride, axles(group{1}));
-    for q = 1:numel(group{1})
-      a = group{1}(q);
-      axle = axles{a};
-      z(:, a) = sensed(ride, axle, motions{q});
-      left = axle.measured - z(:, a);
-      unit = 'm';
-      if axle.prescribed, unit = 'N'; end
-      fprintf('%s: held-out error %.6g %s, %s\\n', axle.name, sqrt(mean(left(axle.counts) .^ 2)), unit, axle.report);
-    end
-  end
-  if nargout == 0, plot(t, z); xlabel('time (s)'); ylabel('displacement (m)'); clear t z; end
-end
-";
+/// Texts as a cell array.
+fn list(texts: &[impl AsRef<str>]) -> String {
+    let texts: Vec<String> = texts.iter().map(|text| quoted(text.as_ref())).collect();
+    format!("{{{}}}", texts.join(", "))
+}
 
 fn axle_lines(
     out: &mut String,
-    report: &Report,
+    content: &Content,
     axle: Axle,
     model: &AxleSimulation,
 ) -> std::fmt::Result {
-    let motion = Motion {
-        axle: model,
-        dialect: &MATLAB,
-    };
-    let function = |lines: Vec<Line>, name: &str| match lines.is_empty() {
-        true => "[]".to_owned(),
-        false => format!("@{axle}_{name}"),
-    };
     let left_out: Vec<String> = (model.left_out.iter())
         .map(|[from, to]| format!("{from}, {to}"))
         .collect();
-    writeln!(
-        out,
-        "  axle = struct('name', '{axle}', 'report', {});",
-        quoted(&facts::reported(report, axle))
-    )?;
-    writeln!(out, "  axle.prescribed = {};", model.prescribed)?;
-    writeln!(out, "  axle.road = {};", model.road)?;
-    writeln!(out, "  axle.force = {};", model.force)?;
-    writeln!(out, "  axle.start = {:?}';", motion.start())?;
-    writeln!(out, "  axle.steps = {};", model.steps)?;
-    writeln!(out, "  axle.rates = @{axle}_rates;")?;
-    writeln!(
-        out,
-        "  axle.read_road = {};",
-        function(motion.road(), "road")
-    )?;
-    writeln!(
-        out,
-        "  axle.sensor = {};",
-        function(motion.sensor(), "sensor")
-    )?;
-    writeln!(out, "  axle.left_out = [{}];", left_out.join("; "))?;
-    writeln!(out, "  axle.measured_rms = {:?};", model.measured_rms)?;
-    writeln!(out, "  axles{{end + 1}} = with_inputs(ride, axle);")
+    let numbered: Vec<usize> = free(model).into_iter().map(|q| q + 1).collect();
+    let mut fields = vec![
+        ("report", quoted(&content.reported(axle))),
+        ("prescribed", model.prescribed.to_string()),
+        ("road", model.road.to_string()),
+        ("force", model.force.to_string()),
+        ("left_out", format!("[{}]", left_out.join("; "))),
+        ("free", format!("{numbered:?}")),
+    ];
+    if content.kind == Kind::Diagnosed {
+        let motion = Motion {
+            axle: model,
+            dialect: &MATLAB,
+        };
+        let function = |lines: Vec<Line>, name: &str| match lines.is_empty() {
+            true => "[]".to_owned(),
+            false => format!("@{axle}_{name}"),
+        };
+        fields.extend([
+            ("measured_rms", format!("{:?}", model.measured_rms)),
+            ("start", format!("{:?}'", motion.start())),
+            ("follows", format!("{:?}", motion.follows())),
+            ("rests_on", format!("{:?}", rests_on(model))),
+            ("steps", model.steps.to_string()),
+            ("rates", format!("@{axle}_rates")),
+            ("read_road", function(motion.road(), "road")),
+            ("sensor", function(motion.sensor(), "sensor")),
+        ]);
+    } else {
+        let error = content.error(axle);
+        fields.extend([
+            (
+                "plain",
+                format!("{:?}", [model.mass_kg, model.k_n_m, model.b_n_s_m]),
+            ),
+            (
+                "error",
+                error.map_or("[]".to_owned(), |error| format!("{error:?}")),
+            ),
+        ]);
+    }
+    writeln!(out, "  axle = struct('name', '{axle}');")?;
+    for (name, value) in fields {
+        writeln!(out, "  axle.{name} = {value};")?;
+    }
+    writeln!(out, "  model.axles{{end + 1}} = axle;")
 }
 
 /// The functions of one axle.
@@ -221,4 +249,20 @@ fn body(out: &mut String, lines: &[Line]) -> std::fmt::Result {
         writeln!(out, "  {}", line.text(&MATLAB))?;
     }
     Ok(())
+}
+
+/// A MATLAB string, whatever the text holds.
+pub fn quoted(text: &str) -> String {
+    let plain: String = text.chars().filter(|c| !c.is_control()).collect();
+    format!("'{}'", plain.replace('\'', "''"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::quoted;
+
+    #[test]
+    fn no_name_leaves_its_quotes() {
+        assert_eq!(quoted("a'); system('x\n"), "'a''); system(''x'");
+    }
 }

@@ -1,45 +1,32 @@
 //! The identified model in other languages, to run and to read.
 
+mod content;
 mod expression;
 mod facts;
 mod format;
 mod head;
 mod matlab;
 mod motion;
-mod plain;
-mod plain_matlab;
-mod plain_python;
 mod python;
 mod table;
 
 use veloid_engine::report::Report;
-use veloid_engine::report::simulation::Simulation;
 
-use plain::Plain;
+use content::Content;
 
+pub use content::NoModel;
 pub use format::Format;
-pub use plain::NoModel;
 pub use table::table;
 pub use veloid_engine::report::IdentifiedModel;
 
 /// The model as a script for MATLAB and Octave; `file` is the ride's name. The plain model alone where no diagnosis has left another.
 pub fn matlab(report: &Report, file: &str) -> Result<String, NoModel> {
-    Ok(match simulation(report) {
-        Some(simulation) => matlab::script(report, simulation, file),
-        None => plain_matlab::script(report, &Plain::of(report)?, file),
-    })
+    Ok(matlab::script(&Content::of(report)?, file))
 }
 
 /// The same in Python.
 pub fn python(report: &Report, file: &str) -> Result<String, NoModel> {
-    Ok(match simulation(report) {
-        Some(simulation) => python::script(report, simulation, file),
-        None => plain_python::script(report, &Plain::of(report)?, file),
-    })
-}
-
-fn simulation(report: &Report) -> Option<&Simulation> {
-    report.diagnosis.as_ref()?.model.as_ref()
+    Ok(python::script(&Content::of(report)?, file))
 }
 
 #[cfg(test)]
@@ -143,6 +130,10 @@ mod tests {
                 let lines = [motion.lines(), motion.road(), motion.sensor()].concat();
                 let comment = Line::Comment(entry.id.to_owned());
                 assert_eq!(lines.contains(&comment), is_written, "{}", entry.id);
+                // Of what has states, a second mass alone starts with the axle.
+                let is_mass = entry.id.ends_with("_mass");
+                let own = motion.follows().split_off(2);
+                assert!(own.iter().all(|of| (*of > 0) == is_mass), "{}", entry.id);
             }
         }
     }

@@ -73,6 +73,22 @@ impl Motion<'_> {
         of_mass.into_iter().chain(own).collect()
     }
 
+    /// Where they start on another ride: 0 at zero, 1 where the mass is, 2 as fast as it moves. States called `height` and
+    /// `velocity` are those of another mass.
+    pub fn follows(&self) -> Vec<usize> {
+        let of_mass = match self.axle.prescribed {
+            true => [0, 0],
+            false => [1, 2],
+        };
+        let states = (self.axle.effects.iter()).flat_map(|effect| &effect.law.states);
+        let own = states.map(|state| match state.name.as_str() {
+            "height" => 1,
+            "velocity" => 2,
+            _ => 0,
+        });
+        of_mass.into_iter().chain(own).collect()
+    }
+
     /// Rates of the states.
     pub fn rates(&self) -> Vec<String> {
         let own = self.effects().flat_map(|(number, effect)| {
@@ -236,4 +252,18 @@ fn written_name(number: usize, effect: &ActingEffect, name: &str) -> String {
 
 fn own_name(number: usize, name: &str) -> String {
     format!("{name}_{number}")
+}
+
+/// What is unknown of the start on another ride, as numbers of height, velocity and constant force.
+pub fn free(axle: &AxleSimulation) -> Vec<usize> {
+    match (axle.prescribed, axle.force || !axle.road) {
+        (true, _) => vec![2],
+        (false, true) => vec![0, 1, 2],
+        (false, false) => vec![0, 1],
+    }
+}
+
+/// The stiffness (N/m) by which a constant force moves the place from which laws count; 0 where they count from the road.
+pub fn rests_on(axle: &AxleSimulation) -> f64 {
+    if axle.rest_m == 0.0 { 0.0 } else { axle.k_n_m }
 }

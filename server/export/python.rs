@@ -1,62 +1,79 @@
-//! The identified model as a Python script that simulates it along the ride.
+//! The identified model as a Python script that simulates it along a ride.
 
 use std::fmt::Write;
 
 use veloid_engine::bicycle::Axle;
-use veloid_engine::report::Report;
-use veloid_engine::report::simulation::{AxleSimulation, Simulation};
+use veloid_engine::report::simulation::AxleSimulation;
 
+use super::content::{Content, Kind};
 use super::expression::PYTHON;
-use super::facts::{self, AS_READ};
+use super::facts;
 use super::head;
-use super::motion::{Line, Motion};
+use super::motion::{Line, Motion, free, rests_on};
 
 const IMPORTS: &str = "
 import sys
-from math import acos, asin, atan, atan2, cos, cosh, exp, log, pi, sin, sinh, sqrt, tan, tanh
+from math import acos, asin, atan, atan2, ceil, cos, cosh, exp, log, pi, sin, sinh, sqrt, tan, tanh
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.linalg import expm
 ";
 
 /// What no ride changes.
-const RUNTIME: [&str; 4] = [
+const RIDE: [&str; 3] = [
     include_str!("runtime/table.py"),
     include_str!("runtime/lifted.py"),
-    include_str!("runtime/ride.py"),
+    include_str!("runtime/axle.py"),
+];
+const DIAGNOSED: [&str; 2] = [
+    include_str!("runtime/road.py"),
     include_str!("runtime/simulation.py"),
 ];
+const PLAIN: &str = include_str!("runtime/plain.py");
+const MAIN: &str = include_str!("runtime/main.py");
 
 /// The script; `file` is the ride's name.
-pub fn script(report: &Report, simulation: &Simulation, file: &str) -> String {
+pub fn script(content: &Content, file: &str) -> String {
     let mut out = String::new();
     // Writing to a String cannot fail.
-    let _ = write(&mut out, report, simulation, file);
+    let _ = write(&mut out, content, file);
     out
 }
 
-fn write(
-    out: &mut String,
-    report: &Report,
-    simulation: &Simulation,
-    file: &str,
-) -> std::fmt::Result {
-    for line in head::lines(report, "python veloid_model.py ride.csv") {
+fn write(out: &mut String, content: &Content, file: &str) -> std::fmt::Result {
+    let simulation = content.simulation.as_ref();
+    for line in head::lines(content, "python veloid_model.py ride.csv") {
         writeln!(out, "{}", format!("# {line}").trim_end())?;
     }
     out.push_str(IMPORTS);
     writeln!(out, "\nFILE = {}", quoted(file))?;
-    writeln!(out, "AS_READ = {}", quoted(AS_READ))?;
-    channels(out, report)?;
-    let centred: Vec<&str> = facts::deflections(report).map(|(z, _)| z).collect();
+    writeln!(out, "TAKES = {}", quoted(content.takes()))?;
     writeln!(
         out,
-        "# Channels whose mean is taken off.\nCENTRED = {centred:?}"
+        "# Of each channel the column's header, and the factor that makes it SI; others are called by their names."
     )?;
-    let names: Vec<String> = (facts::needed(simulation).iter())
-        .map(|name| quoted(name))
-        .collect();
-    writeln!(out, "NEEDED = [{}]", names.join(", "))?;
+    writeln!(out, "CHANNELS = {{")?;
+    for (channel, header, scale) in facts::channels(content) {
+        writeln!(out, "    {channel:?}: ({}, {scale:?}),", quoted(header))?;
+    }
+    writeln!(out, "}}")?;
+    writeln!(
+        out,
+        "# Channels whose mean is taken off.\nCENTRED = {:?}",
+        facts::centred(content)
+    )?;
+    writeln!(out, "NEEDED = {:?}", facts::needed(simulation))?;
+    let needs_road = content.kind == Kind::Roadless;
+    writeln!(out, "NEEDS_ROAD = {}", truth(needs_road))?;
+    writeln!(
+        out,
+        "# The model's own ride: the part of its file (s), and its samples."
+    )?;
+    match content.report.ride.part_s {
+        Some([from, to]) => writeln!(out, "PART = ({from:?}, {to:?})")?,
+        None => writeln!(out, "PART = None")?,
+    }
     writeln!(out, "STEP = {:?}", simulation.step_s)?;
     writeln!(out, "SAMPLES = {}", simulation.samples)?;
     let [from, to] = simulation.held_out;
@@ -69,32 +86,22 @@ fn write(
             p.coupling, p.l_front_m, p.l_rear_m, p.mass_front_kg, p.mass_rear_kg
         )?,
     }
-    for (axle, model) in simulation.axles.iter() {
-        functions(out, axle, model)?;
-    }
+    let parts: &[&str] = match content.kind {
+        Kind::Diagnosed => {
+            for (axle, model) in simulation.axles.iter() {
+                functions(out, axle, model)?;
+            }
+            &DIAGNOSED
+        }
+        Kind::Plain | Kind::Roadless => &[PLAIN],
+    };
     writeln!(out, "\n\nMODELS = {{")?;
     for (axle, model) in simulation.axles.iter() {
-        axle_entry(out, report, axle, model)?;
+        axle_entry(out, content, axle, model)?;
     }
     writeln!(out, "}}")?;
-    RUNTIME.iter().try_for_each(|part| out.write_str(part))
-}
-
-/// The columns of the ride's file, and the part of it that was used.
-pub fn channels(out: &mut String, report: &Report) -> std::fmt::Result {
-    writeln!(
-        out,
-        "# Of each channel the column's header, and the factor that makes it SI."
-    )?;
-    writeln!(out, "CHANNELS = {{")?;
-    for (channel, header, scale) in facts::channels(report) {
-        writeln!(out, "    {channel:?}: ({}, {scale:?}),", quoted(header))?;
-    }
-    writeln!(out, "}}")?;
-    match report.ride.part_s {
-        Some([from, to]) => writeln!(out, "PART = ({from:?}, {to:?})"),
-        None => writeln!(out, "PART = None"),
-    }
+    let parts = RIDE.iter().chain(parts).chain([&MAIN]);
+    parts.into_iter().try_for_each(|part| out.write_str(part))
 }
 
 /// The functions of one axle.
@@ -140,44 +147,59 @@ fn body(out: &mut String, lines: &[Line]) -> std::fmt::Result {
 
 fn axle_entry(
     out: &mut String,
-    report: &Report,
+    content: &Content,
     axle: Axle,
     model: &AxleSimulation,
 ) -> std::fmt::Result {
-    let motion = Motion {
-        axle: model,
-        dialect: &PYTHON,
-    };
-    let truth = |yes: bool| if yes { "True" } else { "False" };
-    let function = |lines: Vec<Line>, name: &str| match lines.is_empty() {
-        true => "None".to_owned(),
-        false => format!("{axle}_{name}"),
-    };
+    let mut fields = vec![
+        ("report", quoted(&content.reported(axle))),
+        ("prescribed", truth(model.prescribed).to_owned()),
+        ("road", truth(model.road).to_owned()),
+        ("force", truth(model.force).to_owned()),
+        ("left_out", format!("{:?}", model.left_out)),
+        ("free", format!("{:?}", free(model))),
+    ];
+    let known = |number: Option<f64>| number.map_or("None".to_owned(), |x| format!("{x:?}"));
+    if content.kind == Kind::Diagnosed {
+        let motion = Motion {
+            axle: model,
+            dialect: &PYTHON,
+        };
+        let function = |lines: Vec<Line>, name: &str| match lines.is_empty() {
+            true => "None".to_owned(),
+            false => format!("{axle}_{name}"),
+        };
+        fields.extend([
+            ("measured_rms", known(Some(model.measured_rms))),
+            ("start", format!("{:?}", motion.start())),
+            ("follows", format!("{:?}", motion.follows())),
+            ("rests_on", format!("{:?}", rests_on(model))),
+            ("steps", model.steps.to_string()),
+            ("rates", format!("{axle}_rates")),
+            ("read_road", function(motion.road(), "road")),
+            ("sensor", function(motion.sensor(), "sensor")),
+        ]);
+    } else {
+        let AxleSimulation {
+            mass_kg,
+            k_n_m,
+            b_n_s_m,
+            ..
+        } = model;
+        fields.extend([
+            ("plain", format!("({mass_kg:?}, {k_n_m:?}, {b_n_s_m:?})")),
+            ("error", known(content.error(axle))),
+        ]);
+    }
     writeln!(out, "    \"{axle}\": {{")?;
-    writeln!(
-        out,
-        "        \"report\": {},",
-        quoted(&facts::reported(report, axle))
-    )?;
-    writeln!(out, "        \"prescribed\": {},", truth(model.prescribed))?;
-    writeln!(out, "        \"road\": {},", truth(model.road))?;
-    writeln!(out, "        \"force\": {},", truth(model.force))?;
-    writeln!(out, "        \"start\": {:?},", motion.start())?;
-    writeln!(out, "        \"steps\": {},", model.steps)?;
-    writeln!(out, "        \"rates\": {axle}_rates,")?;
-    writeln!(
-        out,
-        "        \"read_road\": {},",
-        function(motion.road(), "road")
-    )?;
-    writeln!(
-        out,
-        "        \"sensor\": {},",
-        function(motion.sensor(), "sensor")
-    )?;
-    writeln!(out, "        \"left_out\": {:?},", model.left_out)?;
-    writeln!(out, "        \"measured_rms\": {:?},", model.measured_rms)?;
+    for (name, value) in fields {
+        writeln!(out, "        \"{name}\": {value},")?;
+    }
     writeln!(out, "    }},")
+}
+
+fn truth(yes: bool) -> &'static str {
+    if yes { "True" } else { "False" }
 }
 
 /// A Python string, whatever the text holds.
