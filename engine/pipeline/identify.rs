@@ -3,10 +3,10 @@
 
 use rayon::prelude::*;
 
-use super::gains;
-use super::result::result;
+use super::result::{dynamics, result};
 use super::validate::validate;
 use super::widening::Widening;
+use super::{beside, gains};
 use crate::replay::comparison;
 use veloid_core::EngineError;
 use veloid_core::Progress;
@@ -300,8 +300,13 @@ pub fn assemble(
     settings: &Settings,
     observed: Observed,
     conclusion: Conclusion,
-    diagnosis: Option<Diagnosis>,
+    mut diagnosis: Option<Diagnosis>,
 ) -> Result<Report, EngineError> {
+    let found = diagnosis
+        .as_mut()
+        .map(|d| std::mem::take(&mut d.validation));
+    let found = found.unwrap_or_default();
+    let validation = beside::validations(ride, bike, settings, &conclusion.output_error, found);
     let mistaken = to_be_mended(&conclusion.mistakes).map(|_| MISTAKEN);
     let unplaced = are_unplaced(&ride.summary.clocks).then_some(UNPLACED);
     let reported = |estimates: PerAxle<Estimate>| match (mistaken.or(unplaced), &diagnosis) {
@@ -342,9 +347,13 @@ pub fn assemble(
         roll: observed.roll,
         diagnosis,
         result: PerAxle::default(),
+        dynamics: PerAxle::default(),
+        validation,
     };
     let result = result(ride, &report);
-    checked("report", report.with_result(result))
+    let report = report.with_result(result);
+    let dynamics = dynamics(ride, &report);
+    checked("report", Report { dynamics, ..report })
 }
 
 /// Estimates of plain axles without a road: the diagnosis, where it names nothing, knows more of how the wheels differ than the spectra,
