@@ -21,7 +21,12 @@ use utoipa_axum::routes;
 use utoipa_swagger_ui::{Config, SwaggerUi};
 use veloid_engine::report::ResultQuantity;
 use veloid_engine::report::diagnosis::{Excerpt, Predicted, ResidualSpectrum, Surface};
+use veloid_engine::report::dynamics::{ParameterErrors, Pole, StepInput, StepResponse};
 use veloid_engine::report::simulation::{ActingEffect, Law, LawState, Pitch};
+use veloid_engine::report::validation::{
+    CorrelationTest, Distortion, ForceCurve, FrequencyResponse, ModelResponse, ResidualTests,
+    Restoring, TestedInput,
+};
 use veloid_engine::report::windows::{EffectScore, PartLength, SetScore};
 
 use crate::api::problem::{Kind, Problem};
@@ -45,7 +50,8 @@ use security::secured;
         license(name = "MIT OR Apache-2.0", identifier = "MIT OR Apache-2.0"),
     ),
     // What only stands inside of a generic type is not found by itself.
-    components(schemas(ActingEffect, Excerpt, Law, LawState, Pitch, Predicted, ResidualSpectrum, EffectScore, PartLength, ResultQuantity, SetScore, Surface)),
+    components(schemas(ActingEffect, Excerpt, Law, LawState, Pitch, Predicted, ResidualSpectrum, EffectScore, PartLength, ResultQuantity, SetScore, Surface,
+        ParameterErrors, Pole, StepInput, StepResponse, CorrelationTest, Distortion, ForceCurve, FrequencyResponse, ModelResponse, ResidualTests, Restoring, TestedInput)),
     tags(
         (name = "rides", description = "Upload and fetch rides"),
         (name = "jobs", description = "Follow, cancel and retry identifications; fetch their results"),

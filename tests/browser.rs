@@ -174,6 +174,35 @@ async fn plots_zoom_together_with_finer_data_and_have_tables() {
 }
 
 #[tokio::test]
+async fn tabs_show_the_model_from_inside_by_mouse_and_keyboard() {
+    let server = Server::start();
+    let Some(browser) = Browser::start(Look::NARROW).await else {
+        return;
+    };
+    let id = finished(&server, "1").await;
+    browser.goto(&server.address(&format!("/jobs/{id}"))).await;
+    let shown = "return [...document.querySelectorAll('[role=tabpanel]')].filter((panel) => panel.checkVisibility()).map(({ id }) => id)";
+    browser.until(shown, |ids| *ids == json!(["fit"])).await;
+    browser.sees("#fit", "Autocorrelation").await;
+    browser.click("#tab-response").await;
+    browser.sees("#response", "Natural frequency").await;
+    for figure in ["frequency-front", "step-rear"] {
+        browser.scroll(&format!("#{figure}")).await;
+        let drawn = format!("return document.querySelector('#{figure} .plot').data?.length ?? 0");
+        browser
+            .until(&drawn, |traces| traces.as_u64() > Some(0))
+            .await;
+    }
+    let wide = "return document.documentElement.scrollWidth - innerWidth";
+    assert!(browser.run(wide).await.as_f64() <= Some(0.0));
+    browser.press("#tab-response", "\u{e014}").await;
+    browser.until(shown, |ids| *ids == json!(["missing"])).await;
+    browser.press("#tab-missing", "\u{e014}").await;
+    browser.until(shown, |ids| *ids == json!(["fit"])).await;
+    browser.stop().await;
+}
+
+#[tokio::test]
 async fn a_comparison_lives_in_its_address() {
     let server = Server::start();
     let Some(browser) = Browser::start(Look::WIDE).await else {

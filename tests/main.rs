@@ -28,6 +28,7 @@ mod flood;
 mod harness;
 mod hostile;
 mod hosts;
+mod inside;
 mod installation;
 mod isolation;
 mod jobs;

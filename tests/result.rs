@@ -73,7 +73,11 @@ async fn friction_is_in_the_one_result_that_every_place_shows() {
     assert_eq!(mass["why"], "given in the bike file");
 
     let rows = result_rows(&server, &view).await;
-    assert_eq!(rows.len(), 4, "k and B of both axles");
+    assert_eq!(
+        rows.len(),
+        8,
+        "k, B and what they swing like, of both axles"
+    );
     let row = rows
         .iter()
         .find(|r| r["axle"] == "front" && r["name"] == "b_n_s_m");
@@ -116,7 +120,7 @@ async fn without_a_verdict_no_place_shows_a_number() {
     let path = folder.write("turned.csv", &turned);
     let (report, text) = identify(&path, &folder.write("bike.json", BIKE), &QUICK);
     assert_eq!(report["diagnosis"]["verdict"], "cannot_tell");
-    for name in ["k", "B"] {
+    for name in ["k", "B", "natural_frequency", "damping_ratio"] {
         let found = &report["result"]["front"][name];
         assert_eq!(
             (&found["value"], &found["interval"]),
@@ -138,7 +142,11 @@ async fn without_a_verdict_no_place_shows_a_number() {
         let found = &report[method]["front"];
         assert!(found["k_n_m"].is_number() && found["k_std_n_m"].is_null());
         assert!(found["k_not_identifiable"].is_string(), "{method}: {found}");
+        assert!(found["covariance"].is_null(), "{method}: {found}");
     }
+    assert!(report["dynamics"]["front"]["parameters"].is_null());
+    let plain = &report["validation"]["front"]["response"]["plain"];
+    assert_eq!(plain["magnitude_low"], json!([]));
 
     let server = Server::start();
     let quick = json!({"trials": 1, "iterations": 3, "particles": 6}).to_string();

@@ -3,7 +3,7 @@
 use crate::axle::{AxleReporter, OnAxle};
 use crate::decide::Decision;
 use crate::explain::detectable::detectable;
-use crate::explain::{hidden, next_ride, show, simulation, windows, words};
+use crate::explain::{beside, hidden, next_ride, show, simulation, windows, words};
 use crate::prepare::Prepared;
 use crate::search::Search;
 use crate::search::null::FINEST;
@@ -91,12 +91,14 @@ pub fn assemble(
         consequences: axles.map(|_, on| on.consequences.clone()),
         evidence: axles.map(|_, on| on.evidence.clone()),
         search_cost: decision.cost,
+        validation: PerAxle::default(),
     };
     let diagnosis = match why_not(&diagnosis, &|axle| moves(prepared, axle)) {
         Some((rule, why)) => without_verdict(diagnosis, rule, why),
         None => diagnosis,
     };
     Diagnosis {
+        validation: beside::validations(prepared, decision, diagnosis.verdict),
         sentence: words::sentence(&diagnosis) + &hidden::sentence(prepared.record(), &diagnosis),
         tried: tried(prepared, search, decision, diagnosis.verdict),
         ..diagnosis

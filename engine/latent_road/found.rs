@@ -84,6 +84,9 @@ impl Ended<'_> {
             k_std_n_m: Some(std(at, k_n_m)),
             b_std_n_s_m: Some(std(at + 1, b_n_s_m)),
             mass_kg,
+            covariance: Estimate::propagated([[k_n_m, 0.0], [0.0, b_n_s_m], [0.0; 2]], |p, q| {
+                self.spread.covariance[(at + p, at + q)]
+            }),
             ..Estimate::default()
         };
         let why = rests_on_road(&self.spread.widens[at..at + 2]).then(|| match self.layout.apart {

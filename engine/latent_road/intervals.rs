@@ -13,6 +13,8 @@ pub const RESTS_ON_ROAD: f64 = 2.0;
 
 /// Variances of the unknowns.
 pub struct Spread {
+    /// Their covariance.
+    pub covariance: DMatrix<f64>,
     /// Standard errors.
     pub std_error: Vec<f64>,
     /// How many times wider each would be with a road of any spectrum; none where it would show nothing.
@@ -25,8 +27,9 @@ pub struct Spread {
 pub fn spread(fit: &Fit, bins: &Bins, sensors: &[Sensor], layout: &Layout) -> Option<Spread> {
     let model = fit.curvature.clone().cholesky()?.inverse();
     let scattered = &model * scatter(fit, layout) * &model;
+    let covariance = 0.5 * (&model + &scattered);
     let std_error: Vec<f64> = (0..layout.count())
-        .map(|i| (0.5 * (model[(i, i)] + scattered[(i, i)])).sqrt())
+        .map(|i| covariance[(i, i)].sqrt())
         .collect();
     let free = freed(fit, bins, sensors, layout);
     let widens = (0..layout.knots).map(|i| {
@@ -36,6 +39,7 @@ pub fn spread(fit: &Fit, bins: &Bins, sensors: &[Sensor], layout: &Layout) -> Op
     (std_error.iter().all(|s| s.is_finite())).then(|| Spread {
         widens: widens.collect(),
         std_error,
+        covariance,
     })
 }
 

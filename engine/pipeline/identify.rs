@@ -3,12 +3,12 @@
 
 use rayon::prelude::*;
 
-use super::gains;
 use super::limits::{self, limited};
-use super::result::result;
+use super::result::{dynamics, result};
 use super::validate::validate;
 use super::what_next::what_next;
 use super::widening::Widening;
+use super::{beside, gains};
 use crate::replay::comparison;
 use veloid_core::EngineError;
 use veloid_core::Progress;
@@ -316,8 +316,13 @@ pub fn assemble(
     settings: &Settings,
     observed: Observed,
     conclusion: Conclusion,
-    diagnosis: Option<Diagnosis>,
+    mut diagnosis: Option<Diagnosis>,
 ) -> Result<Report, EngineError> {
+    let found = diagnosis
+        .as_mut()
+        .map(|d| std::mem::take(&mut d.validation));
+    let found = found.unwrap_or_default();
+    let validation = beside::validations(ride, bike, settings, &conclusion.output_error, found);
     let mistaken = to_be_mended(&conclusion.mistakes).map(|_| MISTAKEN);
     let unplaced = are_unplaced(&ride.summary.clocks).then_some(UNPLACED);
     let reported = |estimates: PerAxle<Estimate>| match (mistaken.or(unplaced), &diagnosis) {
@@ -358,18 +363,19 @@ pub fn assemble(
         roll: observed.roll,
         diagnosis,
         result: PerAxle::default(),
+        dynamics: PerAxle::default(),
+        validation,
         what_next: Vec::new(),
     };
     let result = result(ride, &report);
     let report = report.with_result(result);
-    let what_next = what_next(&report);
-    checked(
-        "report",
-        Report {
-            what_next,
-            ..report
-        },
-    )
+    let (dynamics, what_next) = (dynamics(ride, &report), what_next(&report));
+    let report = Report {
+        dynamics,
+        what_next,
+        ..report
+    };
+    checked("report", report)
 }
 
 /// Estimates of plain axles without a road: the diagnosis, where it names nothing, knows more of how the wheels differ than the spectra,

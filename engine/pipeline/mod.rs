@@ -1,5 +1,6 @@
 //! The order of the work: clocks are set right, the stages follow each other, several rides become a study.
 
+mod beside;
 mod gains;
 #[cfg(test)]
 mod hostile;

@@ -3,8 +3,10 @@
 use veloid_core::bicycle::{Axle, PerAxle};
 use veloid_core::document::format_number::WIDE;
 use veloid_core::plant::{Axle as AxlePlant, Of, Plant, Quantity};
+use veloid_inside::Oscillator;
 use veloid_methods::uncertainty::laser::misleading;
 use veloid_report::diagnosis::{Base, Verdict};
+use veloid_report::dynamics::{Dynamics, StepInput};
 use veloid_report::identifiable::NO_VERDICT;
 use veloid_report::{AxleResult, Estimate, Method, Report, ResultQuantity, at_limit};
 use veloid_ride::Ride;
@@ -13,6 +15,10 @@ use veloid_ride::Ride;
 const GIVEN: &str = "given in the bike file";
 /// Why a quantity has no value where no method says more.
 const NO_ESTIMATE: &str = "no method determined it from this record";
+/// Why a natural frequency or damping ratio has no interval.
+const NO_CORRELATION: &str = "the method gives no covariance of k and B";
+/// Why there is none.
+const NO_SPRING: &str = "k is not above zero";
 /// Why there is no interval where something without a name acts.
 const UNNAMED: &str = "an effect missing from the model acts on this axle, and an interval would not include its influence";
 
@@ -94,6 +100,12 @@ fn of_axle(report: &Report, axle: Axle, plant: &dyn Plant) -> AxleResult {
     let base = report.diagnosis.as_ref().map(|diagnosis| diagnosis.base);
     let unexplained = unexplained(report, axle, method);
     let bike = report.settings.limited(&report.bike).unwrap_or_default();
+    let of = |estimate| Found {
+        method,
+        estimate,
+        unexplained,
+        heavier: heavier(report, axle),
+    };
     let one = |quantity: &Quantity| {
         let limit = bike.limit(axle, quantity.of);
         if let Some(held) = found
@@ -103,9 +115,9 @@ fn of_axle(report: &Report, axle: Axle, plant: &dyn Plant) -> AxleResult {
             return (quantity.name.to_owned(), held);
         }
         let reported = match (&found, &withheld) {
-            (Some(estimate), None) => estimated(quantity, estimate, method, unexplained),
+            (Some(e), None) => of(e).quantity(quantity),
             (Some(e), Some(_)) if quantity.of == Of::Mass && e.mass_std_kg.is_none() => {
-                estimated(quantity, e, method, unexplained)
+                of(e).quantity(quantity)
             }
             (None, _) if given(report, axle, quantity).is_some() => ResultQuantity {
                 value: given(report, axle, quantity),
@@ -169,7 +181,7 @@ fn held(
     let value = match quantity.of {
         Of::Stiffness => e.k_n_m,
         Of::Damping => e.b_n_s_m,
-        Of::Mass => return None,
+        Of::Mass | Of::NaturalFrequency | Of::DampingRatio => return None,
     };
     let why = at_limit(value, limit, quantity.unit)?;
     Some(ResultQuantity {
@@ -178,43 +190,124 @@ fn held(
     })
 }
 
-fn estimated(
-    quantity: &Quantity,
-    e: &Estimate,
+/// What a method found on an axle.
+struct Found<'a> {
     method: Method,
-    unexplained: Option<&str>,
-) -> ResultQuantity {
-    let (value, std_error, why) = match quantity.of {
-        Of::Stiffness => (e.k_n_m, e.k_std_n_m, &e.k_not_identifiable),
-        Of::Damping => (e.b_n_s_m, e.b_std_n_s_m, &e.b_not_identifiable),
-        Of::Mass if e.mass_std_kg.is_none() => {
-            return ResultQuantity {
-                value: Some(e.mass_kg),
-                ..without_value(quantity, method, GIVEN)
-            };
-        }
-        Of::Mass => (e.mass_kg, e.mass_std_kg, &None),
-    };
-    match std_error {
-        None => without_value(quantity, method, why.as_deref().unwrap_or(NO_ESTIMATE)),
-        Some(error) if quantity.of == Of::Stiffness && value + WIDE * error < 0.0 => {
-            without_value(quantity, method, &negative(e, error))
-        }
-        Some(error) => match unexplained {
-            Some(why) => ResultQuantity {
+    estimate: &'a Estimate,
+    /// Why nothing of it has an interval.
+    unexplained: Option<&'a str>,
+    /// How far k, B and m move together when the mass is a standard deviation larger.
+    heavier: [f64; 3],
+}
+
+/// A value with its standard error or why it has none; or why there is no value.
+type Stated = Result<(f64, Result<f64, String>), String>;
+
+impl Found<'_> {
+    fn quantity(&self, quantity: &Quantity) -> ResultQuantity {
+        let stated = match quantity.of {
+            Of::Stiffness => self.stiffness(),
+            Of::Damping => self.damping(),
+            Of::Mass => Ok(self.mass()),
+            Of::NaturalFrequency => self.natural_frequency(),
+            Of::DampingRatio => self.damping_ratio(),
+        };
+        let (value, std_error) = match stated {
+            Ok(stated) => stated,
+            Err(why) => return without_value(quantity, self.method, &why),
+        };
+        let unexplained = || self.unexplained.map_or(Ok(()), |why| Err(why.to_owned()));
+        match std_error.and_then(|error| unexplained().map(|()| error)) {
+            Err(why) => ResultQuantity {
                 value: Some(value),
-                ..without_value(quantity, method, why)
+                ..without_value(quantity, self.method, &why)
             },
-            None => ResultQuantity {
+            Ok(error) => ResultQuantity {
                 value: Some(value),
                 std_error: Some(error),
                 interval: Some([value - WIDE * error, value + WIDE * error]),
                 unit: quantity.unit.to_owned(),
-                method,
+                method: self.method,
                 why: None,
             },
-        },
+        }
     }
+
+    fn stiffness(&self) -> Stated {
+        let e = self.estimate;
+        let error = e.k_std_n_m.ok_or_else(|| because(&e.k_not_identifiable))?;
+        match e.k_n_m + WIDE * error < 0.0 {
+            true => Err(negative(e, error)),
+            false => Ok((e.k_n_m, Ok(error))),
+        }
+    }
+
+    fn damping(&self) -> Stated {
+        let e = self.estimate;
+        let error = e
+            .b_std_n_s_m
+            .ok_or_else(|| because(&e.b_not_identifiable))?;
+        Ok((e.b_n_s_m, Ok(error)))
+    }
+
+    fn mass(&self) -> (f64, Result<f64, String>) {
+        let e = self.estimate;
+        (e.mass_kg, e.mass_std_kg.ok_or_else(|| GIVEN.to_owned()))
+    }
+
+    fn natural_frequency(&self) -> Stated {
+        let _ = self.stiffness()?;
+        let (hz, error) = self.oscillator()?.natural_frequency_hz();
+        Ok((hz, error.ok_or_else(|| NO_CORRELATION.to_owned())))
+    }
+
+    fn damping_ratio(&self) -> Stated {
+        let _ = self.stiffness().and(self.damping())?;
+        let (ratio, error) = self.oscillator()?.damping_ratio();
+        Ok((ratio, error.ok_or_else(|| NO_CORRELATION.to_owned())))
+    }
+
+    fn oscillator(&self) -> Result<Oscillator, String> {
+        Oscillator::of(self.estimate, self.heavier).ok_or_else(|| NO_SPRING.to_owned())
+    }
+}
+
+fn because(why: &Option<String>) -> String {
+    why.clone().unwrap_or_else(|| NO_ESTIMATE.to_owned())
+}
+
+/// How far k, B and m move together when the mass of the bike file is a standard deviation larger.
+fn heavier(report: &Report, axle: Axle) -> [f64; 3] {
+    match (report.mass_error.get(axle), report.bike.mass_std(axle)) {
+        (Some(by), Some(std)) => [by.k_n_m, by.b_n_s_m, std],
+        _ => [0.0; 3],
+    }
+}
+
+/// What each of these axles' k, B and m make.
+pub fn dynamics(ride: &Ride, report: &Report) -> PerAxle<Dynamics> {
+    report.result.map(|axle, _| {
+        let method = best_method(report, axle);
+        let found = report.estimates(method).get(axle).cloned();
+        let record = ride.axles.get(axle);
+        let input = match record.is_some_and(|r| !r.has_road() && r.force.is_some()) {
+            true => StepInput::Force,
+            false => StepInput::Road,
+        };
+        let effects = report.diagnosis.iter().flat_map(|d| &d.effects);
+        let has_effects = effects.into_iter().any(|e| e.axle.acts_on(axle));
+        match (found, withheld(report, method)) {
+            (Some(e), None) => veloid_inside::dynamics(
+                &e,
+                method,
+                input,
+                has_effects && method == Method::Extended,
+            ),
+            (_, why) => {
+                veloid_inside::without_dynamics(method, why.as_deref().unwrap_or(NO_ESTIMATE))
+            }
+        }
+    })
 }
 
 /// Why a stiffness that its interval holds below zero is none.
@@ -255,21 +348,38 @@ mod tests {
             b_n_s_m: 500.0,
             b_not_identifiable: Some("it is noise".to_owned()),
             mass_kg: 23.0,
+            covariance: Some([[1e4, 0.0, 0.0], [0.0; 3], [0.0; 3]]),
             ..Estimate::default()
         };
         let of = |unexplained| -> Vec<ResultQuantity> {
             let quantities = AxlePlant::MOVING.quantities().iter();
             quantities
-                .map(|q| estimated(q, &estimate, Method::OutputError, unexplained))
+                .map(|q| {
+                    let found = Found {
+                        method: Method::OutputError,
+                        estimate: &estimate,
+                        unexplained,
+                        heavier: [0.0; 3],
+                    };
+                    found.quantity(q)
+                })
                 .collect()
         };
-        let [k, b, mass] = &of(None)[..] else {
+        let [k, b, mass, hz, ratio] = &of(None)[..] else {
             panic!("{:?}", of(None));
         };
         assert_eq!(k.interval, Some([60e3 - 196.0, 60e3 + 196.0]));
         assert_eq!((k.unit.as_str(), &k.why), ("N/m", &None));
         assert_eq!((b.value, b.why.as_deref()), (None, Some("it is noise")));
         assert_eq!((mass.value, mass.why.as_deref()), (Some(23.0), Some(GIVEN)));
+        // Without B there is no ratio, and a natural frequency all the same.
+        let expected = (60e3_f64 / 23.0).sqrt() / std::f64::consts::TAU;
+        assert!((hz.value.unwrap_or_default() - expected).abs() < 1e-9);
+        assert!((hz.std_error.unwrap_or_default() - 0.5 * expected / 600.0).abs() < 1e-9);
+        assert_eq!(
+            (ratio.value, ratio.why.as_deref()),
+            (None, Some("it is noise"))
+        );
 
         let k = &of(Some(UNNAMED))[0];
         assert_eq!((k.value, k.std_error), (Some(60e3), None));
@@ -284,7 +394,10 @@ mod tests {
         };
         assert_eq!(names(Some(Base::Damper)), ["B", "mass"]);
         for sprung in [None, Some(Base::SpringAndDamper)] {
-            assert_eq!(names(sprung), ["k", "B", "mass"]);
+            assert_eq!(
+                names(sprung),
+                ["k", "B", "mass", "natural_frequency", "damping_ratio"]
+            );
         }
     }
 }

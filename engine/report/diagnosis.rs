@@ -7,6 +7,7 @@ use super::Estimate;
 pub use super::parameter::{ParameterReport, Place};
 use super::simulation::Simulation;
 use super::tried::Tried;
+use super::validation::Validation;
 use super::windows::{Rule, Support, Windows, of_this_form};
 use veloid_core::bicycle::PerAxle;
 use veloid_core::document::format_number::significant;
@@ -113,6 +114,10 @@ pub struct Diagnosis {
     /// Cost of the search.
     #[serde(default)]
     pub search_cost: SearchCost,
+    /// The models beside the record, until the report takes it as its own section.
+    #[serde(default, skip_serializing_if = "PerAxle::is_empty")]
+    #[cfg_attr(feature = "openapi", schema(ignore))]
+    pub validation: PerAxle<Validation>,
 }
 
 /// Cost of the search for missing physics, in steps of the integrator, each for eight parameter sets on one axle.
@@ -215,6 +220,7 @@ impl Diagnosis {
             consequences: PerAxle::default(),
             evidence: PerAxle::default(),
             search_cost: SearchCost::default(),
+            validation: PerAxle::default(),
         }
     }
 }

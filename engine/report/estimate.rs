@@ -34,6 +34,10 @@ pub struct Estimate {
     pub mass_kg: f64,
     /// Standard error of an estimated mass (kg).
     pub mass_std_kg: Option<f64>,
+    /// Covariance of k (N/m), B (N s/m) and m (kg) as the fit gives it, before anything widens the standard errors; zeros beside a mass
+    /// that is not estimated. Null for methods that do not give one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<[[f64; 3]; 3]>,
     /// Difference of k from the output-error estimate (%): the method's bias on this ride.
     pub k_bias_percent: Option<f64>,
     /// Difference of B from the output-error estimate (%).
@@ -68,6 +72,20 @@ impl Estimate {
             b_not_identifiable: b.or(self.b_not_identifiable),
             ..self
         }
+    }
+
+    /// Covariance of k, B and m from that of what a fit moves: `of` gives the covariance of two of its numbers, and each row of `by`
+    /// how k, B and m change with them. None where it is not finite.
+    pub fn propagated<const N: usize>(
+        by: [[f64; N]; 3],
+        of: impl Fn(usize, usize) -> f64,
+    ) -> Option<[[f64; 3]; 3]> {
+        let one = |p: usize, q: usize| -> f64 {
+            let pairs = (0..N).flat_map(|a| (0..N).map(move |b| (a, b)));
+            pairs.map(|(a, b)| by[p][a] * by[q][b] * of(a, b)).sum()
+        };
+        let found: [[f64; 3]; 3] = std::array::from_fn(|p| std::array::from_fn(|q| one(p, q)));
+        (found.iter().flatten().all(|x| x.is_finite())).then_some(found)
     }
 
     /// With the difference to the reference estimate in percent.

@@ -1,6 +1,7 @@
 //! The report: the one document that the CLI writes, the API serves and the pages show.
 
 pub mod diagnosis;
+pub mod dynamics;
 mod estimate;
 pub mod identifiable;
 mod latent_road;
@@ -15,10 +16,12 @@ pub mod stages;
 pub mod study;
 mod summary;
 pub mod tried;
+pub mod validation;
 pub mod windows;
 
 use serde::{Deserialize, Serialize};
 
+use dynamics::Dynamics;
 use veloid_core::bicycle::{Axle, Bike, PerAxle};
 use veloid_core::settings::Settings;
 use veloid_ride::RideSummary;
@@ -31,6 +34,7 @@ pub use model::IdentifiedModel;
 pub use model_on_ride::ModelOnRide;
 pub use result::{AxleResult, ResultQuantity};
 pub use summary::summary;
+use validation::Validation;
 
 /// Complete result of one identification.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -47,10 +51,16 @@ pub struct Report {
     /// Apparent mistakes in the record or the bicycle data, to be fixed first.
     #[serde(default)]
     pub mistakes: Vec<Mistake>,
-    /// The one answer of each axle: `k`, `B` and `mass`, or what else its base model names. Empty in stored reports of
+    /// The one answer of each axle: `k`, `B`, `mass`, `natural_frequency` and `damping_ratio`, or what else its base model names. Empty in stored reports of
     /// earlier versions.
     #[serde(default)]
     pub result: PerAxle<AxleResult>,
+    /// Poles, step response and joint errors of each axle's k, B and m. Empty in stored reports of earlier versions.
+    #[serde(default)]
+    pub dynamics: PerAxle<Dynamics>,
+    /// The models beside the record that they come from. Empty in stored reports of earlier versions.
+    #[serde(default)]
+    pub validation: PerAxle<Validation>,
     /// How well the observer followed each axle; null where nothing is observed, for example where a rig prescribes the motion.
     pub observer: PerAxle<ObserverReport>,
     /// Least squares on the observer's states, paper eqs. (19) to (21).
@@ -72,7 +82,8 @@ pub struct Report {
     /// (`ride.clocks`) and its noise; null without a laser.
     #[serde(default)]
     pub laser_error: PerAxle<Parameters>,
-    /// Part of the standard errors that comes from uncertain masses (one standard deviation).
+    /// Part of the standard errors that comes from uncertain masses (one standard deviation): how far k and B move, with their sign,
+    /// when the mass is that much larger.
     #[serde(default)]
     pub mass_error: PerAxle<Parameters>,
     /// Change of k and B by output error due to noise in the road channel; part of their standard errors.
@@ -138,6 +149,15 @@ impl Report {
             diagnosis: self.diagnosis.map(|diagnosis| diagnosis::Diagnosis {
                 extended: all(diagnosis.extended),
                 ..diagnosis
+            }),
+            validation: self.validation.map(|axle, found| {
+                let withheld = |of_axle: &AxleResult| {
+                    of_axle.withheld("k").or(of_axle.withheld("B")).is_some()
+                };
+                match result.get(axle).is_some_and(withheld) {
+                    true => found.clone().without_intervals(),
+                    false => found.clone(),
+                }
             }),
             result,
             ..self

@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 use super::{Estimate, Method};
 use veloid_core::document::format_number::Quantity;
 
-/// The one answer of an axle: what its base model names (`k`, `B`, `mass`), in that order.
+/// The one answer of an axle: what its base model names (`k`, `B`, `mass`, `natural_frequency`, `damping_ratio`), in that
+/// order.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(transparent)]
@@ -61,6 +62,7 @@ impl AxleResult {
             b_std_n_s_m: estimate.b_std_n_s_m.filter(|_| b.is_none()),
             k_not_identifiable: because(estimate.k_not_identifiable, k),
             b_not_identifiable: because(estimate.b_not_identifiable, b),
+            covariance: estimate.covariance.filter(|_| k.is_none() && b.is_none()),
             ..estimate
         }
     }

@@ -45,7 +45,8 @@ pub struct Conclusion {
     /// Part of the standard errors of k and B that comes from the laser that the road was made from.
     #[serde(default)]
     pub laser_error: PerAxle<Parameters>,
-    /// The part of them that comes from masses that are not known exactly (one standard deviation).
+    /// The part of them that comes from masses that are not known exactly (one standard deviation): how far k and B move, with their sign,
+    /// when the mass is that much larger.
     #[serde(default)]
     pub mass_error: PerAxle<Parameters>,
     /// Change of k and B by output error due to noise in the road channel; part of their standard errors.

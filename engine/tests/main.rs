@@ -4,6 +4,7 @@
 mod decimated;
 mod diagnosis;
 mod impose;
+mod inside;
 mod interpolation;
 mod least_squares;
 mod limits;

@@ -95,8 +95,8 @@ class Report:
 
     @property
     def result(self) -> dict[str, Any]:
-        """The answer by axle and quantity (`k`, `B`, `mass`): `value`, `std_error`, `interval` (95 %), `unit`, `method`; `value` is
-        None where it is withheld, with the reason in `why`."""
+        """The answer by axle and quantity (`k`, `B`, `mass`, `natural_frequency`, `damping_ratio`): `value`, `std_error`,
+        `interval` (95 %), `unit`, `method`; `value` is None where it is withheld, with the reason in `why`."""
         return dict(self.document.get("result", {}))
 
     @property

@@ -42,6 +42,8 @@ static FILES: &[(&str, &str, &str)] = &files![
     "jobs.js" SCRIPT,
     "job.js" SCRIPT,
     "figures.js" SCRIPT,
+    "inside.js" SCRIPT,
+    "tabs.js" SCRIPT,
     "live.js" SCRIPT,
     "bike.js" SCRIPT,
     "compare.js" SCRIPT,

@@ -1,5 +1,6 @@
 // The figures of a result: what is drawn from the report and what from the series along the ride.
 
+import { drawInside } from './inside.js';
 import { rough } from './number.js';
 import { Figure, Timeline } from './plot.js';
 
@@ -47,6 +48,7 @@ export async function drawAll(job) {
     }
     const free = report.diagnosis?.free_form[axle];
     if (free?.force_n.length) place(`free-form-${axle}`, () => heat(free.deflection_m, free.rate_m_s, free.force_n));
+    drawInside(report, axle, place, stated(axle));
     if (present.includes(axle) && stated(axle)) place(`scatter-${axle}`, () => scatter(report, axle));
   }
   if (report.latent_road?.road) withoutRoad(report.latent_road, place);

@@ -4,10 +4,13 @@ import { Figure } from './plot.js';
 import { follow } from './live.js';
 import { drawAll } from './figures.js';
 import { measured } from './number.js';
+import { openFor, tabs } from './tabs.js';
 
 const about = document.querySelector('#job').dataset;
 
 if ('report' in about) {
+  const list = document.querySelector('#inside [role="tablist"]');
+  if (list) tabs(list);
   drawAll(about.job);
   reveal();
   addEventListener('hashchange', reveal);
@@ -21,6 +24,7 @@ if ('report' in about) {
 /** Opens the part that the address names. */
 function reveal() {
   const part = document.getElementById(location.hash.slice(1));
+  openFor(part);
   if (part instanceof HTMLDetailsElement) part.open = true;
 }
 

@@ -85,6 +85,11 @@ impl<T> PerAxle<T> {
         }
     }
 
+    /// Whether neither is there.
+    pub fn is_empty(&self) -> bool {
+        self.front.is_none() && self.rear.is_none()
+    }
+
     /// The axles present, front first.
     pub fn iter(&self) -> impl Iterator<Item = (Axle, &T)> {
         Axle::BOTH

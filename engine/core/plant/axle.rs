@@ -1,6 +1,6 @@
 //! A spring and a damper between road and mass: paper eq. (1).
 
-use super::quantity::{DAMPING, MASS, STIFFNESS};
+use super::quantity::{DAMPING, DAMPING_RATIO, MASS, NATURAL_FREQUENCY, STIFFNESS};
 use super::{Damper, Plant, Quantity};
 
 /// An axle of a bicycle, or a bench with a spring.
@@ -26,7 +26,7 @@ impl Plant for Axle {
 
     fn quantities(&self) -> &'static [Quantity] {
         match self.moves {
-            true => &[STIFFNESS, DAMPING, MASS],
+            true => &[STIFFNESS, DAMPING, MASS, NATURAL_FREQUENCY, DAMPING_RATIO],
             false => &[STIFFNESS, DAMPING],
         }
     }

@@ -9,7 +9,7 @@ pub struct Quantity {
     pub of: Of,
 }
 
-/// Coefficients of an estimate.
+/// What an estimate says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Of {
     /// k.
@@ -18,6 +18,10 @@ pub enum Of {
     Damping,
     /// m.
     Mass,
+    /// sqrt(k/m)/2pi.
+    NaturalFrequency,
+    /// B/(2 sqrt(k m)).
+    DampingRatio,
 }
 
 pub(super) const STIFFNESS: Quantity = Quantity {
@@ -34,4 +38,14 @@ pub(super) const MASS: Quantity = Quantity {
     name: "mass",
     unit: "kg",
     of: Of::Mass,
+};
+pub(super) const NATURAL_FREQUENCY: Quantity = Quantity {
+    name: "natural_frequency",
+    unit: "Hz",
+    of: Of::NaturalFrequency,
+};
+pub(super) const DAMPING_RATIO: Quantity = Quantity {
+    name: "damping_ratio",
+    unit: "-",
+    of: Of::DampingRatio,
 };

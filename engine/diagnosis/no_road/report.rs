@@ -325,9 +325,16 @@ fn extended(judged: &Judged, fit: &Fit) -> PerAxle<Estimate> {
                 (policy::LAW_ERRORS[q] * beside(&fit.model, axle)).hypot(of_ties(judged, axle, q));
             finite(of_fit.hypot(others * value(q)).hypot(shaken))
         };
+        let by = [[value(0), 0.0], [0.0, value(1)], [0.0; 2]];
+        let covariance = slot(0).zip(slot(1)).and_then(|(k, b)| {
+            let at = [k, b];
+            let of_fit = |p: usize, q: usize| fit.covariance.get((at[p], at[q])).copied();
+            Estimate::propagated(by, |p, q| of_fit(p, q).unwrap_or(f64::NAN))
+        });
         let estimate = Estimate {
             k_n_m: value(0),
             b_n_s_m: value(1),
+            covariance,
             k_std_n_m: error(0),
             b_std_n_s_m: error(1),
             mass_kg,

@@ -10,7 +10,7 @@ use veloid_methods::output_error::AxleFit;
 use veloid_model::dataset::Dataset;
 use veloid_model::effects::{Kind, Shape, set_sizes};
 use veloid_model::fit::{Point, Term, Unit};
-use veloid_model::law::{Need, OwnLaw, Values};
+use veloid_model::law::{AT_REST, Need, OwnLaw, Values};
 use veloid_report::IdentifiedModel;
 use veloid_report::diagnosis::{Base, EffectReport, Place};
 use veloid_report::simulation::ActingEffect;
@@ -163,7 +163,7 @@ impl Carried {
             let point = Point {
                 base: unit.tracks.iter().map(|t| self.start(*t)).collect(),
                 values: values.collect(),
-                initial: vec![[0.0; 2]; unit.terms.len()],
+                initial: vec![AT_REST; unit.terms.len()],
             };
             (unit, point)
         };

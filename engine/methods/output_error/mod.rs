@@ -46,6 +46,33 @@ pub fn fit(
     settings: &Settings,
     starts: &[PerAxle<Start>],
 ) -> Result<PerAxle<AxleFit>, EngineError> {
+    fitted(ride, bike, settings, starts, globally_best)
+}
+
+/// The same fit once more, from where it ended: without a look elsewhere.
+///
+/// # Errors
+/// As [`fit`].
+pub fn refit(
+    ride: &Ride,
+    bike: &Bike,
+    settings: &Settings,
+    from: PerAxle<Start>,
+) -> Result<PerAxle<AxleFit>, EngineError> {
+    fitted(ride, bike, settings, &[from], |problem, split, starts| {
+        let one = [problem];
+        let from = from_starts(&one, starts);
+        Ok(best_of(&one, false, split, from)?.remove(0))
+    })
+}
+
+fn fitted(
+    ride: &Ride,
+    bike: &Bike,
+    settings: &Settings,
+    starts: &[PerAxle<Start>],
+    alone: impl Fn(&Problem, &Split, &[PerAxle<Start>]) -> Result<AxleFit, EngineError>,
+) -> Result<PerAxle<AxleFit>, EngineError> {
     let split = Split::of(ride, settings);
     let problems = ride
         .axles
@@ -63,8 +90,7 @@ pub fn fit(
     } else {
         for problem in problems {
             let axle = problem.axle;
-            let best = |problem: &Problem| globally_best(problem, &split, starts);
-            fits.set(axle, within_limits(problem, best)?);
+            fits.set(axle, within_limits(problem, |p| alone(p, &split, starts))?);
         }
     }
     Ok(fits)

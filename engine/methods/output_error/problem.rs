@@ -280,28 +280,28 @@ impl AxleFit {
     pub fn estimate(&self, weighed: bool) -> Estimate {
         let p = &self.plain;
         let m = 1.0 / p.per_mass;
-        let error = |by: [f64; 3]| {
-            let mut sum = 0.0;
-            for a in 0..3 {
-                for b in 0..3 {
-                    sum += by[a] * by[b] * self.covariance[(a, b)];
-                }
-            }
-            std_error(sum)
-        };
+        // How k, B and m change with k/m, B/m and 1/m.
+        let by = [
+            [m, 0.0, -p.kappa * m * m],
+            [0.0, m, -p.beta * m * m],
+            [0.0, 0.0, -m * m],
+        ];
+        let covariance = Estimate::propagated(by, |a, b| self.covariance[(a, b)]);
+        let error = |q: usize| std_error(covariance?[q][q]);
         let known = |std: Option<f64>| std.filter(|_| self.undetermined.is_none());
         Estimate {
             k_n_m: p.kappa * m,
             b_n_s_m: p.beta * m,
-            k_std_n_m: known(error([m, 0.0, -p.kappa * m * m])),
-            b_std_n_s_m: known(error([0.0, m, -p.beta * m * m])),
+            k_std_n_m: known(error(0)),
+            b_std_n_s_m: known(error(1)),
             k_not_identifiable: self.undetermined.clone(),
             b_not_identifiable: self.undetermined.clone(),
             mass_kg: if self.prescribed { 0.0 } else { m },
             mass_std_kg: match weighed || self.prescribed {
                 true => None,
-                false => error([0.0, 0.0, m * m]),
+                false => error(2),
             },
+            covariance,
             ..Estimate::default()
         }
     }

@@ -30,8 +30,8 @@ pub fn mass_error(
         };
         let moved = fit.estimate(true);
         let by = Parameters {
-            k_n_m: (moved.k_n_m - e.k_n_m).abs(),
-            b_n_s_m: (moved.b_n_s_m - e.b_n_s_m).abs(),
+            k_n_m: moved.k_n_m - e.k_n_m,
+            b_n_s_m: moved.b_n_s_m - e.b_n_s_m,
         };
         out.set(axle, by);
     }

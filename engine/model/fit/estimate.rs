@@ -15,31 +15,26 @@ pub fn estimate(dataset: &Dataset, model: &Model, track: usize) -> Estimate {
     let (Coefficients { kappa, beta, .. }, m) = (base, base.mass());
     let moves = dataset.tracks[track].plant.moves();
     let index = |q: Coefficient| slots.iter().position(|s| *s == Slot::Base(a, q));
-    let error = |by: [(Coefficient, f64); 2]| {
-        let mut variance = 0.0;
-        for (p, x) in by {
-            for (q, y) in by {
-                if let (Some(i), Some(j)) = (index(p), index(q)) {
-                    variance += x * y * fit.covariance[(i, j)];
-                }
-            }
-        }
-        std_error(variance)
-    };
+    let at = [Coefficient::Kappa, Coefficient::Beta, Coefficient::PerMass].map(index);
+    // How k, B and m change with k/m, B/m and 1/m.
+    let by = [
+        [m, 0.0, -kappa * m * m],
+        [0.0, m, -beta * m * m],
+        [0.0, 0.0, -m * m],
+    ];
+    let covariance = Estimate::propagated(by, |a, b| match (at[a], at[b]) {
+        (Some(a), Some(b)) => fit.covariance[(a, b)],
+        _ => 0.0,
+    });
+    let error = |q: usize| std_error(covariance?[q][q]);
     Estimate {
         k_n_m: kappa * m,
         b_n_s_m: beta * m,
-        k_std_n_m: error([
-            (Coefficient::Kappa, m),
-            (Coefficient::PerMass, -kappa * m * m),
-        ]),
-        b_std_n_s_m: error([
-            (Coefficient::Beta, m),
-            (Coefficient::PerMass, -beta * m * m),
-        ]),
+        k_std_n_m: error(0),
+        b_std_n_s_m: error(1),
         mass_kg: if moves { m } else { 0.0 },
-        mass_std_kg: index(Coefficient::PerMass)
-            .and_then(|_| error([(Coefficient::PerMass, m * m), (Coefficient::Constant, 0.0)])),
+        mass_std_kg: at[2].and_then(|_| error(2)),
+        covariance,
         ..Estimate::default()
     }
 }

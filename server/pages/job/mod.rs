@@ -2,6 +2,7 @@
 
 mod bars;
 mod diagnosis;
+mod inside;
 mod latent;
 mod report;
 mod tried;

@@ -6,6 +6,7 @@ use veloid_engine::report::diagnosis::Verdict;
 use veloid_engine::report::{AxleResult, Estimate, Method, Report, ResultQuantity, RollReport};
 use veloid_engine::result_of;
 
+use super::inside::{self, InsideView};
 use super::latent;
 use crate::pages::words;
 
@@ -14,6 +15,8 @@ pub struct ReportView {
     pub result: Vec<ResultRow>,
     /// The method that the result of each axle is by, in words.
     pub by: String,
+    /// Each axle's model from inside.
+    pub inside: Vec<InsideView>,
     pub methods: Vec<MethodRow>,
     pub comparison: Vec<[String; 8]>,
     /// Why rows are absent.
@@ -75,6 +78,7 @@ impl ReportView {
             result: (result.iter())
                 .map(|(axle, result)| ResultRow::of(axle, result))
                 .collect(),
+            inside: inside::views(report, &result),
             methods: methods(report, &result),
             comparison: comparison(report),
             comparison_notes: report.comparison.notes.clone(),
