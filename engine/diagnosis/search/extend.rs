@@ -4,11 +4,13 @@ use rayon::prelude::*;
 
 use super::score_test::{Prediction, Signatures};
 use super::weak_form;
+use crate::policy;
 use veloid_core::bicycle::Axle;
 use veloid_core::numerics::autoregressive::NoiseModel;
 use veloid_model::dataset::Dataset;
 use veloid_model::effects::{ALL, Kind, Shape};
 use veloid_model::fit::Model;
+use veloid_model::fit::integrate::BESIDE_OWN;
 use veloid_model::fit::{Effort, Fitted, Fitter, Point, Term, Unit};
 use veloid_model::law::{Acts, Values, padded};
 use veloid_report::diagnosis::{Place, SwitchedOff};
@@ -47,6 +49,10 @@ pub fn candidates(dataset: &Dataset) -> (Vec<Term>, Vec<SwitchedOff>) {
     }
     (terms, off)
 }
+
+// The integrator has room for the user's law beside the rest of a set.
+const _: () = assert!(policy::MOST_TERMS <= BESIDE_OWN + 1);
+const _: () = assert!(policy::MOST_BY_WINDOWS <= BESIDE_OWN + 1);
 
 /// The user's own law, where there is one.
 fn own_law(dataset: &Dataset) -> Option<Kind> {

@@ -7,8 +7,10 @@ use veloid_core::plant::Coefficients;
 
 /// Effects on one axle at most.
 pub const MAX_EFFECTS: usize = 6;
-/// The mass's, and those of a law of the user's own beside effects of the library.
-pub(super) const STATES: usize = 2 + MAX_OWN_STATES + (MAX_EFFECTS - 1) * MAX_STATES;
+/// The mass's and those of the effects; room for a law of the user's own beside [`BESIDE_OWN`] effects of the library.
+pub(super) const STATES: usize = 2 + MAX_EFFECTS * MAX_STATES;
+/// Effects of the library beside a law of the user's own at most.
+pub const BESIDE_OWN: usize = (STATES - 2 - MAX_OWN_STATES) / MAX_STATES;
 
 #[derive(Clone, Debug)]
 pub struct AxleLanes {

@@ -9,7 +9,7 @@ mod sensed;
 #[cfg(test)]
 mod tests;
 
-pub use axle::{AxleLanes, EffectLanes, Motions};
+pub use axle::{AxleLanes, BESIDE_OWN, EffectLanes, Motions};
 pub use runner::rest;
 pub use sensed::sensed;
 
