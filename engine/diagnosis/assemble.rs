@@ -1,9 +1,10 @@
 //! The decision as a report.
 
 use crate::axle::{AxleReporter, OnAxle};
+use crate::beside;
 use crate::decide::Decision;
 use crate::explain::detectable::detectable;
-use crate::explain::{beside, hidden, next_ride, show, simulation, windows, words};
+use crate::explain::{hidden, next_ride, show, simulation, windows, words};
 use crate::prepare::Prepared;
 use crate::search::Search;
 use crate::search::null::FINEST;

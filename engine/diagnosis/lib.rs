@@ -5,6 +5,7 @@
 
 mod assemble;
 mod axle;
+mod beside;
 mod decide;
 #[cfg(test)]
 mod example;

@@ -1,6 +1,5 @@
 //! What the verdict means for whoever rode: where, how much, what it changes, what to ride next.
 
-pub mod beside;
 pub mod detectable;
 pub mod evidence;
 pub mod free_form;

@@ -15,7 +15,7 @@ pub struct InsideView {
     pub response: Vec<(&'static str, String)>,
     /// What distorts.
     pub missing: Vec<(&'static str, String)>,
-    /// Names of the parameters and the rows of their covariance and correlation.
+    /// Rows of the parameters' errors: name, standard error of the fit and as reported, correlations.
     pub errors: Vec<[String; 4]>,
 }
 
@@ -116,20 +116,27 @@ fn ratio_of(result: &AxleResult) -> f64 {
 }
 
 fn poles(poles: &[Pole]) -> String {
-    let of = |pole: &Pole| match pole.im_rad_s == 0.0 {
-        true => format!("{} 1/s", significant(pole.re_1_s, 4)),
-        false => {
-            let sign = if pole.im_rad_s > 0.0 { "+" } else { "−" };
-            let im = significant(pole.im_rad_s.abs(), 4);
-            format!("{} {sign} {im} i rad/s", significant(pole.re_1_s, 4))
+    let real = |pole: &Pole| significant(pole.re_1_s, 4);
+    match poles {
+        [one, other] if one.im_rad_s != 0.0 && one.im_rad_s == -other.im_rad_s => {
+            let im = significant(one.im_rad_s.abs(), 4);
+            format!("{} ± {im} i 1/s", real(one))
         }
-    };
-    poles.iter().map(of).collect::<Vec<_>>().join(" and ")
+        _ => {
+            let all: Vec<String> = poles.iter().map(real).collect();
+            format!("{} 1/s", all.join(" and "))
+        }
+    }
 }
 
 fn measured(response: &FrequencyResponse) -> String {
-    let band =
-        |[from, to]: &[f64; 2]| format!("{} to {} Hz", significant(*from, 3), significant(*to, 3));
+    let band = |[from, to]: &[f64; 2]| {
+        format!(
+            "from {} to {} Hz",
+            significant(*from, 3),
+            significant(*to, 3)
+        )
+    };
     let bands: Vec<String> = response.coherent_hz.iter().map(band).collect();
     let bands = match bands.is_empty() {
         true => "at no frequency".to_owned(),
