@@ -401,7 +401,7 @@ mod tests {
             assert!(
                 fault
                     .as_ref()
-                    .is_ok_and(|_| ["map", "files", "layout"].contains(&key))
+                    .is_ok_and(|_| ["map", "files", "layout", "fix", "bound"].contains(&key))
                     || fault.is_err_and(|fault| !fault.contains("unknown field")),
                 "{key}"
             );

@@ -369,7 +369,7 @@ pub fn assemble(
     };
     let result = result(ride, &report);
     let report = report.with_result(result);
-    let (dynamics, what_next) = (dynamics(ride, &report), what_next(&report));
+    let (dynamics, what_next) = (dynamics(ride, &report), what_next(ride, &report));
     let report = Report {
         dynamics,
         what_next,

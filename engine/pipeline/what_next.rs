@@ -3,12 +3,13 @@
 use veloid_core::bicycle::Axle;
 use veloid_core::document::format_number::{WIDE, significant};
 use veloid_report::{AxleResult, Parameters, Report};
+use veloid_ride::{AxleRecord, Ride};
 
 /// Share of a quantity's variance from which one cause counts as its limit: more than all others together.
 const MAIN: f64 = 0.5;
 
 /// What to do next, one sentence for each axle with an interval, after what would distinguish tied explanations.
-pub fn what_next(report: &Report) -> Vec<String> {
+pub fn what_next(ride: &Ride, report: &Report) -> Vec<String> {
     let planned = report.diagnosis.as_ref().and_then(|d| d.next_ride.as_ref());
     let planned = planned.map(|ride| {
         format!(
@@ -21,7 +22,7 @@ pub fn what_next(report: &Report) -> Vec<String> {
     let axles = report.result.iter();
     planned
         .into_iter()
-        .chain(axles.flat_map(|(axle, result)| of_axle(report, axle, result)))
+        .chain(axles.flat_map(|(axle, result)| of_axle(ride, report, axle, result)))
         .collect()
 }
 
@@ -34,7 +35,7 @@ struct Known {
     limit: Option<[&'static str; 2]>,
 }
 
-fn of_axle(report: &Report, axle: Axle, result: &AxleResult) -> Vec<String> {
+fn of_axle(ride: &Ride, report: &Report, axle: Axle, result: &AxleResult) -> Vec<String> {
     let known: Vec<Known> = (["k", "B"].into_iter())
         .filter_map(|name| known(report, axle, result, name))
         .collect();
@@ -55,7 +56,7 @@ fn of_axle(report: &Report, axle: Axle, result: &AxleResult) -> Vec<String> {
         sentences.push(format!(
             "{title} axle: {}; {} halves {}.",
             listed(&by_fit),
-            longer(report),
+            longer(ride.axles.get(axle), ride.duration_s()),
             if by_fit.len() > 1 {
                 "both intervals"
             } else {
@@ -122,20 +123,17 @@ fn known(report: &Report, axle: Axle, result: &AxleResult, name: &'static str) -
 }
 
 /// A ride like this one that brings four times as much.
-fn longer(report: &Report) -> String {
-    let has = |channel: &str| {
-        report
-            .ride
-            .columns
-            .iter()
-            .any(|c| c.channel.starts_with(channel))
-    };
-    let seconds = significant(4.0 * report.ride.duration_s, 2);
-    let length = format!("a ride four times as long ({seconds} s)");
-    match (report.has_no_road() || has("u_"), has("force_")) {
-        (true, _) => format!("{length}, or one over a road twice as rough,"),
-        (false, true) => format!("a record four times as long ({seconds} s), or twice the force,"),
-        (false, false) => "four releases, or one from twice the height,".to_owned(),
+fn longer(record: Option<&AxleRecord>, duration_s: f64) -> String {
+    let seconds = significant(4.0 * duration_s, 2);
+    let has_force = record.is_some_and(|record| record.force.is_some());
+    match record.is_none_or(AxleRecord::has_road) {
+        true => {
+            format!("a ride four times as long ({seconds} s), or one over a road twice as rough,")
+        }
+        false if has_force => {
+            format!("a record four times as long ({seconds} s), or twice the force,")
+        }
+        false => "four releases, or one from twice the height,".to_owned(),
     }
 }
 
@@ -150,7 +148,7 @@ mod tests {
     use veloid_core::settings::Settings;
     use veloid_methods::simulate::simulated_ride::SimulatedRide;
 
-    fn report() -> Report {
+    fn ride_and_report() -> (Ride, Report) {
         let simulated = SimulatedRide {
             duration_s: 10.0,
             noise_displacement_m: 5e-5,
@@ -166,13 +164,15 @@ mod tests {
             diagnosis: false,
             ..Settings::default()
         };
-        identify(&simulated.ride(), &bike, &settings, &Silent).unwrap()
+        let ride = simulated.ride();
+        let report = identify(&ride, &bike, &settings, &Silent).unwrap();
+        (ride, report)
     }
 
     #[test]
     fn an_interval_by_the_fit_asks_for_a_longer_ride_and_one_by_a_cause_for_its_cure() {
-        let mut report = report();
-        assert_eq!(report.what_next, what_next(&report));
+        let (ride, mut report) = ride_and_report();
+        assert_eq!(report.what_next, what_next(&ride, &report));
         let [one] = &report.what_next[..] else {
             panic!("{:?}", report.what_next)
         };
@@ -199,7 +199,7 @@ mod tests {
                 }),
                 rear: None,
             };
-            let next = what_next(&report).join(" ");
+            let next = what_next(&ride, &report).join(" ");
             assert_eq!(
                 next.contains("weigh what the wheel carries"),
                 limited,
@@ -210,8 +210,8 @@ mod tests {
 
     #[test]
     fn what_has_no_interval_is_left_to_its_reason() {
-        let mut report = report();
+        let (ride, mut report) = ride_and_report();
         report.result = PerAxle::default();
-        assert!(what_next(&report).is_empty());
+        assert!(what_next(&ride, &report).is_empty());
     }
 }

@@ -17,6 +17,9 @@ const METHODS: [(&str, Method); 6] = [
     ("extended", Method::Extended),
 ];
 
+/// Explanations that are listed, the answer and those next to it.
+const TRIED: usize = 6;
+
 /// What was understood, every method's parameters, and the verdict.
 pub fn summary(report: &Report) -> String {
     let mut text = String::new();
@@ -84,7 +87,12 @@ fn write(out: &mut String, report: &Report) -> std::fmt::Result {
             )?;
         }
     }
-    tried(out, diagnosis)?;
+    // Of a law of the user's own all is of interest.
+    let most = match report.settings.law {
+        Some(_) => usize::MAX,
+        None => TRIED,
+    };
+    tried(out, diagnosis, most)?;
     let more = diagnosis.warnings.iter();
     for warning in more.filter(|w| !ride.warnings.contains(w)) {
         writeln!(out, "warning: {warning}")?;
@@ -93,12 +101,12 @@ fn write(out: &mut String, report: &Report) -> std::fmt::Result {
 }
 
 /// What was fitted to the end, a line for each set of effects.
-fn tried(out: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result {
+fn tried(out: &mut String, diagnosis: &Diagnosis, most: usize) -> std::fmt::Result {
     if !diagnosis.tried.is_empty() {
         writeln!(out, "\nTried:")?;
     }
     let unit = diagnosis.held_out_unit();
-    for tried in &diagnosis.tried {
+    for tried in diagnosis.tried.iter().take(most) {
         let [values, parameters, gain, held_out, why] = tried.columns(unit);
         writeln!(
             out,
@@ -106,7 +114,10 @@ fn tried(out: &mut String, diagnosis: &Diagnosis) -> std::fmt::Result {
             tried.name()
         )?;
     }
-    Ok(())
+    match diagnosis.tried.len().saturating_sub(most) {
+        0 => Ok(()),
+        more => writeln!(out, "  {more} more in the report"),
+    }
 }
 
 /// The answer, one line for each axle.
@@ -128,6 +139,7 @@ fn result(out: &mut String, report: &Report) -> std::fmt::Result {
 }
 
 fn quantity((name, quantity): (&str, &ResultQuantity)) -> String {
+    let name = name.replace('_', " ");
     match (quantity.quantity(), quantity.std_error, &quantity.why) {
         (None, ..) => format!("{name} withheld"),
         (Some(value), None, Some(why)) => format!("{name} = {value} ({why})"),

@@ -42,19 +42,21 @@ function correlations({ lag_s: lags, autocorrelation, cross_correlation: cross }
 
 function frequency(response) {
   const { frequency_hz: x, plain, extended } = response;
+  // Where input and output are not coherent, nothing was measured.
+  const isKnown = (i) => response.coherence[i] >= response.coherent_above && response.magnitude_low[i] !== null;
+  const known = (values) => values.map((value, i) => (isKnown(i) ? value : null));
+  const within = (values) => values.filter((_, i) => isKnown(i));
   const models = (key, legend) => [
     { name: 'plain model', x, y: plain[key], ink: 'series-plain', dash: 'dash', legend },
-    ...(extended ? [{ name: 'with the effects', x, y: extended[key], ink: 'series-extended', legend }] : []),
+    ...(extended ? [{ name: 'with the effects', x, y: known(extended[key]), ink: 'series-extended', legend }] : []),
   ];
   const unit = response.unit === '-' ? '' : ` (${response.unit})`;
-  // Where the interval is wider than the value nothing was measured.
-  const known = (values) => values.map((value, i) => (response.magnitude_low[i] === null ? null : value));
   return {
     x: { label: 'frequency (Hz)', log: true },
     marks: response.coherent_hz.map(([from, to]) => ({ from, to })),
     panels: [
       { label: `|${response.of}|${unit}`, log: true, weight: 2, traces: [
-        ...band('95 % interval', x, response.magnitude_low, response.magnitude_high, 'series-measured', false),
+        ...band('95 % interval', within(x), within(response.magnitude_low), within(response.magnitude_high), 'series-measured', false),
         { name: 'measured', x, y: known(response.magnitude), ink: 'series-measured' },
         ...(plain.magnitude_low.length ? band('95 % of the plain model', x, plain.magnitude_low, plain.magnitude_high, 'series-plain', false) : []),
         ...models('magnitude', true),

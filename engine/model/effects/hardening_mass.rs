@@ -71,7 +71,7 @@ mod tests {
     /// less its own.
     #[test]
     fn the_spring_hardens_with_the_square_of_its_travel_up_to_ten_deflections() {
-        let values = [0.25, 3.0, 0.1, 0.5];
+        let values = padded([0.25, 3.0, 0.1, 0.5]);
         for (travel, rate) in [(1e-3, 0.0), (-2e-3, 0.1), (5e-3, -0.2), (-0.03, 0.0)] {
             let at = At { z: 2e-3, v: 0.05, states: [2e-3 - travel, 0.05 - rate], ..AT };
             let harder = 1.0 + 0.5 * (travel / 1e-3_f64).powi(2).min(100.0);
@@ -86,7 +86,7 @@ mod tests {
 
     #[test]
     fn without_a_share_of_the_mass_it_changes_nothing() {
-        changes_nothing::<HardeningMass>([0.0, 3.0, 0.1, 0.5]);
+        changes_nothing::<HardeningMass>(padded([0.0, 3.0, 0.1, 0.5]));
     }
 
     #[test]

@@ -361,7 +361,7 @@ mod tests {
             tracks: vec![0],
             terms: vec![example::term(Kind::CubicStiffness, Axle::Front)],
         };
-        let point = example::point(&dataset, &unit, vec![[1.0, 2.0, 3.0, 4.0]]);
+        let point = example::point(&dataset, &unit, vec![padded([1.0, 2.0, 3.0, 4.0])]);
         let slots = [
             Slot::Base(0, Coefficient::Beta),
             Slot::Value(0, 2),
@@ -373,7 +373,7 @@ mod tests {
             other.with(&slots, &slots.map(|slot| point.get(slot))),
             point
         );
-        assert_eq!(other.values[0], [1.0, 2.0, 6.0, 4.0]);
+        assert_eq!(other.values[0], padded([1.0, 2.0, 6.0, 4.0]));
     }
 
     #[test]
