@@ -22,6 +22,9 @@ use utoipa_swagger_ui::{Config, SwaggerUi};
 use veloid_engine::report::ResultQuantity;
 use veloid_engine::report::diagnosis::{Excerpt, Predicted, ResidualSpectrum, Surface};
 use veloid_engine::report::dynamics::{ParameterErrors, Pole, StepInput, StepResponse};
+use veloid_engine::report::model_on_ride::{
+    FitOnRide, ParameterOnRide, SeriesOnRide, SpectrumOnRide,
+};
 use veloid_engine::report::simulation::{ActingEffect, Law, LawState, Pitch};
 use veloid_engine::report::validation::{
     CorrelationTest, Distortion, ForceCurve, FrequencyResponse, ModelResponse, ResidualTests,
@@ -51,7 +54,8 @@ use security::secured;
     ),
     // What only stands inside of a generic type is not found by itself.
     components(schemas(ActingEffect, Excerpt, Law, LawState, Pitch, Predicted, ResidualSpectrum, EffectScore, PartLength, ResultQuantity, SetScore, Surface,
-        ParameterErrors, Pole, StepInput, StepResponse, CorrelationTest, Distortion, ForceCurve, FrequencyResponse, ModelResponse, ResidualTests, Restoring, TestedInput)),
+        ParameterErrors, Pole, StepInput, StepResponse, CorrelationTest, Distortion, ForceCurve, FrequencyResponse, ModelResponse, ResidualTests, Restoring, TestedInput,
+        FitOnRide, ParameterOnRide, SeriesOnRide, SpectrumOnRide)),
     tags(
         (name = "rides", description = "Upload and fetch rides"),
         (name = "jobs", description = "Follow, cancel and retry identifications; fetch their results"),

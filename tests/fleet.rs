@@ -21,8 +21,8 @@ async fn every_parameter_of_a_finished_job_joins_the_fleet() {
     assert_eq!(bike["document"]["mass_rear_kg"], 63.0);
 
     let all = server.json("/v1/parameters?limit=1000").await;
-    // The result and four methods, two axles, k and B.
-    assert_eq!(all["items"].as_array().unwrap().len(), 20);
+    // Of two axles: k, B, natural frequency and damping ratio of the result, k and B by four methods.
+    assert_eq!(all["items"].as_array().unwrap().len(), 24);
     let one = server
         .json("/v1/parameters?method=output_error&axle=front&name=k_n_m")
         .await;

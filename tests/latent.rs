@@ -54,7 +54,7 @@ fn the_command_line_needs_no_road() {
     for said in [
         "latent road     front",
         "road: ISO 8608 class C",
-        "a_r: noise 0.0",
+        "a_f: noise 0.0",
         "explain this ride to within its noise",
     ] {
         assert!(summary.contains(said), "{said}: {summary}");

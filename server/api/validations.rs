@@ -29,7 +29,7 @@ pub struct NewValidation {
 
 /// A job's model on another ride.
 #[derive(Serialize, ToSchema)]
-pub struct Validation {
+pub struct RideValidation {
     /// Id of the job whose model it is.
     pub model: Uuid,
     /// Id of the ride.
@@ -46,7 +46,7 @@ pub struct Validation {
 /// whether they differ by more than their intervals allow. Nothing is stored.
 #[utoipa::path(post, path = "/v1/validations", operation_id = "validate_model", tag = "jobs", request_body = NewValidation,
     responses(
-        (status = 200, description = "How well the model predicts the ride, and what differs", body = Validation),
+        (status = 200, description = "How well the model predicts the ride, and what differs", body = RideValidation),
         (status = 400, description = "Malformed body", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such job or ride", body = Problem, content_type = "application/problem+json"),
         (status = 409, description = "The job has no report (yet)", body = Problem, content_type = "application/problem+json"),
@@ -60,7 +60,7 @@ pub async fn create(
     State(server): App,
     caller: Caller,
     body: Bytes,
-) -> Result<Json<Validation>, Problem> {
+) -> Result<Json<RideValidation>, Problem> {
     let new: NewValidation = serde_json::from_slice(&body)
         .map_err(|error| Problem::new(Kind::BadRequest, format!("the body: {error}")))?;
     Ok(Json(validation(&server, &caller.group, &new).await?))
@@ -71,7 +71,7 @@ pub async fn validation(
     server: &Server,
     group: &str,
     new: &NewValidation,
-) -> Result<Validation, Problem> {
+) -> Result<RideValidation, Problem> {
     if job::find(&server.db, group, new.model).await?.is_none() {
         return Err(no_such_job());
     }
@@ -87,7 +87,7 @@ pub async fn validation(
     let sources = files.iter().map(|(source, _)| source.clone()).collect();
     let model = IdentifiedModel::of(report);
     let found = reader.comparison(sources, job.request.0, model).await?;
-    Ok(Validation {
+    Ok(RideValidation {
         model: new.model,
         ride: new.ride,
         name: job.ride_name,

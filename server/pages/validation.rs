@@ -14,7 +14,7 @@ use super::words;
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::jobs::view::{JobView, find};
-use crate::api::validations::{NewValidation, Validation, validation};
+use crate::api::validations::{NewValidation, RideValidation, validation};
 use crate::store::Db;
 use crate::store::job;
 
@@ -141,7 +141,7 @@ async fn offers(
 }
 
 impl Found {
-    fn of(validation: &Validation) -> Result<Self, Fault> {
+    fn of(validation: &RideValidation) -> Result<Self, Fault> {
         let found = &validation.found;
         let json = serde_json::to_string(validation);
         Ok(Self {
