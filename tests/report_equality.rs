@@ -135,7 +135,11 @@ async fn margins_mean_the_same_at_the_command_line_and_on_the_page() {
     let args = [&["--seed", "7", "--no-diagnosis"], &swarm[..]].concat();
     let (report, summary) = identify(&ride, &bike, &args);
     for screen in [&page, &summary] {
-        assert_eq!(screen.matches("± is the 95 % interval").count(), 1, "{screen}");
+        assert_eq!(
+            screen.matches("± is the 95 % interval").count(),
+            1,
+            "{screen}"
+        );
         assert!(
             !screen.contains("+/-") && !screen.contains("+-"),
             "{screen}"

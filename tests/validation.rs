@@ -12,8 +12,12 @@ use crate::skips::recording;
 fn simulated(folder: &Folder, name: &str, args: &[&str]) -> [String; 2] {
     let path = |name: &str| folder.0.join(name).to_str().unwrap().to_owned();
     let [ride, bike] = [path(&format!("{name}.csv")), path("bike.json")];
-    let given = ["simulate", &ride, "--bike", &bike, "--noise", "5e-5"];
-    let output = veloid(&[&given[..], args].concat());
+    let given = ["simulate", &ride, "--bike", &bike];
+    let noise: &[&str] = match args.contains(&"--accelerometers") {
+        true => &[],
+        false => &["--noise", "5e-5"],
+    };
+    let output = veloid(&[&given[..], noise, args].concat());
     assert!(output.status.success(), "{output:?}");
     [ride, bike]
 }
