@@ -180,7 +180,7 @@ impl<'a> Teller<'a> {
     /// Gain of the decision's model, where likelihood found it.
     fn answer_gain(&self) -> Option<f64> {
         let by_likelihood = self.decision.claims.is_empty();
-        by_likelihood.then(|| self.decision.model.likelihood - self.search.plain.likelihood)
+        by_likelihood.then_some(self.decision.model.likelihood - self.search.plain.likelihood)
     }
 
     /// The model that the verdict speaks of.
