@@ -1,6 +1,6 @@
 //! A model on rides that it was not identified from.
 
-use std::path::PathBuf;
+use std::path::Path;
 
 use serde_json::{Value, json};
 
@@ -35,7 +35,7 @@ fn validated(folder: &Folder, model: &str, rides: &[&str], more: &[&str]) -> (Va
     (found, said, output.status.code().unwrap())
 }
 
-fn identified(ride: &str, bike: &str, model: &PathBuf, args: &[&str]) {
+fn identified(ride: &str, bike: &str, model: &Path, args: &[&str]) {
     let quick = ["--trials", "1", "--iterations", "5"];
     let model = model.to_str().unwrap();
     let written = ["identify", ride, "--bike", bike, "--model", model];

@@ -310,7 +310,7 @@ mod tests {
         let found = response(&record, &models).unwrap();
         assert_eq!((found.of.as_str(), found.unit.as_str()), ("F/d", "N/m"));
         let within = |hz: &f64| (1.0..2.5).contains(hz);
-        assert!(found.frequency_hz.iter().any(|hz| within(hz)));
+        assert!(found.frequency_hz.iter().any(&within));
         for (i, hz) in found
             .frequency_hz
             .iter()
