@@ -15,11 +15,8 @@ pub fn validations(
     verdict: Verdict,
 ) -> PerAxle<Validation> {
     let record = prepared.record();
-    let is_named = matches!(
-        verdict,
-        Verdict::Named | Verdict::NamedInPart | Verdict::Ambiguous
-    );
-    let model = Some(&decision.shown).filter(|model| is_named && !model.terms.is_empty());
+    let model =
+        (Some(&decision.shown)).filter(|model| verdict.names_effects() && !model.terms.is_empty());
     let moved = model.map(|model| motions(record, model));
     let mut found = PerAxle::default();
     for (t, track) in record.tracks.iter().enumerate() {

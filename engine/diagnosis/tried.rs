@@ -129,13 +129,12 @@ impl<'a> Teller<'a> {
         decision: &'a Decision,
         verdict: Verdict,
     ) -> Self {
-        let named = [Verdict::Named, Verdict::NamedInPart, Verdict::Ambiguous];
         let mut teller = Self {
             prepared,
             search,
             decision,
             verdict,
-            answer: match named.contains(&verdict) {
+            answer: match verdict.names_effects() {
                 true => &decision.model.terms,
                 false => &[],
             },

@@ -62,19 +62,13 @@ pub fn result_of(report: &Report) -> PerAxle<AxleResult> {
 /// The road's own method where no other has an estimate of the axle or the recorded road misleads; else the model with the
 /// effects that the verdict names, or output error.
 fn best_method(report: &Report, axle: Axle) -> Method {
-    let names = |verdict| {
-        matches!(
-            verdict,
-            Verdict::Named | Verdict::NamedInPart | Verdict::Ambiguous
-        )
-    };
     let is_unrecorded = report.output_error.get(axle).is_none() && report.latent_road.is_some();
     if road_misleads(report) {
         return Method::LatentRoad;
     }
     match &report.diagnosis {
         Some(d) if is_unrecorded && d.extended.get(axle).is_none() => Method::LatentRoad,
-        Some(d) if names(d.verdict) && !d.effects.is_empty() => Method::Extended,
+        Some(d) if d.verdict.names_effects() && !d.effects.is_empty() => Method::Extended,
         _ if is_unrecorded => Method::LatentRoad,
         _ => Method::OutputError,
     }

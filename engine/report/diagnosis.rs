@@ -32,6 +32,11 @@ pub enum Verdict {
 }
 
 impl Verdict {
+    /// Whether it speaks of effects by name, so that they are in the model of the result.
+    pub fn names_effects(self) -> bool {
+        matches!(self, Self::Named | Self::NamedInPart | Self::Ambiguous)
+    }
+
     /// Every verdict by its name in reports.
     pub const NAMES: [&str; 6] = [
         "nothing_missing",

@@ -66,7 +66,7 @@ pub async fn create(
     Ok(Json(validation(&server, &caller.group, &new).await?))
 }
 
-/// The comparison, by whom it was asked for.
+/// The comparison of a group's model with one of its rides.
 pub async fn validation(
     server: &Server,
     group: &str,

@@ -36,13 +36,7 @@ pub struct Arguments {
 impl Arguments {
     /// Options with what is arguments here and the texts of further ones, by key.
     pub fn options(&self, given: &[(&str, &Vec<String>)]) -> Result<Options, CliError> {
-        let mut document = Map::new();
-        for (key, texts) in given.iter().chain(&[("missing", &self.missing)]) {
-            for text in *texts {
-                Options::add_pair(&mut document, key, text)?;
-            }
-        }
-        let mut options = Options::try_from(document)?;
+        let mut options = options(&[given, &[("missing", &self.missing)]].concat())?;
         set(&mut options.reading.deflection_sign, self.deflection_sign);
         set(&mut options.settings.seed, self.seed);
         set(&mut options.settings.alpha, self.alpha);
@@ -52,18 +46,38 @@ impl Arguments {
 
     /// The report to where it is wanted, and the summary to stdout unless the report goes there.
     pub fn write(&self, report: &impl Serialize, summary: &str) -> Result<(), CliError> {
-        let json = || serde_json::to_string_pretty(report);
-        match &self.json {
-            Some(path) if path.as_os_str() == "-" => writeln!(io::stdout(), "{}", json()?)?,
-            other => {
-                if let Some(path) = other {
-                    std::fs::write(path, json()? + "\n").map_err(CliError::of_file(path))?;
-                }
-                write!(io::stdout(), "{summary}")?;
-            }
-        }
-        Ok(())
+        write(self.json.as_deref(), report, summary)
     }
+}
+
+/// Options from the texts of arguments, by key.
+pub fn options(given: &[(&str, &Vec<String>)]) -> Result<Options, CliError> {
+    let mut document = Map::new();
+    for (key, texts) in given {
+        for text in *texts {
+            Options::add_pair(&mut document, key, text)?;
+        }
+    }
+    Ok(Options::try_from(document)?)
+}
+
+/// A document to its file, and the summary to stdout unless the document goes there (`-`).
+pub fn write(
+    json: Option<&Path>,
+    document: &impl Serialize,
+    summary: &str,
+) -> Result<(), CliError> {
+    let text = || serde_json::to_string_pretty(document);
+    match json {
+        Some(path) if path.as_os_str() == "-" => writeln!(io::stdout(), "{}", text()?)?,
+        other => {
+            if let Some(path) = other {
+                std::fs::write(path, text()? + "\n").map_err(CliError::of_file(path))?;
+            }
+            write!(io::stdout(), "{summary}")?;
+        }
+    }
+    Ok(())
 }
 
 pub fn read_bike(path: &Path) -> Result<Bike, CliError> {

@@ -1,4 +1,3 @@
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -10,7 +9,7 @@ use veloid_engine::report::{IdentifiedModel, ModelOnRide};
 use veloid_engine::ride::RideFile;
 
 use super::CliError;
-use super::arguments::{name, read_bike, set};
+use super::arguments::{name, options, read_bike, set, write};
 use super::unread::explained;
 use crate::options::Options;
 
@@ -79,7 +78,8 @@ impl Validate {
             }
         });
         let compared: Vec<OnRide> = compared.collect();
-        self.write(&compared)?;
+        let summary: String = compared.iter().map(summary).collect();
+        write(self.json.as_deref(), &compared, &summary)?;
         let failed = compared.iter().filter(|ride| ride.problem.is_some());
         match failed.count() {
             0 => Ok(()),
@@ -91,19 +91,12 @@ impl Validate {
     }
 
     fn options(&self) -> Result<Options, CliError> {
-        let mut document = serde_json::Map::new();
-        let given = [
+        let mut options = options(&[
             ("map", &self.map),
             ("rate_hz", &self.rate),
             ("rows", &self.rows),
             ("layout", &self.layout),
-        ];
-        for (key, texts) in given {
-            for text in texts {
-                Options::add_pair(&mut document, key, text)?;
-            }
-        }
-        let mut options = Options::try_from(document)?;
+        ])?;
         set(&mut options.settings.alpha, self.alpha);
         options.validate()?;
         Ok(options)
@@ -127,22 +120,6 @@ impl Validate {
             bike,
             options.settings.alpha,
         )?)
-    }
-
-    fn write(&self, compared: &[OnRide]) -> Result<(), CliError> {
-        let json = || serde_json::to_string_pretty(compared);
-        match &self.json {
-            Some(path) if path.as_os_str() == "-" => writeln!(io::stdout(), "{}", json()?)?,
-            other => {
-                if let Some(path) = other {
-                    std::fs::write(path, json()? + "\n").map_err(CliError::of_file(path))?;
-                }
-                for ride in compared {
-                    write!(io::stdout(), "{}", summary(ride))?;
-                }
-            }
-        }
-        Ok(())
     }
 }
 
