@@ -55,9 +55,9 @@ impl Record<'_> {
     }
 }
 
-/// To six digits: what is drawn needs no more.
+/// To seven digits: half of the seventh is below 1e-6 of the number, and what is drawn needs no more.
 pub fn short(x: f64) -> f64 {
-    format!("{x:.5e}").parse().unwrap_or(x)
+    format!("{x:.6e}").parse().unwrap_or(x)
 }
 
 /// All of them.

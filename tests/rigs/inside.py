@@ -10,13 +10,15 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
 from scipy.optimize import least_squares
-from scipy.signal import csd, lti, welch
+from scipy.signal import csd, lfilter, lti, welch
 
 RIDES = {
     "road": ["--duration", "60", "--noise", "2e-5"],
     "force": ["--duration", "60", "--noise", "2e-5", "--shaker", "60:1:15"],
     "free decay": ["--duration", "20", "--noise", "1e-5", "--release", "0.01", "--damping", "60"],
 }
+HELD_OUT = 0.4  # `held_out` of the settings
+AFTER = 50  # samples after the fitted part, for the inputs' derivatives
 MASSES = {"front": 23.0, "rear": 63.0}
 WHAT = {
     "poles": "poles, of their size (Octave `pole`)",
@@ -24,7 +26,7 @@ WHAT = {
     "step": "step response, of its largest value (SciPy `lti.step`)",
     "estimate": "k, B (own least squares)",
     "standard": "the same, in their standard deviations",
-    "deviation": "their standard deviations (white noise)",
+    "deviation": "their standard deviations",
     "correlation": "their correlation, absolute",
     "magnitude": "frequency response, magnitude (SciPy `csd`, `welch`)",
     "phase": "its phase (rad)",
@@ -73,8 +75,24 @@ def derivatives(t, y):
     return np.array([spline(t, order) for order in range(4)]).T
 
 
+def burg(x):
+    """Coefficients and variance of an autoregressive model, its order up to 20 by Akaike's criterion."""
+    forward, backward, variance, a = x.copy(), x.copy(), np.mean(x * x), np.zeros(0)
+    tried = [(len(x) * np.log(variance), a, variance)]
+    for order in range(1, 21):
+        f, b = forward[order:], backward[order - 1 : -1]
+        k = -2 * (f @ b) / (f @ f + b @ b)
+        a = np.append(a + k * a[::-1], k)
+        forward[order:], backward[order:] = f + k * b, b + k * f
+        variance *= 1 - k * k
+        tried.append((len(x) * np.log(variance) + 2 * order, a, variance))
+    return min(tried, key=lambda model: model[0])[1:]
+
+
 def fitted(t, u, F, z, m, guess, has_constant):
-    """k, B and their covariance under white noise."""
+    """k, B of the part that is fitted, and their covariance under noise of the residual's colour."""
+    end = round((1 - HELD_OUT) * len(t)) - int(0.03 * len(t))
+    t, u, F, z = (None if x is None else x[: end + AFTER] for x in (t, u, F, z))
     h, zeros = t[1] - t[0], np.zeros((len(t), 4))
     u, F = (zeros if x is None else derivatives(t, x) for x in (u, F))
     sizes = np.array([*guess, 1e-3, 0.1, 10.0])
@@ -82,12 +100,14 @@ def fitted(t, u, F, z, m, guess, has_constant):
 
     def left(x):
         p = np.append(x, np.zeros(5 - free)) * sizes
-        return (moved(p, h, u, F, m) - z) * 1e5
+        return (moved(p, h, u, F, m) - z)[:end] * 1e5
 
     start = np.array([1.0, 1.0, z[0] / 1e-3, 0.0, 0.0])[:free]
     found = least_squares(left, start, jac="3-point", x_scale="jac", xtol=1e-15, ftol=1e-15, gtol=1e-15)
-    variance = 2 * found.cost / (len(z) - free)
-    covariance = variance * np.linalg.inv(found.jac.T @ found.jac)
+    a, variance = burg(found.fun)
+    columns = lfilter([1.0], np.append(1.0, a), found.jac[::-1], axis=0)
+    bread = np.linalg.inv(found.jac.T @ found.jac)
+    covariance = variance * bread @ (columns.T @ columns) @ bread
     scale = np.diag(sizes[:2])
     return found.x[:2] * sizes[:2], scale @ covariance[:2, :2] @ scale
 
@@ -142,8 +162,8 @@ def compared(name, report, table):
         correlation = lambda c: c[0, 1] / np.sqrt(c[0, 0] * c[1, 1])
         add("correlation", abs(correlation(own) - correlation(covariance)))
         cases.append((axle, m, k, B))
-        over = [B, k] if u is not None else [1.0]
         step, response = dynamics["step_response"], validation["response"]
+        over = [B, k] if step["input"] == "road" else [1.0]
         if step:
             at = np.array(step["t_s"])
             _, curve = lti(over, [m, B, k]).step(T=at)
