@@ -19,8 +19,8 @@ pub mod replay;
 mod skips;
 
 pub use pipeline::{
-    ModelError, Ridden, assemble, conclude, diagnose, from_arrays, identify, observe, read,
-    read_model, result_of, scores, study, validate,
+    ModelError, Ridden, assemble, compare, conclude, diagnose, from_arrays, identify, observe,
+    read, read_model, result_of, scores, study, validate,
 };
 pub use veloid_core::document::{seen, unseen};
 pub use veloid_core::{
@@ -30,7 +30,7 @@ pub use veloid_core::{
 pub use veloid_core::{bicycle, document, plant};
 pub use veloid_diagnosis as diagnosis;
 pub use veloid_diagnosis::impose::{Imposed, ride as simulate, sensed};
-pub use veloid_diagnosis::validation::{Incomparable, Start, compare, predict};
+pub use veloid_diagnosis::validation::{Incomparable, Start, predict};
 pub use veloid_methods::{least_squares, observer, output_error, simulate, swarm, uncertainty};
 pub use veloid_report as report;
 pub use veloid_report::Report;

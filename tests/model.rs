@@ -133,7 +133,7 @@ async fn a_ride_that_was_thinned_comes_as_a_table_for_the_scripts() {
         assert!(output.status.success(), "{output:?}");
         let said = String::from_utf8_lossy(&output.stdout);
         assert_eq!(
-            said.contains("after the first second"),
+            said.contains("from a start that is fitted to"),
             is_thinned,
             "{said}"
         );

@@ -144,11 +144,16 @@ fn names(dataset: &Dataset, model: &Model) -> Vec<EffectName> {
     terms.map(|term| show::name(dataset, term)).collect()
 }
 
-/// RMS of what an axle does where nothing was fitted (m), or of the force that answers (N).
+/// RMS of what an axle does where nothing was fitted (m), or of the force that answers (N); over the whole of a free decay, whose end has
+/// no motion.
 fn moves(prepared: &Prepared, axle: Axle) -> f64 {
     let track = prepared.dataset.tracks.iter().find(|t| t.axle == axle);
     track.map_or(0.0, |t| {
-        spread_valid(&t.measured, &t.valid, prepared.split.held.clone())
+        let part = match t.is_driven() {
+            true => prepared.split.held.clone(),
+            false => 0..t.valid.len(),
+        };
+        spread_valid(&t.measured, &t.valid, part)
     })
 }
 

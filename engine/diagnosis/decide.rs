@@ -19,7 +19,7 @@ use crate::verdict::judge::{Candidate, Judged, judge};
 use veloid_core::EngineError;
 use veloid_core::bicycle::PerAxle;
 use veloid_core::settings::Settings;
-use veloid_model::dataset::Dataset;
+use veloid_model::dataset::{Dataset, Track};
 use veloid_model::fit::physical::is_physical;
 use veloid_model::fit::polish::polish;
 use veloid_model::fit::refine::refined;
@@ -73,8 +73,9 @@ pub fn decide(
     let first = by_likelihood(prepared, search, choose(search)?, &every, settings)?;
     debug!(verdict = ?first.verdict, terms = ?first.model.terms, "judged by likelihood");
     let record = prepared.record();
-    let has_road = record.tracks.iter().any(|track| track.has_road);
-    let mut decision = match has_road {
+    // A free decay is over in its first part: the parts behind it have nothing to say.
+    let by_whole = |track: &Track| track.has_road || !track.is_driven();
+    let mut decision = match record.tracks.iter().any(by_whole) {
         true => on_road(first, prepared, search, settings)?,
         false => {
             let asked = vec![true; record.tracks.len()];

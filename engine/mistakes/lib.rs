@@ -28,12 +28,14 @@ pub fn mistakes(
     fitted: &PerAxle<AxleFit>,
 ) -> Vec<Mistake> {
     let mut found: Vec<Mistake> = times(ride, bike).into_iter().collect();
-    if found.is_empty() {
+    let gains = gain::mistakes(ride);
+    // A wrong sign or unit moves an axle's frequency too.
+    if found.is_empty() && gains.is_empty() {
         found.extend(frequency::mistakes(ride, bike, fitted));
     }
     found.extend(balance::mistake(bike));
     found.extend(mass::mistakes(ride, bike, settings, fitted));
-    found.extend(gain::mistakes(ride));
+    found.extend(gains);
     found.extend(delay::mistake(ride, fitted));
     found.extend(course::mistake(ride, bike));
     found.extend(sensors::mistake(ride, bike));

@@ -238,6 +238,7 @@ pub fn diagnose(
     conclusion: &Conclusion,
     progress: &dyn Progress,
 ) -> Result<Diagnosis, EngineError> {
+    let unlimited = bike;
     let bike = &limited(ride, bike, settings)?;
     if let Some(why) = no_verdict(ride, conclusion) {
         let found = with_own_law(Diagnosis::without_verdict(why), settings, NO_VERDICT)?;
@@ -256,6 +257,11 @@ pub fn diagnose(
              the motion and measures the force, omit the mass."
         )),
         found => found?,
+    };
+    let asked = (ride, unlimited, settings);
+    let found = match limits::contradicted(asked, conclusion, &found, progress)? {
+        Some(why) => Diagnosis::without_verdict(why),
+        None => found,
     };
     let found = with_own_law(found, settings, UNFITTED)?;
     let plain = |axle| !found.effects.iter().any(|e| e.axle.acts_on(axle));

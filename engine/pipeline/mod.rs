@@ -1,6 +1,7 @@
 //! The order of the work: clocks are set right, the stages follow each other, several rides become a study.
 
 mod beside;
+mod compare;
 mod gains;
 #[cfg(test)]
 mod hostile;
@@ -15,6 +16,7 @@ mod validate;
 mod what_next;
 mod widening;
 
+pub use compare::compare;
 pub use identify::{assemble, conclude, diagnose, identify, observe, scores};
 pub use model::{ModelError, read_model};
 pub use result::result_of;

@@ -7,7 +7,7 @@ use veloid_report::{IdentifiedModel, Report};
 /// Why a document is not a model.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "neither a report nor a model as `veloid identify --json` and `--model MODEL.json` write them: {0}"
+    "neither a report nor a model as `veloid identify --json` and `--model MODEL.json` write them (the model comes first, then rides): {0}"
 )]
 pub struct ModelError(#[from] serde_json::Error);
 

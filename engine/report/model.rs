@@ -17,6 +17,9 @@ pub struct IdentifiedModel {
     pub veloid: String,
     /// Name of the bicycle.
     pub bike: String,
+    /// SHA-256 of the ride that it was identified from.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub ride_sha256: String,
     /// Equation of each axle; u road, z displacement, F applied force, all up; on a rig F is what was measured.
     pub equation: String,
     /// The one answer of each axle, as in the report.
@@ -61,6 +64,7 @@ impl IdentifiedModel {
         Self {
             veloid: report.veloid,
             bike: report.bike.bike.clone(),
+            ride_sha256: report.ride.sha256,
             equation: EQUATION.to_owned(),
             result: report.result,
             plain,

@@ -13,6 +13,9 @@ pub struct ModelOnRide {
     pub veloid: String,
     /// The answer in plain words.
     pub sentence: String,
+    /// What the ride's file, sensors or times have that makes the comparison doubtful, one sentence each.
+    #[serde(default)]
+    pub warnings: Vec<String>,
     /// Each axle that both the model and the ride have.
     pub axles: PerAxle<AxleOnRide>,
     /// What was not compared, and why, one sentence each.

@@ -108,9 +108,10 @@ fn tried(out: &mut String, diagnosis: &Diagnosis, most: usize) -> std::fmt::Resu
     let unit = diagnosis.held_out_unit();
     for tried in diagnosis.tried.iter().take(most) {
         let [values, parameters, gain, held_out, why] = tried.columns(unit);
+        let plural = if parameters == "1" { "" } else { "s" };
         writeln!(
             out,
-            "  {}: {why}; {values}; {parameters} parameters, gain {gain}, held out {held_out}",
+            "  {}: {why}; {values}; {parameters} parameter{plural}, gain {gain}, held out {held_out}",
             tried.name()
         )?;
     }

@@ -125,6 +125,24 @@ fn the_search_for_missing_physics_holds_what_is_fixed() {
 }
 
 #[test]
+fn a_wrong_value_is_not_taken_for_missing_physics() {
+    for fix in [("f.k", 40e3), ("r.B", 900.0)] {
+        let settings = Settings {
+            diagnosis: true,
+            ..settings(&[fix], &[])
+        };
+        let diagnosis = found(1, &settings).diagnosis.unwrap();
+        assert_eq!(diagnosis.verdict, Verdict::CannotTell, "{fix:?}");
+        assert!(diagnosis.effects.is_empty());
+        let said = diagnosis.sentence.replace('\u{a0}', " ");
+        assert!(
+            said.contains("is held at") && said.contains("but free it is"),
+            "{said}"
+        );
+    }
+}
+
+#[test]
 fn what_cannot_be_fixed_is_refused() {
     let refused = |bike: &Bike, ride: &veloid_ride::Ride, key: &str| {
         let refused = identify(ride, bike, &settings(&[(key, 1e4)], &[]), &Silent);

@@ -61,8 +61,14 @@ pub async fn create(
     caller: Caller,
     body: Bytes,
 ) -> Result<Json<RideValidation>, Problem> {
-    let new: NewValidation = serde_json::from_slice(&body)
-        .map_err(|error| Problem::new(Kind::BadRequest, format!("the body: {error}")))?;
+    let new: NewValidation = serde_json::from_slice(&body).map_err(|error| {
+        Problem::new(
+            Kind::BadRequest,
+            format!(
+                "the body: {error}; expected {{\"model\": JOB, \"ride\": RIDE}} with their ids"
+            ),
+        )
+    })?;
     Ok(Json(validation(&server, &caller.group, &new).await?))
 }
 
@@ -72,8 +78,11 @@ pub async fn validation(
     group: &str,
     new: &NewValidation,
 ) -> Result<RideValidation, Problem> {
-    if job::find(&server.db, group, new.model).await?.is_none() {
-        return Err(no_such_job());
+    let model = job::find(&server.db, group, new.model).await?;
+    let model = model.ok_or_else(no_such_job)?;
+    if let state @ (job::State::Failed | job::State::Cancelled) = model.state {
+        let detail = format!("the job is {}: it has no model", state.name());
+        return Err(Problem::new(Kind::NotFinished, detail));
     }
     let report: Report = published(&server.db, new.model).await?.parse()?;
     let filter = job::Filter {

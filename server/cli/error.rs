@@ -149,7 +149,9 @@ impl CliError {
             | CliError::NotCompared { .. }
             | CliError::Options(_) => 2,
             CliError::File { source, .. } => match source.kind() {
-                std::io::ErrorKind::NotFound | std::io::ErrorKind::InvalidData => 2,
+                std::io::ErrorKind::NotFound
+                | std::io::ErrorKind::InvalidData
+                | std::io::ErrorKind::IsADirectory => 2,
                 _ => 1,
             },
             CliError::Engine(error) if error.is_input() => 2,

@@ -33,7 +33,7 @@ pub struct Validate {
     /// Column of a channel in every file, by header text or number, such as `z_f=V2`; may be given more than once.
     #[arg(long, value_name = "CHANNEL=COLUMN")]
     map: Vec<String>,
-    /// Sampling rate of files without a time column (Hz).
+    /// Sampling rate (Hz) of files without a time column, or whose times are to be replaced.
     #[arg(long, value_name = "HZ")]
     rate: Vec<String>,
     /// Data rows to use, counted from 0, the second exclusive.
@@ -133,6 +133,8 @@ fn summary(ride: &OnRide) -> String {
     );
     if let Some(found) = &ride.validation {
         lines.push(format!("  {}", found.sentence));
+        let more = (found.warnings.iter()).filter(|why| !found.sentence.contains(*why));
+        lines.extend(more.map(|why| format!("  warning: {why}")));
         for (axle, on_axle) in found.axles.iter() {
             lines.extend(rows(axle, on_axle));
         }
@@ -143,9 +145,11 @@ fn summary(ride: &OnRide) -> String {
 
 fn rows(axle: Axle, found: &AxleOnRide) -> Vec<String> {
     let unit = found.predicted.unit();
+    let names = found.parameters.iter().map(|p| p.name.len());
+    let wide = names.fold("without its effects".len(), usize::max);
     let row = |what: &str, fit: &FitOnRide| {
         format!(
-            "  {axle:<6} {what:<20} fit {:>6} %  RMS {}",
+            "  {axle:<6} {what:<wide$}  fit {:>6} %  RMS {}",
             fixed(fit.fit_percent, 2),
             Quantity::rough(fit.rms, 4, unit)
         )
@@ -172,7 +176,7 @@ fn rows(axle: Axle, found: &AxleOnRide) -> Vec<String> {
             (None, _) => "not compared".to_owned(),
         };
         format!(
-            "  {axle:<6} {:<20} model {model}, here {ride}: {apart}",
+            "  {axle:<6} {:<wide$}  model {model}, here {ride}: {apart}",
             p.name
         )
     }));

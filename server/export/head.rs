@@ -29,7 +29,7 @@ pub fn lines(content: &Content, call: &str) -> Vec<String> {
         format!("veloid {}, bike {bike}.", report.veloid),
         format!("  {call}"),
         prints.to_owned(),
-        "Of another ride it prints the RMS error after the first second, to which the start is fitted, and the fit".to_owned(),
+        "Of another ride it prints the RMS error behind the part that the start is fitted to, as a rule a second, and the fit".to_owned(),
         "100 (1 - |y - y_model| / |y - mean(y)|) as MATLAB's compare.".to_owned(),
         format!("It reads {}.", content.takes()),
     ];

@@ -9,7 +9,7 @@ use super::content::{Content, Kind};
 use super::expression::MATLAB;
 use super::facts;
 use super::head;
-use super::motion::{Line, Motion, free, rests_on};
+use super::motion::{Line, Motion, free, rests_on, start_s};
 
 /// What no ride changes.
 const RIDE: [&str; 4] = [
@@ -157,6 +157,7 @@ fn axle_lines(
         ("force", model.force.to_string()),
         ("left_out", format!("[{}]", left_out.join("; "))),
         ("free", format!("{numbered:?}")),
+        ("start_s", start_s(model).to_string()),
     ];
     if content.kind == Kind::Diagnosed {
         let motion = Motion {

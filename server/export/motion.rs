@@ -263,6 +263,19 @@ pub fn free(axle: &AxleSimulation) -> Vec<usize> {
     }
 }
 
+/// How much of another ride the start is fitted to (s): all of it where the axle never forgets it. As `veloid validate` does.
+pub fn start_s(axle: &AxleSimulation) -> f64 {
+    let swings = axle.mass_kg > 0.0 && axle.k_n_m > 0.0;
+    let is_driven = axle.road || axle.force || axle.prescribed;
+    match (axle.prescribed || swings) && is_driven {
+        false => f64::INFINITY,
+        true if swings && free(axle).contains(&2) => {
+            (2.0 * std::f64::consts::TAU * (axle.mass_kg / axle.k_n_m).sqrt()).max(1.0)
+        }
+        true => 1.0,
+    }
+}
+
 /// The stiffness (N/m) by which a constant force moves the place from which laws count; 0 where they count from the road.
 pub fn rests_on(axle: &AxleSimulation) -> f64 {
     if axle.rest_m == 0.0 { 0.0 } else { axle.k_n_m }

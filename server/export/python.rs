@@ -9,7 +9,7 @@ use super::content::{Content, Kind};
 use super::expression::PYTHON;
 use super::facts;
 use super::head;
-use super::motion::{Line, Motion, free, rests_on};
+use super::motion::{Line, Motion, free, rests_on, start_s};
 
 const IMPORTS: &str = "
 import sys
@@ -151,6 +151,7 @@ fn axle_entry(
     axle: Axle,
     model: &AxleSimulation,
 ) -> std::fmt::Result {
+    let known = |number: Option<f64>| number.map_or("None".to_owned(), |x| format!("{x:?}"));
     let mut fields = vec![
         ("report", quoted(&content.reported(axle))),
         ("prescribed", truth(model.prescribed).to_owned()),
@@ -158,8 +159,11 @@ fn axle_entry(
         ("force", truth(model.force).to_owned()),
         ("left_out", format!("{:?}", model.left_out)),
         ("free", format!("{:?}", free(model))),
+        (
+            "start_s",
+            known(Some(start_s(model)).filter(|s| s.is_finite())),
+        ),
     ];
-    let known = |number: Option<f64>| number.map_or("None".to_owned(), |x| format!("{x:?}"));
     if content.kind == Kind::Diagnosed {
         let motion = Motion {
             axle: model,

@@ -6,11 +6,13 @@ use axum::response::Html;
 use serde::Deserialize;
 use uuid::Uuid;
 use veloid_engine::bicycle::Axle;
+use veloid_engine::diagnosis::validation::quantity;
 use veloid_engine::document::format_number::{Quantity, fixed, significant};
 use veloid_engine::report::model_on_ride::{AxleOnRide, FitOnRide, ParameterOnRide};
 
+use crate::fleet::words::capital;
+
 use super::layout::{Fault, Path, Query, html};
-use super::words;
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::jobs::view::{JobView, find};
@@ -50,7 +52,9 @@ struct Offer {
 
 struct Found {
     name: String,
-    sentence: String,
+    /// Of each axle.
+    sentences: Vec<String>,
+    warnings: Vec<String>,
     axles: Vec<AxleView>,
     left_out: Vec<String>,
     /// The comparison as JSON, for the figures.
@@ -98,8 +102,15 @@ pub async fn page(
     };
     let (found, problem) = match compared {
         Some(Ok(validation)) => (Some(Found::of(&validation)?), None),
-        Some(Err(problem)) if problem.status < 500 => (None, Some(problem.detail)),
+        Some(Err(problem)) if problem.status < 500 => (None, Some(capital(&problem.detail))),
         Some(Err(problem)) => return Err(problem.into()),
+        None if job.state != job::State::Succeeded => {
+            let problem = format!(
+                "The job is {}: its model is known once it has succeeded.",
+                job.state.name()
+            );
+            (None, Some(problem))
+        }
         None => (None, None),
     };
     html(&Page {
@@ -127,7 +138,8 @@ async fn offers(
         };
         for job in job::page(db, &filter, OFFERED).await? {
             let is_new = found.iter().all(|offer| offer.id != job.ride_id);
-            if is_new && job.ride_id != model.ride.id {
+            let is_own = job.ride_id == model.ride.id;
+            if is_new && (!is_own || chosen == Some(job.ride_id)) {
                 found.push(Offer {
                     id: job.ride_id,
                     name: job.ride_name,
@@ -146,7 +158,12 @@ impl Found {
         let json = serde_json::to_string(validation);
         Ok(Self {
             name: validation.name.clone(),
-            sentence: found.sentence.clone(),
+            sentences: found
+                .axles
+                .iter()
+                .map(|(_, on)| on.sentence.clone())
+                .collect(),
+            warnings: found.warnings.clone(),
             axles: found
                 .axles
                 .iter()
@@ -199,7 +216,7 @@ impl AxleView {
 impl NumberView {
     fn of(p: &ParameterOnRide) -> Self {
         Self {
-            name: words::plain(&p.name.replace('.', " ")),
+            name: quantity(&p.name),
             model: Quantity::new(p.model, p.model_std_error, &p.unit),
             ride: Quantity::new(p.ride, p.ride_std_error, &p.unit),
             apart: p

@@ -35,6 +35,20 @@ pub enum LimitError {
         /// The value in SI units.
         value: f64,
     },
+    /// A value that no axle has.
+    #[error("{key} is {value}, expected {low:e} to {high:e} {unit}")]
+    OutOfReach {
+        /// As it was given.
+        key: String,
+        /// The value in SI units.
+        value: f64,
+        /// The least that is accepted.
+        low: f64,
+        /// The most that is accepted.
+        high: f64,
+        /// Their unit.
+        unit: &'static str,
+    },
     /// Bounds without anything between them.
     #[error("{key} is bounded by {low} and {high}, expected the lower bound first")]
     Empty {

@@ -48,6 +48,14 @@ fn each_once<T>(given: &BTreeMap<String, T>) -> Result<(), LimitError> {
     Ok(())
 }
 
+/// Values from a rigid rig down to none, of damping also the negative ones that a bench may show, and their unit.
+fn reach(of: Of) -> ([f64; 2], &'static str) {
+    match of {
+        Of::Stiffness => ([0.0, 1e12], "N/m"),
+        _ => ([-1e9, 1e9], "N s/m"),
+    }
+}
+
 /// Checks names and numbers of what is fixed and bounded.
 ///
 /// # Errors
@@ -65,6 +73,21 @@ pub fn check(
     if let Some((key, value)) = values.find(|(_, value)| !value.is_finite()) {
         let key = key.clone();
         return Err(LimitError::NotFinite { key, value });
+    }
+    let fixed = fix.iter().map(|(key, x)| (key, *x));
+    let bounds = (bound.iter()).flat_map(|(key, ends)| ends.iter().map(move |x| (key, *x)));
+    for (key, value) in fixed.chain(bounds) {
+        let ([low, high], unit) = reach(quantity(key)?.1);
+        if !(low..=high).contains(&value) {
+            let key = key.clone();
+            return Err(LimitError::OutOfReach {
+                key,
+                value,
+                low,
+                high,
+                unit,
+            });
+        }
     }
     for (key, [low, high]) in bound {
         let (key, [low, high]) = (key.clone(), [*low, *high]);
@@ -194,6 +217,9 @@ mod tests {
         }
         let message = "f.k is inf, expected a finite number";
         assert_eq!(said(&[("f.k", f64::INFINITY)], &[]), message);
+        let message = "f.k is -1, expected 0e0 to 1e12 N/m";
+        assert_eq!(said(&[("f.k", -1.0)], &[]), message);
+        assert_eq!(said(&[], &[("f.k", [-1.0, 5.0])]), message);
         let message = "f.B is bounded by 9 and 9, expected the lower bound first";
         assert_eq!(said(&[], &[("f.B", [9.0, 9.0])]), message);
         let message = "front.k is fixed at 50000, outside its bounds 0 to 100";

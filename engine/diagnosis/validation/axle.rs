@@ -14,6 +14,9 @@ use veloid_report::IdentifiedModel;
 use veloid_report::diagnosis::EffectName;
 use veloid_report::model_on_ride::{AxleOnRide, FitOnRide, SeriesOnRide, SpectrumOnRide};
 
+/// Times what the model leaves that a fit to the ride may leave, since it weighs frequencies by what is left there.
+const WORSE: f64 = 1.05;
+
 /// Axles that move together, to be compared.
 pub struct Compared<'a> {
     pub model: &'a IdentifiedModel,
@@ -29,10 +32,27 @@ impl Compared<'_> {
     pub fn axles(&self, mut axles: PerAxle<AxleOnRide>) -> PerAxle<AxleOnRide> {
         let dataset = &self.carried.dataset;
         let refitted = self.simulated.refitted(dataset);
+        let refitted = refitted.filter(|fitted| self.is_better(fitted));
         for (a, t) in self.simulated.unit.tracks.iter().enumerate() {
             axles.set(dataset.tracks[*t].axle, self.axle(a, *t, refitted.as_ref()));
         }
         axles
+    }
+
+    /// Whether a fit to the ride leaves no more than the model, by its noise's colour apart: where it does, what is left is no noise, and
+    /// neither its numbers nor their errors mean anything.
+    fn is_better(&self, (compared, model): &(Dataset, Model)) -> bool {
+        let Simulated { from, .. } = *self.simulated;
+        let tracks = self.simulated.unit.tracks.iter().enumerate();
+        let mut left = tracks.map(|(a, t)| {
+            let track = &compared.tracks[*t];
+            let rms = |residual: &[f64]| fit(track, &behind(residual, from), &track.valid).rms;
+            (
+                rms(&model.residual(compared, *t)),
+                rms(&self.simulated.residuals[a]),
+            )
+        });
+        left.all(|(fitted, carried)| fitted < WORSE * carried)
     }
 
     fn axle(&self, a: usize, t: usize, refitted: Option<&(Dataset, Model)>) -> AxleOnRide {
@@ -70,7 +90,14 @@ impl Compared<'_> {
             windows_s: locate::windows(&residual, left, &valid, &self.carried.dataset, self.alpha),
             bands_hz: locate::bands(&residual[from..], &left[from..], step, self.alpha),
             sentence: String::new(),
-            worst: worst(track, &residual, left),
+            worst: worst(
+                track,
+                &self.simulated.residuals[a],
+                refitted
+                    .map(|(compared, model)| model.residual(compared, t))
+                    .as_ref()
+                    .unwrap_or(&self.simulated.residuals[a]),
+            ),
             spectrum: spectrum(track, &residual[from..], &left[from..]),
         };
         found.sentence = words::axle(track.axle, &found);

@@ -1,5 +1,6 @@
 //! A model's numbers carried over to another ride.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::Incomparable;
@@ -47,6 +48,8 @@ impl Carried {
         if ride.has_no_road() {
             return Err(Incomparable::NoInput);
         }
+        let mut left_out = Vec::new();
+        let model = &named(model, &mut left_out)?;
         let slower = slower(ride);
         let quieter = slower
             .as_ref()
@@ -56,7 +59,6 @@ impl Carried {
             noise_displacement_m: bike.noise_displacement_m.map(|noise| quieter * noise),
             ..bike.clone()
         };
-        let mut left_out = Vec::new();
         let mut fits = PerAxle::default();
         for axle in Axle::BOTH {
             let record = ride.axles.get(axle);
@@ -196,6 +198,31 @@ impl Carried {
             ..track.plain()
         }
     }
+}
+
+/// The model without effects that did not explain the ride that they come from.
+fn named<'m>(
+    model: &'m IdentifiedModel,
+    left_out: &mut Vec<String>,
+) -> Result<Cow<'m, IdentifiedModel>, Incomparable> {
+    let acting = (model.simulation.iter()).flat_map(|s| s.axles.iter());
+    let acts = acting.into_iter().any(|(_, axle)| !axle.effects.is_empty());
+    let is_named = model.effects.iter().all(|effect| effect.adequate);
+    if !model.effects.is_empty() && is_named && !acts {
+        return Err(Incomparable::NoSimulation);
+    }
+    if is_named || model.effects.is_empty() {
+        return Ok(Cow::Borrowed(model));
+    }
+    left_out.push(
+        "the effects that come nearest do not explain the ride that the model comes from: the plain model is compared"
+            .to_owned(),
+    );
+    Ok(Cow::Owned(IdentifiedModel {
+        effects: Vec::new(),
+        simulation: None,
+        ..model.clone()
+    }))
 }
 
 fn kind(effect: &ActingEffect, law: Option<&OwnLaw>) -> Result<Kind, Incomparable> {

@@ -12,6 +12,9 @@ pub enum Incomparable {
     /// No axle is left.
     #[error("nothing to compare: {}", .0.join("; "))]
     NothingLeft(Vec<String>),
+    /// The document names effects without what simulates them.
+    #[error("the model has effects, but its 'simulation' holds none of them: export it again")]
+    NoSimulation,
     /// The document names an effect that this version does not have.
     #[error("the model's effect '{0}' is not in the library of this version")]
     UnknownEffect(String),

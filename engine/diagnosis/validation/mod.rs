@@ -10,11 +10,11 @@ mod words;
 
 pub use error::Incomparable;
 pub use simulated::Start;
+pub use words::quantity;
 
 use carried::Carried;
 use simulated::{Simulated, predicted};
-use veloid_core::bicycle::{Bike, PerAxle};
-use veloid_model::fit::{Point, Unit};
+use veloid_core::bicycle::{Axle, Bike, PerAxle};
 use veloid_report::{IdentifiedModel, ModelOnRide};
 use veloid_ride::Ride;
 
@@ -31,14 +31,24 @@ pub fn compare(
 ) -> Result<ModelOnRide, Incomparable> {
     let carried = Carried::new(model, ride, bike)?;
     let dataset = &carried.dataset;
-    let simulated = |units: Vec<(Unit, Point)>| -> Vec<Simulated> {
-        let one = |(unit, point)| Simulated::new(dataset, unit, point);
-        units.into_iter().filter_map(one).collect()
-    };
-    let with_effects = simulated(carried.units(&carried.terms));
-    let plain = match carried.terms.is_empty() {
+    let mut failed = Vec::new();
+    let mut with_effects = Vec::new();
+    for (unit, point) in carried.units(&carried.terms) {
+        let axles: Vec<Axle> = unit
+            .tracks
+            .iter()
+            .map(|t| dataset.tracks[*t].axle)
+            .collect();
+        match Simulated::new(dataset, unit, point) {
+            Ok(simulated) => with_effects.push(simulated),
+            Err(why) => failed.extend(axles.into_iter().map(|axle| format!("{axle} axle: {why}"))),
+        }
+    }
+    let plain: Vec<Simulated> = match carried.terms.is_empty() {
         true => Vec::new(),
-        false => simulated(carried.plain_units(model)),
+        false => (carried.plain_units(model).into_iter())
+            .filter_map(|(unit, point)| Simulated::new(dataset, unit, point).ok())
+            .collect(),
     };
     let mut axles = PerAxle::default();
     for simulated in &with_effects {
@@ -52,17 +62,14 @@ pub fn compare(
         axles = compared.axles(axles);
     }
     let mut left_out = carried.left_out;
-    left_out.extend(carried.dataset.tracks.iter().filter_map(|track| {
-        let why =
-            "the model diverges along this ride, or the ride is too short behind its first second";
-        (axles.get(track.axle).is_none()).then(|| format!("{} axle: {why}", track.axle))
-    }));
+    left_out.extend(failed);
     if axles.iter().next().is_none() {
         return Err(Incomparable::NothingLeft(left_out));
     }
     Ok(ModelOnRide {
         veloid: env!("CARGO_PKG_VERSION").to_owned(),
         sentence: words::all(&axles),
+        warnings: Vec::new(),
         axles,
         left_out,
     })

@@ -37,31 +37,40 @@ pub struct Simulated {
 }
 
 impl Simulated {
-    /// The model along the ride; nothing where it diverges or the ride is too short.
-    pub fn new(dataset: &Dataset, unit: Unit, point: Point) -> Option<Self> {
+    /// The model along the ride.
+    ///
+    /// # Errors
+    /// Why there is nothing to compare.
+    pub fn new(dataset: &Dataset, unit: Unit, point: Point) -> Result<Self, &'static str> {
+        const DIVERGES: &str = "the model diverges along this ride";
         let first = |t: &usize| first_compared(&dataset.tracks[*t]);
-        let from = unit.tracks.iter().map(first).max()?;
+        let from = unit.tracks.iter().map(first).max().unwrap_or(0);
         let enough = |t: &usize| {
             let valid = dataset.tracks[*t].valid.get(from..).unwrap_or_default();
             valid.iter().filter(|v| **v).count() >= LEAST
         };
         if !unit.tracks.iter().all(enough) {
-            return None;
+            return Err(
+                "fewer than 40 samples are left behind the part that the start is fitted to",
+            );
         }
         let substeps = unit.fine_substeps(dataset, &point);
-        let point = started(dataset, &unit, point, substeps)?;
+        let point = started(dataset, &unit, point, substeps).ok_or(DIVERGES)?;
         let whole = Fitter {
             dataset,
             samples: dataset.samples,
         };
         let residuals = whole.residuals(&unit, &point, substeps);
         let is_finite = residuals.iter().flatten().all(|r| r.is_finite());
-        is_finite.then_some(Self {
-            unit,
-            point,
-            residuals,
-            from,
-        })
+        match is_finite {
+            true => Ok(Self {
+                unit,
+                point,
+                residuals,
+                from,
+            }),
+            false => Err(DIVERGES),
+        }
     }
 
     /// The same model with all its numbers fitted to the compared part of the ride, which is all that is valid in the dataset beside it.

@@ -65,7 +65,10 @@ fn left(found: &AxleOnRide) -> String {
             significant(rms / noise, 2),
             bands(found)
         ),
-        None => format!("what is left is {size}{}", bands(found)),
+        None => format!(
+            "what is left is {size} (the sensor's noise could not be measured here){}",
+            bands(found)
+        ),
     }
 }
 
@@ -75,12 +78,21 @@ fn bands(found: &AxleOnRide) -> String {
         format!("{} to {} Hz", significant(*low, 2), significant(*high, 2))
     };
     let bands: Vec<String> = found.bands_hz.iter().map(band).collect();
-    match bands.is_empty() {
-        true => String::new(),
-        false => format!(
-            ", more than a fit to this ride would leave at {}",
-            bands.join(" and ")
-        ),
+    let bands = match bands.split_last() {
+        None => return String::new(),
+        Some((last, [])) => last.clone(),
+        Some((last, before)) => format!("{} and {last}", before.join(", ")),
+    };
+    format!(", more than a fit to this ride would leave at {bands}")
+}
+
+/// A number of the model: `coulomb_friction.friction` as "coulomb friction".
+pub fn quantity(name: &str) -> String {
+    let words = |text: &str| text.replace('_', " ");
+    match name.split_once('.') {
+        Some((effect, number)) if words(effect).contains(&words(number)) => words(effect),
+        Some((effect, number)) => format!("{} of the {}", words(number), words(effect)),
+        None => name.to_owned(),
     }
 }
 
@@ -89,16 +101,27 @@ fn numbers(found: &AxleOnRide) -> String {
     let one = |p: &ParameterOnRide| {
         format!(
             "{} is {} here and {} in the model",
-            p.name.replace(['.', '_'], " "),
+            quantity(&p.name),
             Quantity::new(p.ride, p.ride_std_error, &p.unit),
             Quantity::new(p.model, p.model_std_error, &p.unit)
         )
     };
     let differing = found.parameters.iter().filter(|p| p.differs == Some(true));
     let differing: Vec<String> = differing.map(one).collect();
+    let more = found.refitted.map(|fit| found.model.rms / fit.rms);
     match found.differs {
+        None if found.refitted.is_none() => {
+            "No fit of it to this ride leaves less, so that its numbers are not compared."
+                .to_owned()
+        }
         None => "Whether its numbers hold here cannot be said without intervals.".to_owned(),
-        Some(false) => "Its numbers hold here within their intervals.".to_owned(),
+        Some(false) => match more.filter(|more| *more > NOISE) {
+            Some(more) => format!(
+                "Its numbers hold here within their intervals, though a fit to this ride would leave {} times less.",
+                significant(more, 2)
+            ),
+            None => "Its numbers hold here within their intervals.".to_owned(),
+        },
         Some(true) => format!(
             "This differs by more than the intervals allow: {}.",
             differing.join("; ")

@@ -43,8 +43,12 @@ class Axle:
                 self.counts[begin:end] = False
             self.fitted_to = self.counts
         else:
-            first = i <= min(1 / ride.step, ride.samples / 2)
-            self.fitted_to, self.counts = known & first, known & ~first
+            start = model["start_s"]
+            if start is None:
+                self.fitted_to, self.counts = known, known
+            else:
+                first = i < np.argmax(known) + min(start / ride.step, ride.samples / 4)
+                self.fitted_to, self.counts = known & first, known & ~first
 
     def is_measured_so(self):
         """Whether the measurement is the one that the model was fitted to, as far as that is known."""

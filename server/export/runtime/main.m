@@ -20,7 +20,8 @@ function [t, z] = run_model(model, file)
     else
       measured = axle.measured(axle.counts);
       fit = 1 - norm(measured - z(axle.counts, a)) / norm(measured - mean(measured));
-      fprintf('%s: %s, fit %.6g %% after the first second, to which the start is fitted\n', axle.name, text, 100 * fit);
+      start = sum(axle.fitted_to) * ride.step;
+      fprintf('%s: %s, fit %.6g %%, from a start that is fitted to %.3g s\n', axle.name, text, 100 * fit, start);
     end
   end
 end
@@ -55,7 +56,7 @@ function starts = fitted(ride, axles)
     axle = axles{a}; starts(1, a) = axle.road_cubics(1, 1);
     if isempty(axle.measured), return; end
     used = find(axle.fitted_to);
-    if isempty(used), error('%s: nothing was measured in the first second, which the start is fitted to', axle.name); end
+    if isempty(used), error('%s: nothing was measured in the part that the start is fitted to', axle.name); end
     starts(1, a) = axle.measured(used(1)); samples = max(samples, used(end));
     free = [free, [axle.free; a + 0 * axle.free]];
   end

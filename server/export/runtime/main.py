@@ -9,7 +9,7 @@ def fitted(axles):
         return [(axle.road[0][0], 0.0, 0.0) for axle in axles]
     for axle in axles:
         if not np.any(axle.fitted_to):
-            sys.exit(f"{axle.name}: nothing was measured in the first second, which the start is fitted to")
+            sys.exit(f"{axle.name}: nothing was measured in the part that the start is fitted to")
     samples = max(np.flatnonzero(axle.fitted_to)[-1] for axle in axles) + 1
     starts = np.array([[axle.measured[np.argmax(axle.fitted_to)], 0.0, 0.0] for axle in axles])
     free = [(a, q) for a, axle in enumerate(axles) for q in axle.model["free"]]
@@ -65,7 +65,8 @@ def main(file):
         else:
             measured = axle.measured[axle.counts]
             fit = 1 - np.linalg.norm(measured - y[axle.counts]) / np.linalg.norm(measured - np.mean(measured))
-            print(f"{axle.name}: {error}, fit {100 * fit:.6g} % after the first second, to which the start is fitted")
+            start = np.sum(axle.fitted_to) * ride.step
+            print(f"{axle.name}: {error}, fit {100 * fit:.6g} %, from a start that is fitted to {start:.3g} s")
     return ride.t, predicted
 
 

@@ -3,6 +3,7 @@ function table = read_table(file)
   % Numbers of a table and its headers: separator , ; or tab; lines with # do not count.
   lines = regexp(fileread(file), '\r?\n', 'split');
   lines = lines(~cellfun(@(line) isempty(strtrim(line)) || line(1) == '#', lines));
+  if isempty(lines), error('%s: no table', file); end
   separators = {',', ';', '\t'};
   [~, most] = max([sum(lines{1} == ','), sum(lines{1} == ';'), sum(lines{1} == 9)]);
   cells = regexp(lines, separators{most}, 'split');

@@ -2,8 +2,13 @@
 
 def read(file):
     """Columns of a table, as text, by their headers: separator , ; or tab; lines with # do not count."""
-    with open(file, encoding="utf-8-sig") as lines:
-        lines = [line.rstrip("\r\n") for line in lines if line.strip() and not line.startswith("#")]
+    try:
+        with open(file, encoding="utf-8-sig") as lines:
+            lines = [line.rstrip("\r\n") for line in lines if line.strip() and not line.startswith("#")]
+    except (OSError, UnicodeDecodeError) as error:
+        sys.exit(f"{file}: {error}")
+    if not lines:
+        sys.exit(f"{file}: no table")
     separator = max(",;\t", key=lines[0].count)
     rows = [line.split(separator) for line in lines]
     columns = zip(*(row for row in rows if len(row) == len(rows[0])))
