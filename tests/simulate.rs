@@ -52,6 +52,31 @@ fn a_road_without_noise_gives_the_bicycle_back() {
     assert_eq!(report["ride"]["samples"], 6001);
 }
 
+/// A bicycle's release is over in a third of a second, long before the part of the record that is held out begins.
+#[test]
+fn a_release_that_is_over_early_shows_no_missing_physics() {
+    for seed in ["1", "2", "4"] {
+        let folder = Folder::new();
+        let [ride, bike, _] = files(&folder);
+        let release = ["--release", "0.01", "--duration", "5", "--rate", "200"];
+        let noise = ["--noise", "5e-5", "--seed", seed];
+        let written = ["simulate", &ride, "--bike", &bike];
+        let simulated = veloid(&[&written[..], &release, &noise].concat());
+        assert!(simulated.status.success(), "{simulated:?}");
+        let quick = ["--trials", "1", "--iterations", "2"];
+        let (report, _) = harness::identify(ride.as_ref(), bike.as_ref(), &quick);
+        let diagnosis = &report["diagnosis"];
+        assert_eq!(
+            diagnosis["verdict"], "nothing_missing",
+            "{}",
+            diagnosis["sentence"]
+        );
+        let k = &report["result"]["front"]["k"];
+        let [low, high] = [0, 1].map(|end| k["interval"][end].as_f64().unwrap());
+        assert!(low < 110e3 && 110e3 < high, "{k}");
+    }
+}
+
 #[test]
 fn noise_of_half_a_tenth_of_a_millimetre_does_little() {
     let (report, truth) = there_and_back(&["--noise", "5e-5"], &[]);

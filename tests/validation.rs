@@ -88,7 +88,7 @@ fn val_a_model_holds_on_other_rides_and_its_changed_number_is_named() {
     let error = friction["ride_std_error"].as_f64().unwrap();
     assert!((here - 60.0).abs() < 4.0 * error, "{here} +- {error}");
     assert_eq!(one("k")["differs"], false, "{front}");
-    assert!(said.contains("coulomb friction friction is"), "{said}");
+    assert!(said.contains("coulomb friction is"), "{said}");
     assert_eq!(found[1]["validation"]["axles"]["rear"]["differs"], false);
 }
 

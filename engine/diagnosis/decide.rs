@@ -19,6 +19,7 @@ use crate::verdict::judge::{Candidate, Judged, judge};
 use veloid_core::EngineError;
 use veloid_core::bicycle::PerAxle;
 use veloid_core::settings::Settings;
+use veloid_methods::output_error::spread_valid;
 use veloid_model::dataset::{Dataset, Track};
 use veloid_model::fit::physical::is_physical;
 use veloid_model::fit::polish::polish;
@@ -73,8 +74,7 @@ pub fn decide(
     let first = by_likelihood(prepared, search, choose(search)?, &every, settings)?;
     debug!(verdict = ?first.verdict, terms = ?first.model.terms, "judged by likelihood");
     let record = prepared.record();
-    // A free decay is over in its first part: the parts behind it have nothing to say.
-    let by_whole = |track: &Track| track.has_road || !track.is_driven();
+    let by_whole = |track: &Track| track.has_road || is_over(prepared, track);
     let mut decision = match record.tracks.iter().any(by_whole) {
         true => on_road(first, prepared, search, settings)?,
         false => {
@@ -86,6 +86,13 @@ pub fn decide(
     decision.cost.budget = search.budget.steps;
     debug!(verdict = ?decision.verdict, rule = ?decision.rule, terms = ?decision.model.terms, cost = ?decision.cost, "decided");
     Ok(decision)
+}
+
+/// Whether a free decay has ended where it is held out: parts of that have nothing to say.
+fn is_over(prepared: &Prepared, track: &Track) -> bool {
+    let moves = spread_valid(&track.measured, &track.valid, prepared.split.held.clone());
+    let fit = prepared.recorded.get(track.axle);
+    !track.is_driven() && fit.is_some_and(|fit| fit.held_rms > policy::FOLLOWS * moves)
 }
 
 /// What parts of the record say of the axles that are asked, to which models were not fitted.
