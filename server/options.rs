@@ -281,7 +281,14 @@ fn bounded(text: &str) -> Option<Value> {
     )])))
 }
 
+/// A number; none of `60,000`, which may be sixty or sixty thousand.
 fn number(text: &str) -> Option<f64> {
+    let three_behind = |(whole, rest): &(&str, &str)| {
+        rest.len() == 3 && !matches!(whole.trim_matches(['+', '-']), "" | "0")
+    };
+    if text.trim().split_once(',').filter(three_behind).is_some() {
+        return None;
+    }
     let number: f64 = with_point(text.trim()).parse().ok()?;
     number.is_finite().then_some(number)
 }

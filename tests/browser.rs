@@ -334,7 +334,9 @@ async fn the_fleet_leads_to_a_bicycles_history() {
         .await;
     browser.click("tbody tr:nth-child(1) a").await;
     browser.sees("h1", "season-001").await;
-    browser.sees("main", "Front stiffness is falling by").await;
+    browser
+        .sees("main", "Front stiffness has been falling by")
+        .await;
     browser.scroll("#history-front").await;
     let drawn = "return document.querySelector('#history-front .plot').data?.map((trace) => trace.name) ?? []";
     let names = browser
@@ -342,7 +344,7 @@ async fn the_fleet_leads_to_a_bicycles_history() {
             names.as_array().is_some_and(|names| !names.is_empty())
         })
         .await;
-    assert_eq!(names, json!(["k", "trend", "B"]));
+    assert_eq!(names, json!(["k", "level", "B"]));
     browser.click("a[href*='format=csv']").await;
     browser.goto(&server.address("/parameters")).await;
     browser.click(".fold summary").await;

@@ -636,7 +636,7 @@ async fn buttons_delete_and_bring_back_but_not_from_elsewhere() {
     assert!(status == 200 && deleted.contains("Bring lab-7 back"));
     let (status, bike) = press("/bikes/lab-7/restore".to_owned(), "same-origin").await;
     assert!(
-        status == 200 && bike.contains("All rides together"),
+        status == 200 && bike.contains("Rides together"),
         "{bike}"
     );
 }

@@ -15,9 +15,8 @@ use crate::store::{bike, parameter};
 
 /// Most bikes.
 const BIKES: i64 = 1000;
-/// Rides of each that are looked through for a drift or a step, and the last of them, which are pooled.
-const RIDES: i64 = 100;
-const POOLED: usize = 20;
+/// Latest rides of each whose effects are listed.
+const RIDES: usize = 20;
 /// Latest parameters of an effect.
 const PARAMETERS: i64 = 10_000;
 
@@ -26,7 +25,7 @@ const PARAMETERS: i64 = 10_000;
 pub struct Fleet {
     /// Scatter of stiffness and damping over the bikes.
     pub spread: Vec<FleetSpread>,
-    /// Each bike's latest 20 rides, pooled, and its distance from the fleet's median.
+    /// Each bike's rides since its latest change, pooled, and its distance from the fleet's median.
     pub bikes: Vec<PooledBike>,
 }
 
@@ -71,7 +70,7 @@ pub async fn across(
 pub async fn look(server: &Server, group: &str) -> Result<Fleet, Problem> {
     let bikes = bike::page(&server.db, group, "", BIKES).await?;
     let names: Vec<String> = bikes.into_iter().map(|bike| bike.name).collect();
-    let histories = histories(&server.db, group, &names, RIDES, POOLED).await?;
+    let histories = histories(&server.db, group, &names, RIDES).await?;
     let (spread, bikes) = against_the_fleet(&histories);
     Ok(Fleet { spread, bikes })
 }

@@ -6,15 +6,18 @@ use serde::Serialize;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-use super::change::Change;
+use super::beside;
 use super::development::Development;
 use super::event::{self, BikeEvent};
 use super::pool::Pooled;
-use super::trend::Trend;
+use crate::facts::Facts;
 use crate::store::Db;
 use crate::store::bike_event::{self, EventRow};
 use crate::store::parameter::{self, ResultRow};
 use crate::time;
+
+/// Rides of a bicycle that are followed, the latest, wherever its course is shown.
+const RIDES: i64 = 200;
 
 /// What is followed: axle and parameter.
 pub const FOLLOWED: [(&str, &str); 4] = [
@@ -66,10 +69,9 @@ pub struct Course {
     pub unit: String,
     /// Oldest first; each ride's result.
     pub points: Vec<Point>,
+    /// Rides since the latest step, or since a drift began or ended.
     pub pooled: Option<Pooled>,
-    pub trend: Option<Trend>,
-    pub change: Option<Change>,
-    /// Nothing, a drift, a step or both, as one choice; null of fewer than eight rides.
+    /// What became of it; null of fewer than two rides.
     pub development: Option<Development>,
 }
 
@@ -89,43 +91,44 @@ pub struct Point {
     pub verdict: Option<String>,
 }
 
-/// The history of one bicycle of the group.
-pub async fn history(db: &Db, group: &str, bike: &str, rides: i64) -> sqlx::Result<BikeHistory> {
-    let rows = parameter::results_of_bike(db, group, bike, rides).await?;
-    let mut history = of(bike, &rows, usize::MAX);
+/// The history of one bicycle of the group over its latest 200 rides.
+pub async fn history(db: &Db, group: &str, bike: &str) -> sqlx::Result<BikeHistory> {
     let events = bike_event::of_bike(db, group, bike).await?;
-    history.events = events.into_iter().map(BikeEvent::from).collect();
-    for course in &mut history.courses {
-        let points = course.weighed();
-        course.trend = Trend::of(&points);
-        course.change = Change::of(&points);
-        course.development = event::beside(Development::of(&points), &history.events);
-    }
-    Ok(history)
+    let events = events.into_iter().map(BikeEvent::from).collect();
+    of_bike(db, group, bike, events).await
 }
 
-/// The histories of several: what became of them over their latest `rides`, and the last `pooled` of these joined.
+/// The histories of several, with the effects that their latest `rides` name.
 pub async fn histories(
     db: &Db,
     group: &str,
     bikes: &[String],
-    rides: i64,
-    pooled: usize,
+    rides: usize,
 ) -> sqlx::Result<Vec<BikeHistory>> {
     let mut found = Vec::new();
     let mut events = of_bikes(bike_event::of_group(db, group).await?);
     for bike in bikes {
-        let rows = parameter::results_of_bike(db, group, bike, rides).await?;
-        let mut history = of(bike, &rows, pooled);
-        history.events = events.remove(bike).unwrap_or_default();
-        for course in &mut history.courses {
-            let development = Development::of(&course.weighed());
-            course.development = event::beside(development, &history.events);
-        }
-        found.push(history);
+        let events = events.remove(bike).unwrap_or_default();
+        found.push(of_bike(db, group, bike, events).await?);
     }
-    name_effects(db, &mut found, pooled).await?;
+    name_effects(db, &mut found, rides).await?;
     Ok(found)
+}
+
+async fn of_bike(
+    db: &Db,
+    group: &str,
+    bike: &str,
+    events: Vec<BikeEvent>,
+) -> sqlx::Result<BikeHistory> {
+    let rows = parameter::results_of_bike(db, group, bike, RIDES).await?;
+    let course = |followed: (&str, &str)| Course::of(&rows, followed, &events);
+    Ok(BikeHistory {
+        bike: bike.to_owned(),
+        courses: FOLLOWED.into_iter().filter_map(course).collect(),
+        events,
+        effects: Vec::new(),
+    })
 }
 
 fn of_bikes(rows: Vec<EventRow>) -> HashMap<String, Vec<BikeEvent>> {
@@ -163,62 +166,47 @@ async fn name_effects(db: &Db, found: &mut [BikeHistory], rides: usize) -> sqlx:
 }
 
 impl Course {
-    /// Time, value and standard deviation of each ride, that between rides included.
-    fn weighed(&self) -> Vec<(i64, f64, f64)> {
-        let pooled = self.pooled.as_ref();
-        let between = pooled.map_or(0.0, |pooled| pooled.between_rides);
-        let points = self.points.iter();
-        points
-            .map(|p| (p.epoch_ms, p.value, p.std_error.hypot(between)))
-            .collect()
+    fn of(rows: &[ResultRow], (axle, name): (&str, &str), events: &[BikeEvent]) -> Option<Self> {
+        let weighs = |row: &&ResultRow| row.std_error.is_some_and(|e| e.powi(-2).is_normal());
+        let own = rows
+            .iter()
+            .filter(|row| row.axle == axle && row.name == name);
+        let mut rows: Vec<&ResultRow> = own.filter(weighs).collect();
+        rows.sort_by_key(|row| (row.dated_at, row.job_id));
+        let points: Vec<Point> = rows.iter().map(|row| Point::of(row)).collect();
+        let facts: Vec<Option<&Facts>> = rows
+            .iter()
+            .map(|row| row.facts.as_ref().map(|facts| &facts.0))
+            .collect();
+        let rides: Vec<(i64, f64, f64)> = points
+            .iter()
+            .map(|p| (p.epoch_ms, p.value, p.std_error))
+            .collect();
+        let development = Development::of(&rides, &beside::facts(&facts));
+        let settled = development.as_ref().map_or(rides.len(), |d| d.settled);
+        let latest = rides[rides.len() - settled..].iter();
+        let latest: Vec<(f64, f64)> = latest.map(|(_, value, error)| (*value, *error)).collect();
+        Some(Self {
+            axle: axle.to_owned(),
+            name: name.to_owned(),
+            unit: rows.first()?.unit.clone(),
+            pooled: Some(Pooled::of(&latest)?),
+            development: event::beside(development, events),
+            points,
+        })
     }
 }
 
-/// The last `pooled` rides are joined.
-fn of(bike: &str, rows: &[ResultRow], pooled: usize) -> BikeHistory {
-    let course = |(axle, name): (&str, &str)| {
-        let mut rows: Vec<&ResultRow> = rows
-            .iter()
-            .filter(|row| {
-                let weighs = row.std_error.is_some_and(|e| e.powi(-2).is_normal());
-                row.axle == axle && row.name == name && weighs
-            })
-            .collect();
-        rows.sort_by_key(|row| (row.dated_at, row.job_id));
-        let unit = rows.first()?.unit.clone();
-        let values: Vec<(f64, f64)> = rows
-            .iter()
-            .map(|row| (row.value, row.std_error.unwrap_or(0.0)))
-            .collect();
-        let last = values.len().saturating_sub(pooled);
-        let pooled = Pooled::of(&values[last..])?;
-        Some(Course {
-            axle: axle.to_owned(),
-            name: name.to_owned(),
-            unit,
-            pooled: Some(pooled),
-            trend: None,
-            change: None,
-            development: None,
-            points: rows
-                .iter()
-                .zip(&values)
-                .map(|(row, (value, std_error))| Point {
-                    epoch_ms: row.dated_at,
-                    job: row.job_id,
-                    dated_at: time::text(row.dated_at),
-                    identified_at: time::text(row.identified_at),
-                    value: *value,
-                    std_error: *std_error,
-                    verdict: row.verdict.clone(),
-                })
-                .collect(),
-        })
-    };
-    BikeHistory {
-        bike: bike.to_owned(),
-        courses: FOLLOWED.into_iter().filter_map(course).collect(),
-        events: Vec::new(),
-        effects: Vec::new(),
+impl Point {
+    fn of(row: &ResultRow) -> Self {
+        Self {
+            epoch_ms: row.dated_at,
+            job: row.job_id,
+            dated_at: time::text(row.dated_at),
+            identified_at: time::text(row.identified_at),
+            value: row.value,
+            std_error: row.std_error.unwrap_or(0.0),
+            verdict: row.verdict.clone(),
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! What many rides of one bicycle, and many bicycles, say together.
 
-mod change;
+mod beside;
 mod dependence;
 mod development;
 mod effect;
@@ -9,15 +9,12 @@ mod history;
 mod outliers;
 mod pool;
 mod regression;
-mod trend;
 pub mod words;
 
 pub use dependence::{
     Categories, Category, DATE, Dependence, Influence, Question, influence, label,
 };
-#[cfg(test)]
-pub use development::Development;
-pub use development::Kind;
+pub use development::{Development, Kind};
 pub use effect::{EffectOnBike, on_bikes};
 pub use event::BikeEvent;
 pub use history::{BikeHistory, Course, FOLLOWED, histories, history};

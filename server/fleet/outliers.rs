@@ -50,7 +50,7 @@ pub struct PooledParameter {
     /// Distance from the fleet's median in robust standard deviations, the bike's own error included.
     pub deviations: Option<f64>,
     pub outlier: bool,
-    /// What became of it over the bike's latest 100 rides.
+    /// What became of it over the bike's latest 200 rides.
     pub development: Option<Development>,
     /// What became of it in words, as "fell by 4.1 ± 0.9 kN/m on 12 June"; null where nothing did.
     pub summary: Option<String>,
@@ -137,8 +137,6 @@ mod tests {
                 unit: "N/m".into(),
                 points: Vec::new(),
                 pooled: Pooled::of(&[(k, 10.0)]),
-                trend: None,
-                change: None,
                 development: None,
             }],
         }

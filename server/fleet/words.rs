@@ -2,7 +2,7 @@
 
 use veloid_engine::document::format_number::{Number, Quantity, fixed, powers};
 
-use super::development::{Development, Step};
+use super::development::{Development, Drift, Step};
 use crate::time;
 
 /// From here on (N/m) stiffness is given in kN/m.
@@ -59,24 +59,41 @@ pub fn size(value: f64, margin: f64, unit: &str) -> String {
     Quantity { number, unit }.to_string()
 }
 
-/// What became of a parameter: "fell by 4.1 ± 0.9 kN/m on 12 June"; none where nothing did.
+/// What became of a parameter: "has been falling by 3 ± 1 kN/m per 30 days since 2 May, and rose by 4.1 ± 0.9 kN/m on 12 June"; none
+/// where nothing did.
 pub fn became(development: &Development, unit: &str) -> Option<String> {
-    let drift = development.drifts().then(|| {
-        let [month, margin] =
-            [development.per_day, development.per_day_margin].map(|x| MONTH_DAYS * x);
-        let verb = if month > 0.0 { "rising" } else { "falling" };
-        format!(
-            "is {verb} by {} per 30 days",
-            size(month.abs(), margin, unit)
-        )
-    });
-    let steps = development.steps.iter().map(|step| stepped(step, unit));
-    let said: Vec<String> = drift.into_iter().chain(steps).collect();
+    let steps = development.steps.iter();
+    let mut said: Vec<(&str, String)> = steps
+        .map(|step| (step.at.as_str(), stepped(step, unit)))
+        .collect();
+    let drifts = development.drifts.iter();
+    said.extend(drifts.map(|drift| (drift.since.as_str(), drifted(drift, unit))));
+    // Times sort as texts.
+    said.sort();
+    let said: Vec<String> = said.into_iter().map(|(_, said)| said).collect();
     let (last, before) = said.split_last()?;
     Some(match before.is_empty() {
         true => last.clone(),
         false => format!("{}, and {last}", before.join(", ")),
     })
+}
+
+fn drifted(drift: &Drift, unit: &str) -> String {
+    let [month, margin] = [drift.per_day, drift.margin].map(|x| MONTH_DAYS * x);
+    let size = size(month.abs(), margin, unit);
+    let since = time::day_in_words(&drift.since);
+    let rises = month > 0.0;
+    match &drift.until {
+        None => {
+            let verb = if rises { "rising" } else { "falling" };
+            format!("has been {verb} by {size} per 30 days since {since}")
+        }
+        Some(until) => {
+            let verb = if rises { "rose" } else { "fell" };
+            let until = time::day_in_words(until);
+            format!("{verb} by {size} per 30 days from {since} to {until}")
+        }
+    }
 }
 
 fn stepped(step: &Step, unit: &str) -> String {
@@ -114,7 +131,7 @@ mod tests {
         let history = |value: fn(i64) -> f64| -> Option<String> {
             let ride = |i: i64| (day(i), 100e3 + value(i) + 100.0 * (i * 7 % 5) as f64, 200.0);
             let rides: Vec<_> = (0..60).map(ride).collect();
-            became(&Development::of(&rides).unwrap(), "N/m")
+            became(&Development::of(&rides, &[]).unwrap(), "N/m")
         };
         assert_eq!(history(|_| 0.0), None);
         let fell = history(|i| if i < 30 { 0.0 } else { -4e3 }).unwrap();
@@ -122,12 +139,23 @@ mod tests {
             fell.starts_with("fell by 4.0") && fell.ends_with(" on 31 January 1970"),
             "{fell}"
         );
-        let falls = history(|i| -200.0 * i as f64).unwrap();
+        let falls = history(|i| -200.0 * (i - 20).max(0) as f64).unwrap();
         assert!(
-            falls.starts_with("is falling by 5.99 ± 0.06") && falls.ends_with(" per 30 days"),
+            falls.starts_with("has been falling by 6.0")
+                && falls.ends_with(" since 21 January 1970"),
             "{falls}"
         );
-        let both = history(|i| -200.0 * i as f64 + if i < 20 { 0.0 } else { 6e3 }).unwrap();
-        assert!(both.contains(" per 30 days, and rose by "), "{both}");
+        let both = history(|i| {
+            if i < 40 {
+                -200.0 * (i - 20).max(0) as f64
+            } else {
+                0.0
+            }
+        })
+        .unwrap();
+        assert!(
+            both.starts_with("fell by 6.0") && both.contains("to 9 February 1970, and rose by "),
+            "{both}"
+        );
     }
 }

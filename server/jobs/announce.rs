@@ -17,10 +17,6 @@ use crate::store::webhook::{self, WebhookRow};
 use crate::store::{Tx, now_ms, river};
 use crate::webhooks::{Event, Notification, changes};
 
-/// Rides that are looked through for a drift or a step, and the last of them, which are pooled.
-const RIDES: i64 = 100;
-const POOLED: usize = 20;
-
 /// Says what a job's end means, and to whom: queues the deliveries.
 impl Worker<Announce> for Stages {
     type Error = BoxError;
@@ -60,7 +56,7 @@ impl Stages {
         let succeeded = job.state == State::Succeeded;
         let (histories, effects) = match succeeded {
             true => (
-                fleet::histories(db, group, &[bike.to_owned()], RIDES, POOLED).await?,
+                vec![fleet::history(db, group, bike).await?],
                 webhook::new_effects(db, group, bike, id).await?,
             ),
             false => (Vec::new(), Vec::new()),
@@ -87,7 +83,7 @@ impl Stages {
                 bike,
                 &change.axle,
                 &change.name,
-                change.kind,
+                &change.kind,
             )
             .await?;
             news.extend(change.event.map(|event| (event, change.data)));

@@ -7,7 +7,6 @@ use veloid_engine::document::format_number::{Quantity, fixed, significant};
 
 use crate::api::App;
 use crate::api::access::Caller;
-use crate::api::bikes::course::RIDES;
 use crate::api::jobs::view::JobView;
 use crate::api::pressure;
 use crate::api::problem::Problem;
@@ -52,8 +51,7 @@ struct CourseRow {
     rides: usize,
     pooled: Quantity,
     heterogeneity: String,
-    trend: String,
-    change: String,
+    now: Quantity,
 }
 
 impl BikePage {
@@ -92,27 +90,9 @@ impl CourseRow {
                 ),
                 None => plain(pooled.between_rides),
             },
-            trend: course.trend.as_ref().map_or_else(
-                || "too few rides".to_owned(),
-                |t| {
-                    format!(
-                        "{} per 30 days ({})",
-                        plain(30.0 * t.per_day),
-                        chance(t.p_value)
-                    )
-                },
-            ),
-            change: course.change.as_ref().map_or_else(
-                || "too few rides".to_owned(),
-                |c| {
-                    format!(
-                        "{} to {} on {} ({})",
-                        plain(c.before),
-                        plain(c.after),
-                        day(&c.at),
-                        chance(c.p_value)
-                    )
-                },
+            now: course.development.as_ref().map_or_else(
+                || Quantity::new(pooled.value, Some(pooled.std_error), &course.unit),
+                |d| Quantity::new(d.now, Some(d.now_std_error), &course.unit),
             ),
         })
     }
@@ -142,7 +122,7 @@ pub async fn bike(
 ) -> Result<Html<String>, Fault> {
     let row = bike::find(&server.db, &caller.group, &name).await?;
     let row = row.ok_or_else(|| Problem::not_found("the bike"))?;
-    let history = fleet::history(&server.db, &caller.group, &name, RIDES).await?;
+    let history = fleet::history(&server.db, &caller.group, &name).await?;
     let filter = job::Filter {
         group: &caller.group,
         bike: Some(&name),

@@ -277,6 +277,15 @@ pub struct JobResult {
     pub unit: String,
 }
 
+/// The condition that a job is the newest of its ride that succeeded for this bicycle.
+macro_rules! newest_of_ride {
+    () => {
+        "NOT EXISTS (SELECT 1 FROM job AS newer \
+                     WHERE newer.ride_id = job.ride_id AND newer.id > job.id AND newer.bike = job.bike \
+                       AND newer.state = 'succeeded' AND newer.deleted_at IS NULL)"
+    };
+}
+
 /// What rides that were ridden last say of an effect.
 pub async fn of_effect(
     db: &Db,
@@ -284,12 +293,14 @@ pub async fn of_effect(
     effect: &str,
     most: i64,
 ) -> sqlx::Result<Vec<EffectRow>> {
-    const SQL: &str = "\
-        SELECT parameter.job_id, parameter.bike, axle, parameter.name, value, std_error, unit, dated_at \
-        FROM parameter JOIN job ON job.id = parameter.job_id \
-        WHERE parameter.group_name = $1 AND method = 'extended' AND parameter.name >= $2 AND parameter.name < $3 \
-          AND job.deleted_at IS NULL \
-        ORDER BY parameter.job_id DESC LIMIT $4";
+    const SQL: &str = concat!(
+        "SELECT parameter.job_id, parameter.bike, axle, parameter.name, value, std_error, unit, dated_at \
+         FROM parameter JOIN job ON job.id = parameter.job_id \
+         WHERE parameter.group_name = $1 AND method = 'extended' AND parameter.name >= $2 AND parameter.name < $3 \
+           AND job.deleted_at IS NULL AND ",
+        newest_of_ride!(),
+        " ORDER BY parameter.job_id DESC LIMIT $4"
+    );
     let (from, to) = (format!("{effect}."), format!("{effect}/"));
     on!(read db, p => sqlx::query_as(SQL).bind(group).bind(from).bind(to).bind(most).fetch_all(p).await)
 }
@@ -320,9 +331,11 @@ pub struct ResultRow {
     pub identified_at: i64,
     /// When it was ridden or, where that is not known, uploaded.
     pub dated_at: i64,
+    /// What is known of the ride.
+    pub facts: Option<Json<Facts>>,
 }
 
-/// Stiffness and damping of the rides of a bike that were ridden last.
+/// Stiffness and damping of the rides of a bike that were ridden last, each ride's by its newest job.
 pub async fn results_of_bike(
     db: &Db,
     group: &str,
@@ -330,14 +343,16 @@ pub async fn results_of_bike(
     rides: i64,
 ) -> sqlx::Result<Vec<ResultRow>> {
     // CROSS JOIN keeps SQLite from walking all that was ever identified of the bike.
-    const SQL: &str = "\
-        SELECT job_id, axle, name, value, std_error, unit, verdict, identified_at, dated_at \
-        FROM (SELECT id, dated_at FROM job \
-              WHERE group_name = $3 AND bike = $1 AND state = 'succeeded' AND deleted_at IS NULL \
-              ORDER BY dated_at DESC, id DESC LIMIT $2) AS latest \
-        CROSS JOIN parameter \
-        WHERE job_id = latest.id AND method = 'result' AND name IN ('k_n_m', 'b_n_s_m') \
-        ORDER BY job_id, axle, name";
+    const SQL: &str = concat!(
+        "SELECT job_id, axle, parameter.name, value, std_error, unit, verdict, identified_at, dated_at, facts \
+         FROM (SELECT id, ride_id, dated_at FROM job \
+               WHERE group_name = $3 AND bike = $1 AND state = 'succeeded' AND deleted_at IS NULL AND ",
+        newest_of_ride!(),
+        " ORDER BY dated_at DESC, id DESC LIMIT $2) AS latest \
+         CROSS JOIN parameter JOIN ride ON ride.id = latest.ride_id \
+         WHERE job_id = latest.id AND method = 'result' AND parameter.name IN ('k_n_m', 'b_n_s_m') \
+         ORDER BY job_id, axle, parameter.name"
+    );
     on!(read db, p => sqlx::query_as(SQL).bind(bike).bind(rides).bind(group).fetch_all(p).await)
 }
 

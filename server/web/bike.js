@@ -22,7 +22,7 @@ async function draw(address) {
   }
 }
 
-function panel({ name, unit, points, pooled, trend, development }) {
+function panel({ name, unit, points, development }) {
   const x = points.map((point) => point.dated_at);
   const letter = name === 'k_n_m' ? 'k' : 'B';
   const traces = [{
@@ -30,18 +30,25 @@ function panel({ name, unit, points, pooled, trend, development }) {
     dots: true, ink: 'series-extended', legend: false, size: 7,
     text: points.map((point) => `${measured(point.value, point.std_error)} ${unit}, ${(point.verdict ?? 'no diagnosis').replaceAll('_', ' ')}`),
   }];
-  // A step makes a trend significant too; the development is one choice between them.
-  const drifts = !development || ['drift', 'both'].includes(development.kind);
-  if (drifts && trend && trend.p_value < 0.05) {
-    const day = (time) => Date.parse(time) / 864e5;
-    const weights = points.map((point) => 1 / (point.std_error ** 2 + pooled.between_rides ** 2));
-    const total = weights.reduce((sum, weight) => sum + weight, 0);
-    const middle = points.reduce((sum, point, i) => sum + weights[i] * day(point.dated_at), 0) / total;
-    const mean = points.reduce((sum, point, i) => sum + weights[i] * point.value, 0) / total;
-    traces.push({
-      name: 'trend', x: [x[0], x.at(-1)], ink: 'series-plain', legend: false, dash: 'dash',
-      y: [x[0], x.at(-1)].map((time) => mean + trend.per_day * (day(time) - middle)),
-    });
+  if (development && development.kind !== 'none') {
+    traces.push({ name: 'level', ...level(x, development), ink: 'series-plain', legend: false, dash: 'dash' });
   }
   return { label: `${letter} (${unit.replace('N s', 'N·s')})`, traces };
+}
+
+// The level over the rides, from today's back, with a corner where a drift begins or ends and a jump at each step.
+function level(dates, { now, steps, drifts }) {
+  const day = (time) => Date.parse(time) / 864e5;
+  const last = day(dates.at(-1));
+  const passed = (drift, at) => drift.per_day * Math.max(0, Math.min(at, drift.until ? day(drift.until) : last) - day(drift.since));
+  const at = (time, before) => {
+    const steppedSince = steps.filter((step) => day(step.at) > time || (before && day(step.at) === time));
+    const driftedSince = drifts.map((drift) => passed(drift, last) - passed(drift, time));
+    return now - steppedSince.reduce((sum, step) => sum + step.size, 0) - driftedSince.reduce((sum, change) => sum + change, 0);
+  };
+  const places = [[dates[0], false], [dates.at(-1), false]];
+  for (const { since, until } of drifts) places.push([since, false], ...(until ? [[until, false]] : []));
+  for (const step of steps) places.push([step.at, true], [step.at, false]);
+  places.sort(([a, first], [b, second]) => day(a) - day(b) || second - first);
+  return { x: places.map(([time]) => time), y: places.map(([time, before]) => at(day(time), before)) };
 }

@@ -11,6 +11,8 @@ pub enum Event {
     JobCancelled,
     BikeDrifts,
     BikeStepped,
+    /// A drift ended, a step was undone, or either is found no longer.
+    BikeSettled,
     BikeNewPhysics,
     /// Sent by hand only, to see whether it arrives.
     Test,
@@ -18,12 +20,13 @@ pub enum Event {
 
 impl Event {
     /// Those that may be asked for.
-    pub const ALL: [Event; 6] = [
+    pub const ALL: [Event; 7] = [
         Event::JobSucceeded,
         Event::JobFailed,
         Event::JobCancelled,
         Event::BikeDrifts,
         Event::BikeStepped,
+        Event::BikeSettled,
         Event::BikeNewPhysics,
     ];
 
@@ -34,6 +37,7 @@ impl Event {
             Event::JobCancelled => "job.cancelled",
             Event::BikeDrifts => "bike.drifts",
             Event::BikeStepped => "bike.stepped",
+            Event::BikeSettled => "bike.settled",
             Event::BikeNewPhysics => "bike.new_physics",
             Event::Test => "test",
         }

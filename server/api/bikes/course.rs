@@ -8,12 +8,9 @@ use crate::api::problem::Problem;
 use crate::fleet::{self, BikeHistory};
 use crate::store::bike;
 
-/// Rides that are looked at.
-pub const RIDES: i64 = 500;
-
-/// History of a bicycle's stiffness and damping over its latest 500 rides.
+/// History of a bicycle's stiffness and damping over its latest 200 rides, each by its newest job.
 ///
-/// Pooled over the rides, with their scatter, a trend and a test for a step.
+/// Pooled over the rides since the latest change, with steps, drifts and the level today.
 #[utoipa::path(get, path = "/v1/bikes/{bike}/course", operation_id = "bike_course", tag = "fleet", params(("bike" = String, Path, min_length = 1)),
     responses(
         (status = 200, description = "One history per axle and parameter", body = BikeHistory),
@@ -29,6 +26,6 @@ pub async fn course(
     {
         return Err(Problem::not_found("the bike"));
     }
-    let history = fleet::history(&server.db, &caller.group, &name, RIDES).await?;
+    let history = fleet::history(&server.db, &caller.group, &name).await?;
     Ok(Json(history))
 }

@@ -100,11 +100,8 @@ impl Dependence {
         self.predict(&fit, &fitted, at);
         if self.bikes == 1 && !fitted.iter().any(|column| column.fact == DATE) {
             let left = rides.iter().zip(&fit.residuals);
-            let left = left.map(|(ride, residual)| {
-                let deviation = ride.std_error.hypot(fit.between_rides);
-                (ride.row.dated_at, *residual, deviation)
-            });
-            self.development = Development::of(&left.collect::<Vec<_>>());
+            let left = left.map(|(ride, residual)| (ride.row.dated_at, *residual, ride.std_error));
+            self.development = Development::of(&left.collect::<Vec<_>>(), &[]);
         }
         self.points = self.points(rides, &fit);
     }

@@ -43,7 +43,11 @@ pub fn of(found: &Dependence) -> String {
         let day = time::day_in_words(&step.at);
         said.push(format!("On {} it {verb} by {size} on {day}.", step.bike));
     }
-    if found.development.as_ref().is_some_and(|d| d.drifts()) {
+    if found
+        .development
+        .as_ref()
+        .is_some_and(|d| d.drifts().is_some())
+    {
         said.push("What is left drifts: add the date to the facts.".to_owned());
     }
     said.extend(unfitted(found));
