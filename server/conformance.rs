@@ -181,8 +181,12 @@ async fn a_job_goes_its_way_and_no_step_twice() {
         assert!(job::observed(&mut tx, id, &none).await.unwrap());
         assert!(!job::observed(&mut tx, id, &none).await.unwrap());
         job::enter(&mut tx, id, Stage::Diagnose, 7).await.unwrap();
-        assert!(job::succeed(&mut tx, id, Some("named")).await.unwrap());
-        assert!(!job::succeed(&mut tx, id, None).await.unwrap());
+        assert!(
+            job::succeed(&mut tx, id, Some("named"), None)
+                .await
+                .unwrap()
+        );
+        assert!(!job::succeed(&mut tx, id, None, None).await.unwrap());
         assert!(!job::end(&mut tx, id, None).await.unwrap());
         assert!(
             !job::reset(&mut tx, id, [State::Failed, State::Cancelled])
@@ -213,7 +217,7 @@ async fn a_cancelled_job_stays_cancelled_until_it_is_begun_anew() {
         assert!(give_up(&queue, &mut tx, id, None).await.unwrap());
         assert!(!give_up(&queue, &mut tx, id, None).await.unwrap());
         assert!(!job::count_trials(&mut tx, id, 1).await.unwrap());
-        assert!(!job::succeed(&mut tx, id, None).await.unwrap());
+        assert!(!job::succeed(&mut tx, id, None, None).await.unwrap());
         tx.commit().await.unwrap();
         assert_eq!(state(&db, id).await, State::Cancelled);
         for row in rows {

@@ -315,8 +315,8 @@ fn of_one_file<'a>(key: &str, value: &'a str) -> (Option<&'a str>, &'a str) {
 /// True or false, also as Python writes them.
 pub fn boolean(name: &str, text: &str) -> Result<bool, OptionsError> {
     match text {
-        "true" | "True" => Ok(true),
-        "false" | "False" => Ok(false),
+        "true" | "True" | "on" => Ok(true),
+        "false" | "False" | "off" => Ok(false),
         _ => Err(OptionsError::Boolean {
             name: name.to_owned(),
             text: shown(text),
@@ -472,6 +472,8 @@ mod tests {
             ("True", Some(true)),
             ("false", Some(false)),
             ("False", Some(false)),
+            ("on", Some(true)),
+            ("off", Some(false)),
             ("TRUE", None),
             ("no", None),
             ("0", None),

@@ -635,8 +635,5 @@ async fn buttons_delete_and_bring_back_but_not_from_elsewhere() {
     let (status, deleted) = press("/bikes/lab-7/delete".to_owned(), "same-origin").await;
     assert!(status == 200 && deleted.contains("Bring lab-7 back"));
     let (status, bike) = press("/bikes/lab-7/restore".to_owned(), "same-origin").await;
-    assert!(
-        status == 200 && bike.contains("Rides together"),
-        "{bike}"
-    );
+    assert!(status == 200 && bike.contains("Rides together"), "{bike}");
 }

@@ -174,6 +174,10 @@ async fn without_a_verdict_no_place_shows_a_number() {
         "{table}"
     );
     assert!(html.contains("state unanswered") && !html.contains("state succeeded"));
+    let why = view["no_result"].as_str().unwrap();
+    assert!(why.starts_with("z_f and u_f have opposite signs"), "{why}");
+    let list = server.get("/jobs").await.text().await.unwrap();
+    assert!(list.contains("no result") && !list.contains("state succeeded"));
 }
 
 /// Whether the model misses something, and the probability of that by noise alone, agree wherever they are shown.

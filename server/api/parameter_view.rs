@@ -13,6 +13,9 @@ use crate::time;
 #[schema(as = IdentifiedParameter)]
 pub struct ParameterView {
     pub job: Uuid,
+    pub ride: Uuid,
+    /// Name of the ride's file.
+    pub file: String,
     pub bike: String,
     #[schema(format = DateTime)]
     pub identified_at: String,
@@ -33,6 +36,8 @@ impl From<ParameterRow> for ParameterView {
     fn from(row: ParameterRow) -> Self {
         Self {
             job: row.job_id,
+            ride: row.ride_id,
+            file: row.file,
             bike: row.bike,
             identified_at: time::text(row.identified_at),
             method: row.method,

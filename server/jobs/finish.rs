@@ -23,7 +23,7 @@ pub async fn finish(
     report: &Report,
 ) -> Result<bool, Fault> {
     let verdict = report.diagnosis.as_ref().and_then(verdict_name);
-    if !job::succeed(tx, id, verdict.as_deref()).await? {
+    if !job::succeed(tx, id, verdict.as_deref(), no_result(report).as_deref()).await? {
         return Ok(false);
     }
     // The report holds what the stages handed on.
@@ -41,6 +41,23 @@ pub fn finished(job: Uuid, is_published: bool, report: &Report) {
         true => info!(%job, verdict, "job succeeded"),
         false => debug!(%job, "report dropped: the job was cancelled meanwhile"),
     }
+}
+
+/// Why no axle has stiffness or damping, if none has.
+fn no_result(report: &Report) -> Option<String> {
+    let of_axle = |(_, result): (Axle, &AxleResult)| {
+        let quantities = result.iter().filter(|(name, _)| ["k", "B"].contains(name));
+        let own = quantities.map(|(_, found)| (found.value.is_some(), found.why.clone()));
+        own.collect::<Vec<_>>()
+    };
+    let found: Vec<(bool, Option<String>)> = report.result.iter().flat_map(of_axle).collect();
+    if found.iter().any(|(is_known, _)| *is_known) {
+        return None;
+    }
+    let verdict = report.diagnosis.as_ref();
+    let verdict = verdict.filter(|d| d.verdict == Verdict::CannotTell && !d.sentence.is_empty());
+    let why = verdict.map(|d| d.sentence.clone());
+    why.or_else(|| found.into_iter().find_map(|(_, why)| why))
 }
 
 /// The verdict as the report spells it.

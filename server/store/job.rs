@@ -125,6 +125,8 @@ pub struct JobRow {
     pub trials_done: i64,
     pub least_squares: Option<Json<PerAxle<Estimate>>>,
     pub verdict: Option<String>,
+    /// Why a job that succeeded gave neither stiffness nor damping.
+    pub no_result: Option<String>,
     pub failure: Option<Json<Failure>>,
     pub created_at: i64,
     pub started_at: Option<i64>,
@@ -181,7 +183,7 @@ macro_rules! select {
     ($rest:literal) => {
         concat!(
             "SELECT job.id, job.group_name, ride_id, ride.name AS ride_name, ride.sha256, bike, request, summary, ",
-            "state, stage, revision, trials_total, trials_done, least_squares, verdict, ",
+            "state, stage, revision, trials_total, trials_done, least_squares, verdict, no_result, ",
             "failure, created_at, started_at, observed_at, finished_at, deleted_at, turn, dated_at, facts ",
             "FROM job JOIN ride ON ride.id = job.ride_id ",
             $rest
@@ -389,15 +391,21 @@ pub async fn hand_over(tx: &mut Tx, id: Uuid, river_id: i64) -> sqlx::Result<()>
 }
 
 /// Ends a running job well; false when it is not running.
-pub async fn succeed(tx: &mut Tx, id: Uuid, verdict: Option<&str>) -> sqlx::Result<bool> {
+pub async fn succeed(
+    tx: &mut Tx,
+    id: Uuid,
+    verdict: Option<&str>,
+    no_result: Option<&str>,
+) -> sqlx::Result<bool> {
     const SQL: &str = "\
         UPDATE job SET state = 'succeeded', verdict = $2, river_id = NULL, finished_at = $3, \
-                       revision = revision + 1 \
+                       revision = revision + 1, no_result = $4 \
         WHERE id = $1 AND state = 'running'";
     let changed = on!(tx, t => sqlx::query(SQL)
         .bind(id)
         .bind(verdict)
         .bind(now_ms())
+        .bind(no_result)
         .execute(&mut **t)
         .await?
         .rows_affected());
@@ -429,7 +437,7 @@ pub async fn end(tx: &mut Tx, id: Uuid, failure: Option<&Failure>) -> sqlx::Resu
 pub async fn reset(tx: &mut Tx, id: Uuid, from: [State; 2]) -> sqlx::Result<bool> {
     const SQL: &str = "\
         UPDATE job SET state = 'queued', stage = 'observe', trials_done = 0, takeovers = 0, lost = 0, \
-                       least_squares = NULL, verdict = NULL, failure = NULL, started_at = NULL, \
+                       least_squares = NULL, verdict = NULL, no_result = NULL, failure = NULL, started_at = NULL, \
                        observed_at = NULL, finished_at = NULL, revision = revision + 1 \
         WHERE id = $1 AND state IN ($2, $3) AND deleted_at IS NULL";
     let [one, other] = from.map(State::name);

@@ -30,6 +30,9 @@ pub struct ParameterRow {
     pub verdict: Option<String>,
     pub version: String,
     pub identified_at: i64,
+    pub ride_id: Uuid,
+    /// Name of the ride's file.
+    pub file: String,
     /// What is known of the ride.
     pub facts: Option<Json<Facts>>,
 }
@@ -187,7 +190,7 @@ macro_rules! conditions {
 pub async fn page(db: &Db, filter: &Filter<'_>, limit: i64) -> sqlx::Result<Vec<ParameterRow>> {
     // The rides of the page alone are looked up.
     const PAGE: &str = concat!(
-        "SELECT page.*, ride.facts FROM ( \
+        "SELECT page.*, ride.id AS ride_id, ride.name AS file, ride.facts FROM ( \
             SELECT job_id, method, axle, name, bike, value, std_error, unit, verdict, version, identified_at \
             FROM parameter ",
         of_group!()

@@ -32,6 +32,8 @@ pub struct JobView {
     pub least_squares: Option<PerAxle<Estimate>>,
     /// `nothing_missing`, `named`, `named_in_part`, `ambiguous`, `unnamed` or `cannot_tell`, at the end of a diagnosis.
     pub verdict: Option<String>,
+    /// Why the job, though it succeeded, gave neither stiffness nor damping.
+    pub no_result: Option<String>,
     /// Why the job failed.
     pub failure: Option<Failure>,
     /// Increases with every change; the ETag.
@@ -108,6 +110,7 @@ impl From<JobRow> for JobView {
             options: row.request.0.options,
             least_squares: row.least_squares.filter(|_| !withheld).map(|json| json.0),
             verdict: row.verdict,
+            no_result: row.no_result,
             failure: row.failure.map(|json| json.0),
             revision: row.revision,
             dated_at: time::text(row.dated_at),

@@ -2,7 +2,7 @@
 
 use crate::api::parameter_view::ParameterView;
 
-const HEAD: [&str; 22] = [
+const HEAD: [&str; 24] = [
     "job",
     "bike",
     "identified_at",
@@ -25,6 +25,8 @@ const HEAD: [&str; 22] = [
     "tags",
     "notes",
     "further",
+    "ride",
+    "file",
 ];
 
 /// The names of the columns.
@@ -37,7 +39,7 @@ pub fn lines(items: &[ParameterView]) -> csv::Result<Vec<u8>> {
     written(items.iter().map(line))
 }
 
-fn written(lines: impl IntoIterator<Item = [String; 22]>) -> csv::Result<Vec<u8>> {
+fn written(lines: impl IntoIterator<Item = [String; 24]>) -> csv::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let mut writer = csv::Writer::from_writer(&mut bytes);
     for line in lines {
@@ -48,7 +50,7 @@ fn written(lines: impl IntoIterator<Item = [String; 22]>) -> csv::Result<Vec<u8>
     Ok(bytes)
 }
 
-fn line(item: &ParameterView) -> [String; 22] {
+fn line(item: &ParameterView) -> [String; 24] {
     let facts = &item.facts;
     let number = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
     let text = |value: Option<&str>| value.map(guarded).unwrap_or_default();
@@ -75,6 +77,8 @@ fn line(item: &ParameterView) -> [String; 22] {
         text(item.tags().as_deref()),
         text(facts.notes.as_deref()),
         text(item.further().as_deref()),
+        item.ride.to_string(),
+        guarded(&item.file),
     ]
 }
 
@@ -92,11 +96,11 @@ mod tests {
     #[test]
     fn text_cells_are_quoted_and_no_formulas() {
         let cells = ["lab-7", "a,\"b\"", "=HYPERLINK(1)", "=A1,B1"].map(guarded);
-        let mut line: [String; 22] = Default::default();
+        let mut line: [String; 24] = Default::default();
         line[..4].clone_from_slice(&cells);
         let text = String::from_utf8(written([line]).unwrap()).unwrap();
         let expected = "lab-7,\"a,\"\"b\"\"\",'=HYPERLINK(1),\"'=A1,B1\",";
         assert!(text.starts_with(expected), "{text}");
-        assert!(text.ends_with(",\n") && head().unwrap().ends_with(b",further\n"));
+        assert!(text.ends_with(",\n") && head().unwrap().ends_with(b",further,ride,file\n"));
     }
 }

@@ -23,7 +23,7 @@ enum Values {
 use Values::{Identified, Number, Text};
 
 /// Each column as the schema has it, and where its values come from.
-const COLUMNS: [(&str, Values); 22] = [
+const COLUMNS: [(&str, Values); 24] = [
     (
         "required binary job (string)",
         Text(|row| Some(row.job.to_string())),
@@ -100,6 +100,14 @@ const COLUMNS: [(&str, Values); 22] = [
         Text(|row| row.facts.notes.clone()),
     ),
     ("optional binary further (json)", Text(|row| row.further())),
+    (
+        "required binary ride (string)",
+        Text(|row| Some(row.ride.to_string())),
+    ),
+    (
+        "required binary file (string)",
+        Text(|row| Some(row.file.clone())),
+    ),
 ];
 
 /// A file that is written row group by row group.
@@ -202,6 +210,8 @@ mod tests {
     fn what_is_written_reads_back() {
         let row = |value: f64, std_error, verdict: Option<&str>| ParameterRow {
             job_id: Uuid::from_u128(7),
+            ride_id: Uuid::from_u128(8),
+            file: "ride.csv".into(),
             method: "swarm".into(),
             axle: "front".into(),
             name: "k_n_m".into(),
@@ -239,6 +249,7 @@ mod tests {
         assert_eq!(rows[1].get_double(13).unwrap(), 2.5);
         assert_eq!(rows[1].get_string(19).unwrap(), "wet, race");
         assert_eq!(rows[1].get_string(21).unwrap(), "{\"stem_mm\":90.0}");
+        assert_eq!(rows[1].get_string(23).unwrap(), "ride.csv");
         assert!((11..22).all(|column| rows[0].is_null(column).unwrap()));
     }
 }
