@@ -50,6 +50,14 @@ async fn a_season_tells_what_pressure_and_warmth_do() {
     );
     assert_eq!(one["development"]["kind"], "none");
 
+    // Sizes of effects have influences too.
+    let friction = ask(
+        &server,
+        "axle=front&name=coulomb_friction.friction&on=temperature_c",
+    )
+    .await;
+    assert!(friction["rides"].as_u64().unwrap() > 10, "{friction:#}");
+
     // The bicycle that leaks drifts beside what its pressure explains, and so does what is left of it.
     let leaking = ask(&server, "bike=season-001&on=pressure_front_bar").await;
     assert_eq!(leaking["development"]["kind"], "drift");

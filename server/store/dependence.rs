@@ -4,14 +4,16 @@ use sqlx::types::Json;
 use sqlx::{FromRow, QueryBuilder};
 use uuid::Uuid;
 
+use veloid_engine::report::Method;
+
 use super::Db;
+use super::parameter::RESULT;
 use crate::facts::Facts;
 
 /// What a ride says of a parameter, and what is known of it.
 #[derive(Clone, Debug, FromRow)]
 pub struct RideRow {
     pub job_id: Uuid,
-    pub ride_id: Uuid,
     pub bike: String,
     pub value: f64,
     pub std_error: Option<f64>,
@@ -47,19 +49,27 @@ pub struct DependenceQuery<'a> {
 pub async fn rides(db: &Db, asked: &DependenceQuery<'_>, most: i64) -> sqlx::Result<Vec<RideRow>> {
     // CROSS JOIN keeps SQLite from walking all that was ever identified.
     const SQLITE: &str = "\
-        SELECT parameter.job_id, ride_id, latest.bike, value, std_error, unit, dated_at, facts, \
+        SELECT parameter.job_id, latest.bike, value, std_error, unit, dated_at, facts, \
                request ->> '$.bike.mass_front_kg' AS front_kg, request ->> '$.bike.mass_rear_kg' AS rear_kg ";
     const POSTGRES: &str = "\
-        SELECT parameter.job_id, ride_id, latest.bike, value, std_error, unit, dated_at, facts, \
+        SELECT parameter.job_id, latest.bike, value, std_error, unit, dated_at, facts, \
                (request #>> '{bike,mass_front_kg}')::float8 AS front_kg, \
                (request #>> '{bike,mass_rear_kg}')::float8 AS rear_kg ";
-    const JOBS: &str = "\
-        FROM (SELECT id, ride_id, bike, dated_at, request FROM job \
-              WHERE state = 'succeeded' AND deleted_at IS NULL AND group_name = ";
+    const JOBS: &str = concat!(
+        "FROM (SELECT id, ride_id, bike, dated_at, request FROM job \
+               WHERE state = 'succeeded' AND deleted_at IS NULL AND ",
+        newest_of_ride!(),
+        " AND group_name = "
+    );
     const PARAMETERS: &str = ") AS latest CROSS JOIN parameter JOIN ride ON ride.id = ride_id \
-        WHERE job_id = latest.id AND method = 'result' AND axle = ";
+        WHERE job_id = latest.id AND method = ";
+    // Sizes of effects are beside stiffness and damping, not in the result.
+    let method = match asked.name.contains('.') {
+        true => Method::Extended.name(),
+        false => RESULT,
+    };
     let columns = db.spelt(SQLITE, POSTGRES);
-    let mut rows: Vec<RideRow> = on!(read db, p => {
+    on!(read db, p => {
         let mut query = QueryBuilder::new(columns);
         query.push(JOBS).push_bind(asked.group);
         if let Some(bike) = asked.bike {
@@ -71,11 +81,10 @@ pub async fn rides(db: &Db, asked: &DependenceQuery<'_>, most: i64) -> sqlx::Res
             }
         }
         query.push(" ORDER BY dated_at DESC, id DESC LIMIT ").push_bind(most);
-        query.push(PARAMETERS).push_bind(asked.axle);
+        query.push(PARAMETERS).push_bind(method);
+        query.push(" AND axle = ").push_bind(asked.axle);
         query.push(" AND parameter.name = ").push_bind(asked.name);
         query.push(" ORDER BY latest.bike, ride_id, job_id DESC");
         query.build_query_as().fetch_all(p).await
-    })?;
-    rows.dedup_by(|a, b| (a.ride_id, &a.bike) == (b.ride_id, &b.bike));
-    Ok(rows)
+    })
 }

@@ -280,15 +280,6 @@ pub struct JobResult {
     pub unit: String,
 }
 
-/// The condition that a job is the newest of its ride that succeeded for this bicycle.
-macro_rules! newest_of_ride {
-    () => {
-        "NOT EXISTS (SELECT 1 FROM job AS newer \
-                     WHERE newer.ride_id = job.ride_id AND newer.id > job.id AND newer.bike = job.bike \
-                       AND newer.state = 'succeeded' AND newer.deleted_at IS NULL)"
-    };
-}
-
 /// What rides that were ridden last say of an effect.
 pub async fn of_effect(
     db: &Db,

@@ -17,7 +17,6 @@ fn ride(day: i64, value: f64, facts: serde_json::Value) -> RideRow {
     let facts = facts.as_object().unwrap().clone();
     RideRow {
         job_id: Uuid::from_u128(day as u128),
-        ride_id: Uuid::from_u128(day as u128),
         bike: "lab-7".to_owned(),
         value,
         std_error: Some(0.05),
