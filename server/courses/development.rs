@@ -42,7 +42,7 @@ pub struct Development {
     pub drifts: Vec<Drift>,
     /// The level on the last ride, at the mean of every fact.
     pub now: Estimate,
-    /// Standard deviation between rides beyond their own errors and all that is told.
+    /// Standard deviation between rides beyond their own errors and these changes.
     pub between_rides: f64,
     /// The ride from which on nothing has changed, but for a drift that goes on.
     pub since: usize,
@@ -57,8 +57,8 @@ impl Development {
             structure,
             reported,
         } = follow(data);
-        let told = data.telling(data.rides.len());
-        let columns = structure.columns(data.rides, &told);
+        let facts = data.telling(data.rides.len());
+        let columns = structure.columns(data.rides, &facts);
         let freedom = data.rides.len().checked_sub(columns.ncols())?;
         let student = StudentsT::new(0.0, 1.0, freedom as f64).ok()?;
         let values = believed(data.rides, &columns);
@@ -70,7 +70,7 @@ impl Development {
             margin: wide * variance.sqrt(),
         };
         let coefficient = |i: usize| estimate(fit.coefficients[i], fit.covariance[(i, i)]);
-        let first = 1 + told.len();
+        let first = 1 + facts.len();
         let steps = structure.steps().zip(first..);
         let steps: Vec<Step> = steps
             .map(|(ride, i)| Step {

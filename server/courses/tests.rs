@@ -30,7 +30,7 @@ fn season(seed: u64, rides: usize, change: impl Fn(usize, f64) -> f64) -> Vec<Ri
 }
 
 /// Of 100 seasons of 100 rides: those with so many steps and drifts.
-fn told(change: impl Fn(usize, f64) -> f64, is_right: impl Fn(&Development) -> bool) -> usize {
+fn right(change: impl Fn(usize, f64) -> f64, is_right: impl Fn(&Development) -> bool) -> usize {
     let one = |seed: u64| {
         let rides = season(seed, 100, &change);
         let found = Development::of(Rides {
@@ -43,16 +43,16 @@ fn told(change: impl Fn(usize, f64) -> f64, is_right: impl Fn(&Development) -> b
 }
 
 #[test]
-fn seasons_are_told_as_what_they_are() {
+fn seasons_are_reported_as_what_they_are() {
     let nothing = |found: &Development| found.steps.is_empty() && found.drifts.is_empty();
-    let unchanged = told(|_, _| 0.0, nothing);
+    let unchanged = right(|_, _| 0.0, nothing);
     assert!(unchanged >= 98, "{unchanged}");
-    let leak = told(
+    let leak = right(
         |_, day| -(day - 60.0).max(0.0) / 7.0,
         |found| found.steps.is_empty() && found.drifts.len() == 1 && found.drifts[0].to.is_none(),
     );
     assert!(leak >= 95, "{leak}");
-    let tyre = told(
+    let tyre = right(
         |i, _| if i < 40 { 0.0 } else { 4.0 },
         |found| {
             found.drifts.is_empty()
@@ -61,7 +61,7 @@ fn seasons_are_told_as_what_they_are() {
         },
     );
     assert!(tyre >= 95, "{tyre}");
-    let service = told(
+    let service = right(
         |i, day| match i {
             60.. => 0.0,
             _ => -(day - 50.0).max(0.0) / 7.0,
@@ -74,7 +74,7 @@ fn seasons_are_told_as_what_they_are() {
 /// Sizes are within their 95 % intervals in 88 to 100 of 100 seasons.
 #[test]
 fn sizes_are_within_their_intervals() {
-    let within = told(
+    let within = right(
         |i, _| if i < 50 { 0.0 } else { -5.0 },
         |found| {
             let [step] = found.steps[..] else {
@@ -84,7 +84,7 @@ fn sizes_are_within_their_intervals() {
         },
     );
     assert!(within >= 88, "{within}");
-    let now = told(
+    let now = right(
         |_, day| 0.1 * day,
         |found| (found.now.value - 117.0).abs() < 2.0 + found.now.margin,
     );

@@ -71,7 +71,7 @@ fn season(
     (0..rides).map(ride).collect()
 }
 
-fn told(rides: &[Ride]) -> Option<Development> {
+fn followed(rides: &[Ride]) -> Option<Development> {
     Development::of(Rides { rides, facts: &[] })
 }
 
@@ -80,13 +80,13 @@ fn alarms(bicycles: u64, scatter: Scatter) -> usize {
     let is_reported = |bicycle: &u64| {
         (0..4).any(|parameter| {
             let rides = season(4 * bicycle + parameter, RIDES, scatter, |_, _| 0.0);
-            told(&rides).is_some_and(|found| !found.reported.is_empty())
+            followed(&rides).is_some_and(|found| !found.reported.is_empty())
         })
     };
     (0..bicycles).into_par_iter().filter(is_reported).count()
 }
 
-/// Rides until a change is reported, and what is told of it at the end.
+/// Rides until a change is reported, and as what it is reported at the end.
 fn delays(
     count: u64,
     at: usize,
@@ -94,7 +94,7 @@ fn delays(
 ) -> (Vec<usize>, BTreeMap<String, usize>) {
     let one = |seed: u64| {
         let rides = season(1_000_000 + seed, at + AFTER, Scatter::Normal, &change);
-        let found = told(&rides);
+        let found = followed(&rides);
         let reported = found.iter().flat_map(|found| &found.reported);
         let first = reported.copied().find(|ride| *ride >= at);
         let said = found.map_or(String::new(), |found| {
@@ -123,7 +123,7 @@ fn main() {
         println!("| {name} | {} of {bicycles} |", alarms(bicycles, scatter));
     }
     println!(
-        "\n| change | after | rides until reported, median | 90 % | told as |\n|---|---|---|---|---|"
+        "\n| change | after | rides until reported, median | 90 % | reported as |\n|---|---|---|---|---|"
     );
     for at in [10, 20, 40, 100] {
         let step = delays(bicycles, at, |i, _| if i < at { 0.0 } else { 3.0 });
