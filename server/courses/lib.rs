@@ -12,6 +12,8 @@ mod tests;
 
 pub use development::{Development, Drift, Estimate, Step};
 pub use follow::{Followed, THRESHOLD, follow};
+pub use least_squares::median;
+pub use robust::NORMAL;
 pub use structure::{Change, Kind, Structure};
 
 /// What one ride says of the parameter.

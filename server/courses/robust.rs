@@ -13,7 +13,7 @@ const BELIEVED: f64 = 3.5;
 /// Rides beyond the columns from which on their scatter is known.
 const FEW: usize = 5;
 /// Makes the median absolute deviation of a normal scatter its standard deviation.
-const NORMAL: f64 = 1.4826;
+pub const NORMAL: f64 = 1.4826;
 
 /// The values of rides, each moved to what is believed of it at most.
 pub fn believed(rides: &[Ride], columns: &DMatrix<f64>) -> Vec<f64> {

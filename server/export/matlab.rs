@@ -8,8 +8,26 @@ use veloid_engine::report::simulation::AxleSimulation;
 use super::content::{Content, Kind};
 use super::expression::MATLAB;
 use super::facts;
+use super::fields::{Language, fields};
 use super::head;
-use super::motion::{Line, Motion, free, rests_on, start_s};
+use super::motion::{Line, Motion};
+
+const LANGUAGE: Language = Language {
+    dialect: &MATLAB,
+    quoted,
+    truth: ["false", "true"],
+    none: "[]",
+    handle: "@",
+    first: 1,
+    pairs: |pairs| {
+        let rows: Vec<String> = pairs
+            .iter()
+            .map(|[from, to]| format!("{from}, {to}"))
+            .collect();
+        format!("[{}]", rows.join("; "))
+    },
+    turned: "'",
+};
 
 /// What no ride changes.
 const RIDE: [&str; 4] = [
@@ -146,53 +164,8 @@ fn axle_lines(
     axle: Axle,
     model: &AxleSimulation,
 ) -> std::fmt::Result {
-    let left_out: Vec<String> = (model.left_out.iter())
-        .map(|[from, to]| format!("{from}, {to}"))
-        .collect();
-    let numbered: Vec<usize> = free(model).into_iter().map(|q| q + 1).collect();
-    let mut fields = vec![
-        ("report", quoted(&content.reported(axle))),
-        ("prescribed", model.prescribed.to_string()),
-        ("road", model.road.to_string()),
-        ("force", model.force.to_string()),
-        ("left_out", format!("[{}]", left_out.join("; "))),
-        ("free", format!("{numbered:?}")),
-        ("start_s", start_s(model).to_string()),
-    ];
-    if content.kind == Kind::Diagnosed {
-        let motion = Motion {
-            axle: model,
-            dialect: &MATLAB,
-        };
-        let function = |lines: Vec<Line>, name: &str| match lines.is_empty() {
-            true => "[]".to_owned(),
-            false => format!("@{axle}_{name}"),
-        };
-        fields.extend([
-            ("measured_rms", format!("{:?}", model.measured_rms)),
-            ("start", format!("{:?}'", motion.start())),
-            ("follows", format!("{:?}", motion.follows())),
-            ("rests_on", format!("{:?}", rests_on(model))),
-            ("steps", model.steps.to_string()),
-            ("rates", format!("@{axle}_rates")),
-            ("read_road", function(motion.road(), "road")),
-            ("sensor", function(motion.sensor(), "sensor")),
-        ]);
-    } else {
-        let error = content.error(axle);
-        fields.extend([
-            (
-                "plain",
-                format!("{:?}", [model.mass_kg, model.k_n_m, model.b_n_s_m]),
-            ),
-            (
-                "error",
-                error.map_or("[]".to_owned(), |error| format!("{error:?}")),
-            ),
-        ]);
-    }
     writeln!(out, "  axle = struct('name', '{axle}');")?;
-    for (name, value) in fields {
+    for (name, value) in fields(content, axle, model, &LANGUAGE) {
         writeln!(out, "  axle.{name} = {value};")?;
     }
     writeln!(out, "  model.axles{{end + 1}} = axle;")

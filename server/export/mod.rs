@@ -3,6 +3,7 @@
 mod content;
 mod expression;
 mod facts;
+mod fields;
 mod format;
 mod head;
 mod matlab;

@@ -263,16 +263,15 @@ pub fn free(axle: &AxleSimulation) -> Vec<usize> {
     }
 }
 
-/// How much of another ride the start is fitted to (s): all of it where the axle never forgets it. As `veloid validate` does.
-pub fn start_s(axle: &AxleSimulation) -> f64 {
+/// How much of another ride the start is fitted to (s); none where the axle never forgets it: all of the ride. As `veloid validate` does.
+pub fn start_s(axle: &AxleSimulation) -> Option<f64> {
     let swings = axle.mass_kg > 0.0 && axle.k_n_m > 0.0;
     let is_driven = axle.road || axle.force || axle.prescribed;
+    let period = || std::f64::consts::TAU * (axle.mass_kg / axle.k_n_m).sqrt();
     match (axle.prescribed || swings) && is_driven {
-        false => f64::INFINITY,
-        true if swings && free(axle).contains(&2) => {
-            (2.0 * std::f64::consts::TAU * (axle.mass_kg / axle.k_n_m).sqrt()).max(1.0)
-        }
-        true => 1.0,
+        false => None,
+        true if swings && free(axle).contains(&2) => Some((2.0 * period()).max(1.0)),
+        true => Some(1.0),
     }
 }
 

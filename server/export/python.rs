@@ -8,8 +8,9 @@ use veloid_engine::report::simulation::AxleSimulation;
 use super::content::{Content, Kind};
 use super::expression::PYTHON;
 use super::facts;
+use super::fields::{Language, fields};
 use super::head;
-use super::motion::{Line, Motion, free, rests_on, start_s};
+use super::motion::{Line, Motion};
 
 const IMPORTS: &str = "
 import sys
@@ -19,6 +20,17 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
 ";
+
+const LANGUAGE: Language = Language {
+    dialect: &PYTHON,
+    quoted,
+    truth: ["False", "True"],
+    none: "None",
+    handle: "",
+    first: 0,
+    pairs: |pairs| format!("{pairs:?}"),
+    turned: "",
+};
 
 /// What no ride changes.
 const RIDE: [&str; 3] = [
@@ -64,8 +76,8 @@ fn write(out: &mut String, content: &Content, file: &str) -> std::fmt::Result {
         facts::centred(content)
     )?;
     writeln!(out, "NEEDED = {:?}", facts::needed(simulation))?;
-    let needs_road = content.kind == Kind::Roadless;
-    writeln!(out, "NEEDS_ROAD = {}", truth(needs_road))?;
+    let needs_road = LANGUAGE.truth[usize::from(content.kind == Kind::Roadless)];
+    writeln!(out, "NEEDS_ROAD = {needs_road}")?;
     writeln!(
         out,
         "# The model's own ride: the part of its file (s), and its samples."
@@ -151,59 +163,11 @@ fn axle_entry(
     axle: Axle,
     model: &AxleSimulation,
 ) -> std::fmt::Result {
-    let known = |number: Option<f64>| number.map_or("None".to_owned(), |x| format!("{x:?}"));
-    let mut fields = vec![
-        ("report", quoted(&content.reported(axle))),
-        ("prescribed", truth(model.prescribed).to_owned()),
-        ("road", truth(model.road).to_owned()),
-        ("force", truth(model.force).to_owned()),
-        ("left_out", format!("{:?}", model.left_out)),
-        ("free", format!("{:?}", free(model))),
-        (
-            "start_s",
-            known(Some(start_s(model)).filter(|s| s.is_finite())),
-        ),
-    ];
-    if content.kind == Kind::Diagnosed {
-        let motion = Motion {
-            axle: model,
-            dialect: &PYTHON,
-        };
-        let function = |lines: Vec<Line>, name: &str| match lines.is_empty() {
-            true => "None".to_owned(),
-            false => format!("{axle}_{name}"),
-        };
-        fields.extend([
-            ("measured_rms", known(Some(model.measured_rms))),
-            ("start", format!("{:?}", motion.start())),
-            ("follows", format!("{:?}", motion.follows())),
-            ("rests_on", format!("{:?}", rests_on(model))),
-            ("steps", model.steps.to_string()),
-            ("rates", format!("{axle}_rates")),
-            ("read_road", function(motion.road(), "road")),
-            ("sensor", function(motion.sensor(), "sensor")),
-        ]);
-    } else {
-        let AxleSimulation {
-            mass_kg,
-            k_n_m,
-            b_n_s_m,
-            ..
-        } = model;
-        fields.extend([
-            ("plain", format!("({mass_kg:?}, {k_n_m:?}, {b_n_s_m:?})")),
-            ("error", known(content.error(axle))),
-        ]);
-    }
     writeln!(out, "    \"{axle}\": {{")?;
-    for (name, value) in fields {
+    for (name, value) in fields(content, axle, model, &LANGUAGE) {
         writeln!(out, "        \"{name}\": {value},")?;
     }
     writeln!(out, "    }},")
-}
-
-fn truth(yes: bool) -> &'static str {
-    if yes { "True" } else { "False" }
 }
 
 /// A Python string, whatever the text holds.

@@ -27,15 +27,3 @@ fn weighted(values: impl Iterator<Item = (f64, f64)> + Clone) -> (f64, f64) {
     let mean = values.map(|(value, weight)| weight * value).sum::<f64>() / total;
     (mean, total)
 }
-
-fn median(mut values: Vec<f64>) -> f64 {
-    if values.is_empty() {
-        return f64::NAN;
-    }
-    values.sort_by(f64::total_cmp);
-    let middle = values.len() / 2;
-    match values.len() % 2 {
-        0 => 0.5 * (values[middle - 1] + values[middle]),
-        _ => values[middle],
-    }
-}

@@ -3,17 +3,15 @@
 
 use serde::Serialize;
 use utoipa::ToSchema;
+use veloid_courses::{NORMAL, median};
 
 use super::development::Development;
 use super::history::{BikeHistory, Course, FOLLOWED};
-use super::median;
 use super::pool::Pooled;
 use super::words::became;
 
 /// Robust deviations beyond which a bicycle is called an outlier (Iglewicz and Hoaglin, 1993).
 const FAR: f64 = 3.5;
-/// Makes the median absolute deviation of a normal scatter its standard deviation.
-const NORMAL: f64 = 1.4826;
 /// Fewest bikes that make a fleet.
 const LEAST: usize = 5;
 

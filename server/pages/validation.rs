@@ -10,13 +10,12 @@ use veloid_engine::diagnosis::validation::quantity;
 use veloid_engine::document::format_number::{Quantity, fixed, significant};
 use veloid_engine::report::model_on_ride::{AxleOnRide, FitOnRide, ParameterOnRide};
 
-use crate::fleet::words::capital;
-
 use super::layout::{Fault, Path, Query, html};
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::jobs::view::{JobView, find};
 use crate::api::validations::{NewValidation, RideValidation, validation};
+use crate::fleet::words::capital;
 use crate::store::Db;
 use crate::store::job;
 

@@ -29,8 +29,8 @@ function axle = with_inputs(ride, axle, own)
     for k = 1:size(axle.left_out, 1), axle.counts(axle.left_out(k, 1) + 1:axle.left_out(k, 2)) = false; end
     axle.fitted_to = axle.counts;
   else
-    first = i < find([known; true], 1) - 1 + min(axle.start_s / ride.step, ride.samples / 4);
-    if isinf(axle.start_s), axle.fitted_to = known; axle.counts = known;
+    first = i < find([known; true], 1) - 1 + min([axle.start_s / ride.step, ride.samples / 4]);
+    if isempty(axle.start_s), axle.fitted_to = known; axle.counts = known;
     else, axle.fitted_to = known & first; axle.counts = known & ~first; end
   end
 end
