@@ -39,10 +39,7 @@ fn of_axle(ride: &Ride, report: &Report, axle: Axle, result: &AxleResult) -> Vec
     let known: Vec<Known> = (["k", "B"].into_iter())
         .filter_map(|name| known(report, axle, result, name))
         .collect();
-    let title = match axle {
-        Axle::Front => "Front",
-        Axle::Rear => "Rear",
-    };
+    let title = axle.title();
     let listed = |of: &[&Known]| -> String {
         let each = of.iter().enumerate().map(|(i, k)| {
             let is = if i == 0 { "is known " } else { "" };

@@ -1,6 +1,7 @@
 //! A bicycle's stiffness and damping, ride by ride.
 
 use std::collections::HashMap;
+use std::io;
 
 use serde::Serialize;
 use utoipa::ToSchema;
@@ -122,13 +123,18 @@ async fn of_bike(
     events: Vec<BikeEvent>,
 ) -> sqlx::Result<BikeHistory> {
     let rows = parameter::results_of_bike(db, group, bike, RIDES).await?;
-    let course = |followed: (&str, &str)| Course::of(&rows, followed, &events);
-    Ok(BikeHistory {
-        bike: bike.to_owned(),
-        courses: FOLLOWED.into_iter().filter_map(course).collect(),
-        events,
-        effects: Vec::new(),
-    })
+    let bike = bike.to_owned();
+    // Courses of 200 rides take some ten milliseconds each.
+    let found = tokio::task::spawn_blocking(move || {
+        let course = |followed: (&str, &str)| Course::of(&rows, followed, &events);
+        BikeHistory {
+            bike,
+            courses: FOLLOWED.into_iter().filter_map(course).collect(),
+            events,
+            effects: Vec::new(),
+        }
+    });
+    found.await.map_err(|error| io::Error::other(error).into())
 }
 
 fn of_bikes(rows: Vec<EventRow>) -> HashMap<String, Vec<BikeEvent>> {

@@ -17,6 +17,14 @@ impl Axle {
     /// Front first.
     pub const BOTH: [Axle; 2] = [Axle::Front, Axle::Rear];
 
+    /// The name at the beginning of a sentence.
+    pub fn title(self) -> &'static str {
+        match self {
+            Axle::Front => "Front",
+            Axle::Rear => "Rear",
+        }
+    }
+
     /// `front` or `rear`.
     pub fn name(self) -> &'static str {
         match self {

@@ -16,12 +16,9 @@ pub fn all(axles: &PerAxle<AxleOnRide>) -> String {
 
 /// How well one axle is predicted, and what differs.
 pub fn axle(axle: Axle, found: &AxleOnRide) -> String {
-    let name = match axle {
-        Axle::Front => "Front",
-        Axle::Rear => "Rear",
-    };
     format!(
-        "{name} axle: the model {} (fit {} %); {}. {}{}",
+        "{} axle: the model {} (fit {} %); {}. {}{}",
+        axle.title(),
         explained(found),
         percent(found.model.fit_percent),
         left(found),
