@@ -106,6 +106,7 @@ pub async fn queued_in(db: &Db, queue: &Queue, group: &str) -> (Uuid, i64) {
         request: &request,
         summary: &RideSummary::default(),
         ridden_at: None,
+        study: None,
     };
     job::insert(&mut tx, &new).await.unwrap();
     let row = queue.observe(&mut tx, id).await.unwrap();

@@ -34,8 +34,8 @@ use veloid_engine::report::windows::{EffectScore, PartLength, SetScore};
 
 use crate::api::problem::{Kind, Problem};
 use crate::api::{
-    Server, audit, bikes, dependence, fleet, health, jobs, known, parameters, rides, validations,
-    webhooks,
+    Server, audit, bikes, dependence, fleet, health, jobs, known, parameters, rides, studies,
+    validations, webhooks,
 };
 use crate::facts;
 use crate::pages;
@@ -86,6 +86,7 @@ fn routes() -> OpenApiRouter<Arc<Server>> {
         .routes(routes!(jobs::series::series))
         .routes(routes!(jobs::events::events))
         .routes(routes!(validations::create))
+        .routes(routes!(studies::create))
         .routes(routes!(bikes::list::list))
         .routes(routes!(bikes::get::get, bikes::delete::delete))
         .routes(routes!(bikes::restore::restore))

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::diagnosis::{Base, Diagnosis, EffectName, EffectReport};
 use crate::simulation::Simulation;
 use crate::{AxleResult, Estimate, Report};
-use veloid_core::bicycle::{Bike, PerAxle};
+use veloid_core::bicycle::{Axle, Bike, PerAxle};
 
 const EQUATION: &str = "m z'' = k (u - z) + B (u' - z') + F; where a rig prescribes the deflection d (mass 0): F = k d + B d' + constant";
 
@@ -75,6 +75,45 @@ impl IdentifiedModel {
             base: base.unwrap_or_default(),
             bicycle: report.bike,
             law: report.settings.law,
+        }
+    }
+
+    /// Drops every effect but those that are wanted.
+    pub fn keep_effects(&mut self, wanted: &[EffectName]) {
+        self.effects
+            .retain(|effect| wanted.contains(&effect.name()));
+        let kept: Vec<EffectName> = self.effects.iter().map(EffectReport::name).collect();
+        let Some(simulation) = &mut self.simulation else {
+            return;
+        };
+        for axle in Axle::BOTH {
+            let Some(simulated) = simulation.axles.get_mut(axle) else {
+                continue;
+            };
+            let is_kept = |id: &str| kept.iter().any(|e| e.id == id && e.axle.acts_on(axle));
+            simulated.effects.retain(|effect| is_kept(&effect.id));
+        }
+    }
+
+    /// Takes over an effect of another model of the same bicycle, with its numbers there.
+    pub fn add_effect(&mut self, effect: &EffectName, of: &Self) {
+        let reported = of.effects.iter().find(|e| e.name() == *effect);
+        let (Some(reported), Some(simulation), Some(other)) =
+            (reported, &mut self.simulation, &of.simulation)
+        else {
+            return;
+        };
+        self.effects.push(reported.clone());
+        for axle in Axle::BOTH {
+            let Some(simulated) = simulation.axles.get_mut(axle) else {
+                continue;
+            };
+            let acting = other.axles.get(axle).into_iter().flat_map(|s| &s.effects);
+            let acting = acting.filter(|acts| acts.id == effect.id && effect.axle.acts_on(axle));
+            simulated.effects.extend(acting.cloned());
+        }
+        if simulation.pitch.is_none() {
+            simulation.pitch.clone_from(&other.pitch);
         }
     }
 }

@@ -19,6 +19,7 @@ pub mod pressure;
 pub mod problem;
 pub mod rides;
 pub mod signs;
+pub mod studies;
 pub mod validations;
 pub mod webhooks;
 

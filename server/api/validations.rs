@@ -88,6 +88,7 @@ pub async fn validation(
     let filter = job::Filter {
         group,
         ride: Some(new.ride),
+        of_one_ride: true,
         ..job::Filter::default()
     };
     let newest = job::page(&server.db, &filter, 1).await?.into_iter().next();

@@ -119,6 +119,9 @@ async fn of_report(
     fleet: &[StoredParameter],
 ) -> sqlx::Result<Vec<String>> {
     const AGAIN: &str = "upload its ride with `again` to identify it again";
+    if job.study.is_some() {
+        return Ok(Vec::new());
+    }
     let stored = match result::find(db, job.id, result::REPORT).await {
         Ok(Some(stored)) => stored,
         Ok(None) => return Ok(vec![format!("it succeeded and has no report; {AGAIN}")]),

@@ -6,8 +6,9 @@ use serde::Serialize;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
+use super::development::Development;
 use super::pool::Pooled;
-use crate::store::parameter::EffectRow;
+use crate::store::parameter::{COURSE, EffectRow};
 use crate::time;
 
 /// A bicycle on which an effect was named.
@@ -24,7 +25,8 @@ pub struct EffectOnBike {
     pub parameters: Vec<EffectSize>,
 }
 
-/// A parameter of an effect, pooled over the rides that determine it with a standard error.
+/// A parameter of an effect, pooled over the bicycle's rides since the latest step, or since a drift began or ended, that determine it with
+/// a standard error, whether they name the effect or were fitted with it since others do.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct EffectSize {
     pub name: String,
@@ -41,8 +43,9 @@ pub fn on_bikes(rows: &[EffectRow]) -> Vec<EffectOnBike> {
     let mut found: Vec<EffectOnBike> = bikes
         .into_iter()
         .filter_map(|((bike, axle), rows)| {
-            let last = rows.iter().max_by_key(|row| (row.dated_at, row.job_id))?;
-            let rides: BTreeSet<Uuid> = rows.iter().map(|row| row.job_id).collect();
+            let named = || rows.iter().filter(|row| row.method != COURSE);
+            let last = named().max_by_key(|row| (row.dated_at, row.job_id))?;
+            let rides: BTreeSet<Uuid> = named().map(|row| row.job_id).collect();
             Some(EffectOnBike {
                 bike: bike.to_owned(),
                 axle: axle.to_owned(),
@@ -65,8 +68,13 @@ fn sizes(rows: &[&EffectRow]) -> Vec<EffectSize> {
     let size = |(name, rows): (&str, Vec<&EffectRow>)| {
         let known = rows.iter().filter_map(|row| {
             let error = row.std_error.filter(|error| error.powi(-2).is_normal())?;
-            Some((row.value, error))
+            Some((row.dated_at, row.value, error))
         });
+        let mut known: Vec<(i64, f64, f64)> = known.collect();
+        known.sort_by_key(|(at, ..)| *at);
+        let settled = Development::of(&known, &[]).map_or(known.len(), |d| d.settled);
+        let latest = known[known.len() - settled..].iter();
+        let latest: Vec<(f64, f64)> = latest.map(|(_, value, error)| (*value, *error)).collect();
         EffectSize {
             name: name
                 .split_once('.')
@@ -75,7 +83,7 @@ fn sizes(rows: &[&EffectRow]) -> Vec<EffectSize> {
             unit: rows
                 .first()
                 .map_or_else(String::new, |row| row.unit.clone()),
-            pooled: Pooled::of(&known.collect::<Vec<_>>()),
+            pooled: Pooled::of(&latest),
         }
     };
     by_name.into_iter().map(size).collect()
@@ -89,6 +97,7 @@ mod tests {
     fn bicycles_with_most_rides_come_first_and_values_without_errors_are_not_pooled() {
         let row = |job: u128, bike: &str, std_error| EffectRow {
             job_id: Uuid::from_u128(job),
+            method: if job == 4 { COURSE } else { "extended" }.to_owned(),
             bike: bike.to_owned(),
             axle: "front".to_owned(),
             name: "coulomb_friction.friction".to_owned(),
@@ -101,6 +110,7 @@ mod tests {
             row(1, "a", None),
             row(2, "b", Some(1.0)),
             row(3, "b", Some(1.0)),
+            row(4, "b", Some(1.0)),
         ]);
         let reported: Vec<_> = found
             .iter()
@@ -111,7 +121,7 @@ mod tests {
         let size = &found[0].parameters[0];
         assert_eq!(
             (size.name.as_str(), size.pooled.as_ref().map(|p| p.rides)),
-            ("friction", Some(2))
+            ("friction", Some(3))
         );
         assert_eq!(found[1].parameters[0].pooled, None);
     }

@@ -1,6 +1,6 @@
-//! A bicycle's stiffness and damping, ride by ride.
+//! A bicycle's stiffness, damping and effects' sizes, ride by ride.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::io;
 
 use serde::Serialize;
@@ -14,7 +14,7 @@ use super::pool::Pooled;
 use crate::facts::Facts;
 use crate::store::Db;
 use crate::store::bike_event::{self, EventRow};
-use crate::store::parameter::{self, ResultRow};
+use crate::store::parameter::{self, COURSE, ResultRow};
 use crate::time;
 
 /// Rides of a bicycle that are followed, the latest, wherever its course is shown.
@@ -28,11 +28,13 @@ pub const FOLLOWED: [(&str, &str); 4] = [
     ("rear", "b_n_s_m"),
 ];
 
-/// Stiffness and damping of one bicycle over its rides.
+/// Stiffness, damping and the sizes of effects of one bicycle over its rides.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct BikeHistory {
     pub bike: String,
-    /// One per axle and parameter that was identified.
+    /// One per axle and parameter that was identified: `k_n_m`, `b_n_s_m`, and those of effects that two rides or more have a size of, as
+    /// `coulomb_friction.friction`. Such an effect is fitted to the rides that do not name it too, and stiffness and damping are those
+    /// beside it.
     pub courses: Vec<Course>,
     /// What was done to the bicycle, oldest first.
     pub events: Vec<BikeEvent>,
@@ -68,7 +70,7 @@ pub struct Course {
     pub axle: String,
     pub name: String,
     pub unit: String,
-    /// Oldest first; each ride's result.
+    /// Oldest first; what each ride's newest job says.
     pub points: Vec<Point>,
     /// Rides since the latest step, or since a drift began or ended.
     pub pooled: Option<Pooled>,
@@ -127,14 +129,26 @@ async fn of_bike(
     // Courses of 200 rides take some ten milliseconds each.
     let found = tokio::task::spawn_blocking(move || {
         let course = |followed: (&str, &str)| Course::of(&rows, followed, &events);
+        let sizes = sizes(&rows);
+        let followed = FOLLOWED.into_iter().chain(sizes);
         BikeHistory {
             bike,
-            courses: FOLLOWED.into_iter().filter_map(course).collect(),
+            courses: followed.filter_map(course).collect(),
             events,
             effects: Vec::new(),
         }
     });
     found.await.map_err(|error| io::Error::other(error).into())
+}
+
+/// Axle and name of the effects' numbers that several rides have.
+fn sizes(rows: &[ResultRow]) -> BTreeSet<(&str, &str)> {
+    let mut rides: BTreeMap<(&str, &str), usize> = BTreeMap::new();
+    for row in rows.iter().filter(|row| row.name.contains('.')) {
+        *rides.entry((&row.axle, &row.name)).or_default() += 1;
+    }
+    let several = rides.into_iter().filter(|(_, rides)| *rides > 1);
+    several.map(|(name, _)| name).collect()
 }
 
 fn of_bikes(rows: Vec<EventRow>) -> HashMap<String, Vec<BikeEvent>> {
@@ -178,7 +192,9 @@ impl Course {
             .iter()
             .filter(|row| row.axle == axle && row.name == name);
         let mut rows: Vec<&ResultRow> = own.filter(weighs).collect();
-        rows.sort_by_key(|row| (row.dated_at, row.job_id));
+        // The ride fitted again comes before its result.
+        rows.sort_by_key(|row| (row.dated_at, row.job_id, row.method != COURSE));
+        rows.dedup_by_key(|row| row.job_id);
         let points: Vec<Point> = rows.iter().map(|row| Point::of(row)).collect();
         let facts: Vec<Option<&Facts>> = rows
             .iter()

@@ -57,6 +57,30 @@ pub struct PooledParameter {
     pub values: Vec<f64>,
 }
 
+impl PooledParameter {
+    /// The course of a bike beside the fleet's spread; sizes of effects are compared with no fleet.
+    fn of(course: &Course, spread: Option<&FleetSpread>) -> Option<Self> {
+        let pooled = course.pooled.clone()?;
+        let deviations = spread.and_then(|spread| {
+            let scatter = spread.scatter.hypot(pooled.std_error);
+            let is_fleet = spread.bikes >= LEAST && scatter > 0.0;
+            is_fleet.then(|| (pooled.value - spread.median) / scatter)
+        });
+        Some(Self {
+            axle: course.axle.clone(),
+            name: course.name.clone(),
+            unit: course.unit.clone(),
+            summary: (course.development.as_ref())
+                .and_then(|development| became(development, &course.unit)),
+            development: course.development.clone(),
+            values: course.points.iter().map(|point| point.value).collect(),
+            outlier: deviations.is_some_and(|d| d.abs() > FAR),
+            deviations,
+            pooled,
+        })
+    }
+}
+
 /// A course of a bike, and its rides pooled.
 fn pooled<'a>(
     axle: &str,
@@ -94,25 +118,11 @@ pub fn against_the_fleet(histories: &[BikeHistory]) -> (Vec<FleetSpread>, Vec<Po
         bike: history.bike.clone(),
         last_ride_at: history.last_ride_at(),
         effects: history.effects.clone(),
-        parameters: spreads
-            .iter()
-            .filter_map(|spread| {
-                let (course, pooled) = pooled(&spread.axle, &spread.name, history)?;
-                let scatter = spread.scatter.hypot(pooled.std_error);
-                let deviations = (spread.bikes >= LEAST && scatter > 0.0)
-                    .then(|| (pooled.value - spread.median) / scatter);
-                Some(PooledParameter {
-                    axle: spread.axle.clone(),
-                    name: spread.name.clone(),
-                    unit: course.unit.clone(),
-                    summary: (course.development.as_ref())
-                        .and_then(|development| became(development, &course.unit)),
-                    development: course.development.clone(),
-                    values: course.points.iter().map(|point| point.value).collect(),
-                    outlier: deviations.is_some_and(|d| d.abs() > FAR),
-                    deviations,
-                    pooled: pooled.clone(),
-                })
+        parameters: (history.courses.iter())
+            .filter_map(|course| {
+                let mut all = spreads.iter();
+                let spread = all.find(|s| s.axle == course.axle && s.name == course.name);
+                PooledParameter::of(course, spread)
             })
             .collect(),
     };

@@ -20,8 +20,16 @@ pub async fn begin_anew(
     trial::delete(tx, id).await?;
     result::clear(tx, id).await?;
     parameter::delete(tx, id).await?;
-    let row = queue.observe(tx, id).await?;
-    turn::take(tx, id).await?;
-    job::enter(tx, id, Stage::Observe, row).await?;
+    queue_first(queue, tx, id).await?;
     Ok(true)
+}
+
+/// Queues the first stage of a job that was inserted or begins again: a study has but one.
+pub async fn queue_first(queue: &Queue, tx: &mut Tx, id: Uuid) -> Result<(), Fault> {
+    let (stage, row) = match job::is_study(tx, id).await? {
+        true => (Stage::Diagnose, queue.diagnose(tx, id).await?),
+        false => (Stage::Observe, queue.observe(tx, id).await?),
+    };
+    turn::take(tx, id).await?;
+    Ok(job::enter(tx, id, stage, row).await?)
 }

@@ -17,7 +17,7 @@ use crate::store::webhook::{self, WebhookRow};
 use crate::store::{Tx, now_ms, river};
 use crate::webhooks::{Event, Notification, changes};
 
-/// Says what a job's end means, and to whom: queues the deliveries.
+/// What follows from a job's end: rides of its bicycle are fitted again with effects that others name, and webhooks' messages are queued.
 impl Worker<Announce> for Stages {
     type Error = BoxError;
 
@@ -52,8 +52,11 @@ impl Stages {
             return Ok(());
         };
         let (group, bike) = (job.group_name.as_str(), job.bike.as_str());
-        let to = webhook::of_group(db, group).await?;
         let succeeded = job.state == State::Succeeded;
+        if succeeded {
+            self.0.refit(group, bike).await?;
+        }
+        let to = webhook::of_group(db, group).await?;
         let (histories, effects) = match succeeded {
             true => (
                 vec![fleet::history(db, group, bike).await?],

@@ -27,12 +27,22 @@ pub struct OverBudget {
 impl Budget {
     /// Refuses a ride that would take more.
     pub fn bears(self, ride: &Ride, settings: &Settings) -> Result<(), OverBudget> {
-        let channels = ride.axles.iter().count() + ride.sensors.len();
+        self.bears_all([ride], settings)
+    }
+
+    /// Refuses rides that would take more together.
+    pub fn bears_all<'r>(
+        self,
+        rides: impl IntoIterator<Item = &'r Ride>,
+        settings: &Settings,
+    ) -> Result<(), OverBudget> {
+        let samples = |ride: &Ride| ride.samples * (ride.axles.iter().count() + ride.sensors.len());
+        let samples: usize = rides.into_iter().map(samples).sum();
         let each = match settings.diagnosis {
             true => DIAGNOSED,
             false => IDENTIFIED,
         };
-        let needed = ANY + each * (ride.samples * channels) as u64;
+        let needed = ANY + each * samples as u64;
         let allowed = self.0;
         match needed <= allowed {
             true => Ok(()),

@@ -101,6 +101,10 @@ impl Lane {
                     let work = move |_: &dyn Progress| Ok(Outcome::Errand(errand.perform(&drawn)));
                     threads.run(control, work).await
                 }
+                Order::Study(study) => {
+                    let work = move |progress: &dyn Progress| study.perform(progress);
+                    threads.run(control, work).await
+                }
             },
             Place::Children(children, permits) => {
                 let (control, _permit) = control.permit(permits).await?;

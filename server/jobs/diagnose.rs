@@ -13,7 +13,7 @@ use super::work::Stages;
 use crate::crash;
 use crate::store::result;
 
-/// Last stage: what physics the model leaves out. Ends the job.
+/// Last stage: what physics the model leaves out. Ends the job. The only one of a study.
 impl Worker<Diagnose> for Stages {
     type Error = BoxError;
 
@@ -44,6 +44,9 @@ impl Stages {
             return Ok(());
         };
         crash::point("in_diagnose");
+        if let Some(study) = &job.study {
+            return self.study(context, &job, &study.0).await;
+        }
         let subject = work.subject(&job).await?;
         let observed = result::get(&work.db, id, result::OBSERVED).await?;
         let conclusion = result::get(&work.db, id, result::CONCLUSION).await?;

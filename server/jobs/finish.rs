@@ -5,6 +5,7 @@ use tracing::{debug, info};
 use uuid::Uuid;
 use veloid_engine::bicycle::{Axle, PerAxle};
 use veloid_engine::report::diagnosis::{Diagnosis, Verdict};
+use veloid_engine::report::study::{StudyEffect, StudyReport};
 use veloid_engine::report::{AxleResult, Estimate, Method, Report, ResultQuantity};
 
 use super::fault::Fault;
@@ -30,8 +31,72 @@ pub async fn finish(
     result::clear(tx, id).await?;
     result::put(tx, id, result::REPORT, report).await?;
     parameter::insert(tx, id, group, bike, verdict.as_deref(), &parameters(report)).await?;
+    match parameter::names_effects(tx, group, bike).await? {
+        true => drop(queue.announce(tx, id).await?),
+        false => announce(queue, tx, id).await?,
+    }
+    Ok(true)
+}
+
+/// Publishes the report of a running study, as [`finish`] does of one ride.
+pub async fn finish_study(
+    queue: &Queue,
+    tx: &mut Tx,
+    (id, group, bike): (Uuid, &str, &str),
+    report: &StudyReport,
+) -> Result<bool, Fault> {
+    let verdict = name_of(report.verdict);
+    if !job::succeed(tx, id, verdict.as_deref(), None).await? {
+        return Ok(false);
+    }
+    result::put(tx, id, result::REPORT, report).await?;
+    let found = parameters_of_study(report);
+    parameter::insert(tx, id, group, bike, verdict.as_deref(), &found).await?;
     announce(queue, tx, id).await?;
     Ok(true)
+}
+
+/// Stiffness and damping where the rides have them in common, and effects that are affirmed and of one size in all rides.
+fn parameters_of_study(report: &StudyReport) -> Vec<Parameter> {
+    let parameter = |axle, name: String, value, std_error, unit: &str| Parameter {
+        method: parameter::STUDY,
+        axle,
+        name,
+        value,
+        std_error,
+        unit: unit.to_owned(),
+    };
+    let mut found = Vec::new();
+    for (axle, together) in report.axles.iter() {
+        let Some(e) = &together.estimate else {
+            continue;
+        };
+        let numbers = [
+            ("k_n_m", e.k_n_m, e.k_std_n_m, &e.k_not_identifiable, "N/m"),
+            (
+                "b_n_s_m",
+                e.b_n_s_m,
+                e.b_std_n_s_m,
+                &e.b_not_identifiable,
+                "N s/m",
+            ),
+        ];
+        let known = numbers.into_iter().filter(|(.., why, _)| why.is_none());
+        found.extend(known.map(|(name, value, error, _, unit)| {
+            parameter(axle.name(), name.to_owned(), value, error, unit)
+        }));
+    }
+    let alpha = report.settings.alpha;
+    let in_common = |found: &&StudyEffect| {
+        found.effect.affirmed && found.differs_p_value.is_none_or(|p| p >= alpha)
+    };
+    for StudyEffect { effect, .. } in report.effects.iter().filter(in_common) {
+        found.extend(effect.parameters.iter().map(|(name, p)| {
+            let name = format!("{}.{name}", effect.id);
+            parameter(effect.axle.name(), name, p.value, p.std_error, &p.unit)
+        }));
+    }
+    found
 }
 
 /// Logs what [`finish`] came to, once it is committed.
@@ -62,7 +127,11 @@ fn no_result(report: &Report) -> Option<String> {
 
 /// The verdict as the report spells it.
 pub fn verdict_name(diagnosis: &Diagnosis) -> Option<String> {
-    match serde_json::to_value(diagnosis.verdict) {
+    name_of(diagnosis.verdict)
+}
+
+fn name_of(verdict: Verdict) -> Option<String> {
+    match serde_json::to_value(verdict) {
         Ok(Value::String(name)) => Some(name),
         _ => None,
     }

@@ -23,10 +23,12 @@ mod panics;
 mod permits;
 mod queue;
 mod readers;
+mod refit;
 mod repair;
 mod run;
 mod seats;
 mod stage;
+mod study;
 mod takeover;
 mod task;
 mod threads;
@@ -34,7 +36,7 @@ mod trial;
 mod unread;
 mod work;
 
-pub use anew::begin_anew;
+pub use anew::{begin_anew, queue_first};
 pub use budget::{Budget, OverBudget};
 pub use cache::RideCache;
 pub use compute::Compute;
@@ -45,13 +47,14 @@ pub use finish::{parameters, verdict_name};
 pub use gate::Gate;
 pub use hub::{Hub, HubEvent, Searched};
 pub use isolate::{Child, ChildError};
-pub use queue::{QUICK, Queue};
+pub use queue::{LONG, QUICK, Queue};
 pub use readers::{Patience, Readers};
 #[cfg(test)]
 pub use repair::repair;
 pub use run::start;
 pub use seats::Purpose;
 pub use stage::give_up;
+pub use study::named as named_rides;
 #[cfg(test)]
 pub use takeover::sweep;
 pub use unread::Unreadable;

@@ -278,7 +278,7 @@ pub async fn give_up(
     Ok(true)
 }
 
-/// Lets those know who want to that a job has ended.
+/// Lets webhooks know that a job has ended.
 pub(super) async fn announce(queue: &Queue, tx: &mut Tx, id: Uuid) -> Result<(), Fault> {
     if webhook::concerns(tx, id).await? {
         queue.announce(tx, id).await?;

@@ -7,10 +7,11 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 use veloid_engine::bicycle::Bike;
+use veloid_engine::report::study::StudyReport;
 use veloid_engine::report::{Report, Trial};
 use veloid_engine::ride::Ride;
 use veloid_engine::swarm::Swarm;
-use veloid_engine::{Conclusion, EngineError, Observed, Progress, Settings};
+use veloid_engine::{Conclusion, EngineError, Observed, Progress, Ridden, Settings};
 
 use super::errand::{Errand, Found};
 use super::unread::Unread;
@@ -22,6 +23,15 @@ pub enum Order {
     /// The subject is left out where who is to do it knows it.
     Stage(Option<Arc<Subject>>, Task),
     Errand(Arc<Errand>),
+    Study(Arc<Study>),
+}
+
+/// Rides that are identified as one.
+#[derive(Serialize, Deserialize)]
+pub struct Study {
+    /// Each with its name and the bicycle as it was ridden.
+    pub rides: Vec<(String, Arc<Ride>, Bike)>,
+    pub settings: Settings,
 }
 
 /// What a job is about.
@@ -60,6 +70,22 @@ pub enum Outcome {
     Concluded(Box<Conclusion>, Option<Box<Report>>),
     Diagnosed(Box<Report>),
     Errand(Result<Found, Unread>),
+    Studied(Box<StudyReport>),
+}
+
+impl Study {
+    pub fn perform(&self, progress: &dyn Progress) -> Result<Outcome, EngineError> {
+        crash::poison("study", self.settings.seed);
+        let rides: Vec<Ridden> = (self.rides.iter())
+            .map(|(name, ride, bike)| Ridden {
+                name: name.clone(),
+                ride,
+                bike,
+            })
+            .collect();
+        let report = veloid_engine::study(&rides, &self.settings, progress)?;
+        Ok(Outcome::Studied(Box::new(report)))
+    }
 }
 
 impl Task {

@@ -11,7 +11,7 @@ use crate::api::jobs::view::JobView;
 use crate::api::pressure;
 use crate::api::problem::Problem;
 use crate::erasure::DAY_MS;
-use crate::fleet::words::{became, capital, subject};
+use crate::fleet::words::{became, capital, quantity, subject};
 use crate::fleet::{self, BikeEvent, Course};
 use crate::pages::layout::{Fault, Path, html};
 use crate::pages::{verdict, words};
@@ -23,8 +23,11 @@ const JOBS: i64 = 20;
 
 /// What a parameter of an axle is called.
 pub fn label(axle: &str, name: &str) -> String {
-    let letter = if name == "k_n_m" { "k" } else { "B" };
-    format!("{letter} {axle}")
+    match name {
+        "k_n_m" => format!("k {axle}"),
+        "b_n_s_m" => format!("B {axle}"),
+        name => format!("{axle} {}", quantity(name)),
+    }
 }
 
 #[derive(Template)]
@@ -39,6 +42,8 @@ struct BikePage {
     notices: Vec<String>,
     /// What tyre pressure does, in a sentence for each axle.
     pressure: Vec<String>,
+    /// Whether there are rides that could be identified as one.
+    can_study: bool,
     events: Vec<BikeEvent>,
     today: String,
     jobs: Vec<verdict::Listed>,
@@ -136,6 +141,7 @@ pub async fn bike(
         courses: history.courses.iter().filter_map(CourseRow::of).collect(),
         notices: notices(&history.courses),
         pressure: pressure::of(&server, &caller.group, Some(&name)).await?,
+        can_study: history.courses.iter().any(|course| course.points.len() > 1),
         events: history.events,
         today: day(&time::text(now_ms())).to_owned(),
         jobs: verdict::listed(&server.db, jobs).await?,

@@ -146,6 +146,7 @@ pub async fn list(
         search: search.search()?,
         from_ms,
         to_ms,
+        of_one_ride: false,
         deleted,
         before: params.cursor,
     };

@@ -18,6 +18,7 @@ pub mod layout;
 mod parameters;
 mod search;
 mod sign_in;
+mod study;
 mod upload;
 mod validation;
 mod verdict;
@@ -65,6 +66,7 @@ fn without_query() -> Router<Arc<Server>> {
         .route("/rides/{id}/facts", post(facts::keep))
         .route("/bikes/{bike}/delete", post(deletion::delete_bike))
         .route("/bikes/{bike}/restore", post(deletion::restore_bike))
+        .route("/bikes/{bike}/study", post(study::create))
         .route("/bikes/{bike}/events", post(events::create))
         .route("/bikes/{bike}/events/{id}/delete", post(events::delete))
         .route("/effects", get(effects::list))

@@ -7,7 +7,7 @@ use uuid::Uuid;
 use veloid_engine::report::Method;
 
 use super::Db;
-use super::parameter::RESULT;
+use super::parameter::{COURSE, RESULT};
 use crate::facts::Facts;
 
 /// What a ride says of a parameter, and what is known of it.
@@ -62,11 +62,11 @@ pub async fn rides(db: &Db, asked: &DependenceQuery<'_>, most: i64) -> sqlx::Res
         " AND group_name = "
     );
     const PARAMETERS: &str = ") AS latest CROSS JOIN parameter JOIN ride ON ride.id = ride_id \
-        WHERE job_id = latest.id AND method = ";
+        WHERE job_id = latest.id AND method IN (";
     // Sizes of effects are beside stiffness and damping, not in the result.
-    let method = match asked.name.contains('.') {
-        true => Method::Extended.name(),
-        false => RESULT,
+    let methods: &[&str] = match asked.name.contains('.') {
+        true => &[Method::Extended.name(), COURSE],
+        false => &[RESULT],
     };
     let columns = db.spelt(SQLITE, POSTGRES);
     on!(read db, p => {
@@ -81,8 +81,11 @@ pub async fn rides(db: &Db, asked: &DependenceQuery<'_>, most: i64) -> sqlx::Res
             }
         }
         query.push(" ORDER BY dated_at DESC, id DESC LIMIT ").push_bind(most);
-        query.push(PARAMETERS).push_bind(method);
-        query.push(" AND axle = ").push_bind(asked.axle);
+        let mut list = query.push(PARAMETERS).separated(", ");
+        for method in methods {
+            list.push_bind(*method);
+        }
+        query.push(") AND axle = ").push_bind(asked.axle);
         query.push(" AND parameter.name = ").push_bind(asked.name);
         query.push(" ORDER BY latest.bike, ride_id, job_id DESC");
         query.build_query_as().fetch_all(p).await

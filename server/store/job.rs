@@ -138,6 +138,8 @@ pub struct JobRow {
     /// When it was ridden or, where that is not known, uploaded.
     pub dated_at: i64,
     pub facts: Option<Json<Facts>>,
+    /// The jobs whose rides it identifies as one.
+    pub study: Option<Json<Vec<Uuid>>>,
 }
 
 /// A job about to be queued.
@@ -153,6 +155,8 @@ pub struct NewJob<'a> {
     pub summary: &'a RideSummary,
     /// When it was ridden, if that is known.
     pub ridden_at: Option<i64>,
+    /// The jobs whose rides it identifies as one.
+    pub study: Option<&'a [Uuid]>,
 }
 
 /// Which jobs of a group a list holds; absent means any.
@@ -163,6 +167,8 @@ pub struct Filter<'a> {
     pub bike: Option<&'a str>,
     pub verdict: Option<&'a str>,
     pub ride: Option<Uuid>,
+    /// Without those that identify several rides as one.
+    pub of_one_ride: bool,
     /// Those that are deleted, or those that are not.
     pub deleted: bool,
     pub tag: Option<&'a str>,
@@ -184,7 +190,7 @@ macro_rules! select {
         concat!(
             "SELECT job.id, job.group_name, ride_id, ride.name AS ride_name, ride.sha256, bike, request, summary, ",
             "state, stage, revision, trials_total, trials_done, least_squares, verdict, no_result, ",
-            "failure, created_at, started_at, observed_at, finished_at, deleted_at, turn, dated_at, facts ",
+            "failure, created_at, started_at, observed_at, finished_at, deleted_at, turn, dated_at, facts, study ",
             "FROM job JOIN ride ON ride.id = job.ride_id ",
             $rest
         )
@@ -232,6 +238,9 @@ macro_rules! conditions {
                 $query.push(condition).push_bind(value);
             }
         }
+        if $filter.of_one_ride {
+            $query.push(" AND study IS NULL");
+        }
         for (condition, id) in [
             (" AND ride_id = ", $filter.ride),
             (" AND job.id < ", $filter.before),
@@ -273,6 +282,14 @@ macro_rules! conditions {
     };
 }
 
+/// Whether a job identifies several rides as one.
+pub async fn is_study(tx: &mut Tx, id: Uuid) -> sqlx::Result<bool> {
+    const SQL: &str = "SELECT study IS NOT NULL FROM job WHERE id = $1";
+    let found: Option<bool> =
+        on!(tx, t => sqlx::query_scalar(SQL).bind(id).fetch_optional(&mut **t).await)?;
+    Ok(found.unwrap_or(false))
+}
+
 /// The ride of a job.
 pub async fn ride(tx: &mut Tx, id: Uuid) -> sqlx::Result<Option<Uuid>> {
     const SQL: &str = "SELECT ride_id FROM job WHERE id = $1";
@@ -309,9 +326,13 @@ pub async fn find_equal(tx: &mut Tx, group: &str, fingerprint: &str) -> sqlx::Re
 pub async fn insert(tx: &mut Tx, job: &NewJob<'_>) -> sqlx::Result<()> {
     const SQL: &str = "\
         INSERT INTO job (id, ride_id, bike, fingerprint, request, summary, state, stage, revision, \
-                         trials_total, trials_done, takeovers, created_at, group_name, key_id, dated_at) \
-        VALUES ($1, $2, $3, $4, $5, $6, 'queued', 'observe', 1, $7, 0, 0, $8, $9, $10, $11)";
-    let (trials, now) = (job.request.options.settings.trials as i64, now_ms());
+                         trials_total, trials_done, takeovers, created_at, group_name, key_id, dated_at, study) \
+        VALUES ($1, $2, $3, $4, $5, $6, 'queued', 'observe', 1, $7, 0, 0, $8, $9, $10, $11, $12)";
+    let trials = match job.study {
+        Some(_) => 0,
+        None => job.request.options.settings.trials as i64,
+    };
+    let now = now_ms();
     on!(tx, t => sqlx::query(SQL)
         .bind(job.id)
         .bind(job.ride)
@@ -324,6 +345,7 @@ pub async fn insert(tx: &mut Tx, job: &NewJob<'_>) -> sqlx::Result<()> {
         .bind(job.group)
         .bind(job.key)
         .bind(job.ridden_at.unwrap_or(now))
+        .bind(job.study.map(Json))
         .execute(&mut **t)
         .await
         .map(drop))
@@ -438,7 +460,7 @@ pub async fn reset(tx: &mut Tx, id: Uuid, from: [State; 2]) -> sqlx::Result<bool
     const SQL: &str = "\
         UPDATE job SET state = 'queued', stage = 'observe', trials_done = 0, takeovers = 0, lost = 0, \
                        least_squares = NULL, verdict = NULL, no_result = NULL, failure = NULL, started_at = NULL, \
-                       observed_at = NULL, finished_at = NULL, revision = revision + 1 \
+                       observed_at = NULL, finished_at = NULL, refitted = NULL, revision = revision + 1 \
         WHERE id = $1 AND state IN ($2, $3) AND deleted_at IS NULL";
     let [one, other] = from.map(State::name);
     let changed = on!(tx, t => sqlx::query(SQL)

@@ -99,7 +99,7 @@ mod tests {
 
     /// The PostgreSQL text of a SQLite migration.
     fn translated(sqlite: &str) -> String {
-        const JSON: [&str; 7] = [
+        const JSON: [&str; 8] = [
             "facts",
             "document",
             "request",
@@ -107,6 +107,7 @@ mod tests {
             "least_squares",
             "failure",
             "result",
+            "study",
         ];
         let line = |line: &str| {
             let name = line.split_whitespace().next().unwrap_or_default();

@@ -29,12 +29,13 @@ macro_rules! on {
 }
 pub(crate) use on;
 
-/// The condition that a job is the newest of its ride that succeeded for this bicycle.
+/// The condition that a job identifies one ride and is the newest of those that succeeded for this ride and bicycle.
 macro_rules! newest_of_ride {
     () => {
-        "NOT EXISTS (SELECT 1 FROM job AS newer \
-                     WHERE newer.ride_id = job.ride_id AND newer.id > job.id AND newer.bike = job.bike \
-                       AND newer.state = 'succeeded' AND newer.deleted_at IS NULL)"
+        "job.study IS NULL \
+         AND NOT EXISTS (SELECT 1 FROM job AS newer \
+                         WHERE newer.ride_id = job.ride_id AND newer.id > job.id AND newer.bike = job.bike \
+                           AND newer.study IS NULL AND newer.state = 'succeeded' AND newer.deleted_at IS NULL)"
     };
 }
 

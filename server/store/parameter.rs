@@ -11,10 +11,14 @@ use crate::facts::Facts;
 pub const AXLES: [&str; 3] = ["front", "rear", "both"];
 /// Method of the rows that are a report's `result`.
 pub const RESULT: &str = "result";
-/// The result, then every method.
-pub const METHODS: [&str; 7] = {
+/// Method of the rows that come of fitting a ride again, with effects that other rides of its bicycle name.
+pub const COURSE: &str = "course";
+/// Method of the rows of several rides that were identified as one.
+pub const STUDY: &str = "study";
+/// The result, then every method, then the ride fitted again and several rides as one.
+pub const METHODS: [&str; 9] = {
     let [a, b, c, d, e, f] = Method::NAMES;
-    [RESULT, a, b, c, d, e, f]
+    [RESULT, a, b, c, d, e, f, COURSE, STUDY]
 };
 
 #[derive(Clone, Debug, FromRow)]
@@ -241,7 +245,7 @@ pub async fn effects(db: &Db, jobs: &[Uuid]) -> sqlx::Result<Vec<(Uuid, String, 
     }
     on!(read db, p => {
         let mut query = QueryBuilder::new(
-            "SELECT job_id, axle, name FROM parameter WHERE method = 'extended' AND name LIKE '%.%' AND job_id IN (",
+            "SELECT job_id, axle, name FROM parameter WHERE method IN ('extended', 'study') AND name LIKE '%.%' AND job_id IN (",
         );
         let mut list = query.separated(", ");
         for job in jobs {
@@ -259,7 +263,7 @@ pub async fn results(db: &Db, jobs: &[Uuid]) -> sqlx::Result<Vec<JobResult>> {
     on!(read db, p => {
         let mut query = QueryBuilder::new(
             "SELECT job_id, axle, name, value, std_error, unit FROM parameter \
-             WHERE method = 'result' AND name IN ('k_n_m', 'b_n_s_m') AND job_id IN (",
+             WHERE method IN ('result', 'study') AND name IN ('k_n_m', 'b_n_s_m') AND job_id IN (",
         );
         let mut list = query.separated(", ");
         for job in jobs {
@@ -280,6 +284,61 @@ pub struct JobResult {
     pub unit: String,
 }
 
+/// An effect's parameter that a job named, and with which effects the ride was fitted again; of a job that names nothing, axle and name
+/// are null.
+#[derive(Clone, Debug, FromRow)]
+pub struct NamedRow {
+    pub job_id: Uuid,
+    pub refitted: Option<String>,
+    pub axle: Option<String>,
+    pub name: Option<String>,
+}
+
+/// What was named on the rides of a bike that were ridden last, newest first, each ride's by its newest job, but for those without a
+/// result.
+pub async fn named_on_bike(
+    db: &Db,
+    group: &str,
+    bike: &str,
+    rides: i64,
+) -> sqlx::Result<Vec<NamedRow>> {
+    const SQL: &str = concat!(
+        "SELECT latest.id AS job_id, refitted, axle, parameter.name \
+         FROM (SELECT id, dated_at, refitted FROM job \
+               WHERE group_name = $3 AND bike = $1 AND state = 'succeeded' AND deleted_at IS NULL AND no_result IS NULL AND ",
+        newest_of_ride!(),
+        " ORDER BY dated_at DESC, id DESC LIMIT $2) AS latest \
+         LEFT JOIN parameter ON job_id = latest.id AND method = 'extended' AND parameter.name LIKE '%.%' \
+         ORDER BY dated_at DESC, latest.id DESC, axle, parameter.name"
+    );
+    on!(read db, p => sqlx::query_as(SQL).bind(bike).bind(rides).bind(group).fetch_all(p).await)
+}
+
+/// Stores what came of fitting a job's ride again with these effects; none where it is fitted so no longer.
+pub async fn put_refitted(
+    tx: &mut Tx,
+    (job, group, bike): (Uuid, &str, &str),
+    verdict: Option<&str>,
+    effects: Option<&str>,
+    parameters: &[Parameter],
+) -> sqlx::Result<()> {
+    const DROP: &str = "DELETE FROM parameter WHERE job_id = $1 AND method = 'course'";
+    const NOTE: &str = "UPDATE job SET refitted = $2 WHERE id = $1";
+    on!(tx, t => sqlx::query(DROP).bind(job).execute(&mut **t).await.map(drop))?;
+    on!(tx, t => sqlx::query(NOTE).bind(job).bind(effects).execute(&mut **t).await.map(drop))?;
+    insert(tx, job, group, bike, verdict, parameters).await
+}
+
+/// Whether any ride of the bike names an effect.
+pub async fn names_effects(tx: &mut Tx, group: &str, bike: &str) -> sqlx::Result<bool> {
+    const SQL: &str = "\
+        SELECT COUNT(*) FROM (SELECT 1 FROM parameter \
+                              WHERE bike = $1 AND group_name = $2 AND method = 'extended' AND name LIKE '%.%' LIMIT 1) AS named";
+    let named: i64 =
+        on!(tx, t => sqlx::query_scalar(SQL).bind(bike).bind(group).fetch_one(&mut **t).await)?;
+    Ok(named > 0)
+}
+
 /// What rides that were ridden last say of an effect.
 pub async fn of_effect(
     db: &Db,
@@ -288,9 +347,9 @@ pub async fn of_effect(
     most: i64,
 ) -> sqlx::Result<Vec<EffectRow>> {
     const SQL: &str = concat!(
-        "SELECT parameter.job_id, parameter.bike, axle, parameter.name, value, std_error, unit, dated_at \
+        "SELECT parameter.job_id, method, parameter.bike, axle, parameter.name, value, std_error, unit, dated_at \
          FROM parameter JOIN job ON job.id = parameter.job_id \
-         WHERE parameter.group_name = $1 AND method = 'extended' AND parameter.name >= $2 AND parameter.name < $3 \
+         WHERE parameter.group_name = $1 AND method IN ('extended', 'course') AND parameter.name >= $2 AND parameter.name < $3 \
            AND job.deleted_at IS NULL AND ",
         newest_of_ride!(),
         " ORDER BY parameter.job_id DESC LIMIT $4"
@@ -303,6 +362,8 @@ pub async fn of_effect(
 #[derive(Clone, Debug, FromRow)]
 pub struct EffectRow {
     pub job_id: Uuid,
+    /// [`COURSE`] where another ride names it.
+    pub method: String,
     pub bike: String,
     pub axle: String,
     pub name: String,
@@ -312,10 +373,12 @@ pub struct EffectRow {
     pub dated_at: i64,
 }
 
-/// A ride's result.
+/// What a ride says of a parameter that is followed.
 #[derive(Clone, Debug, FromRow)]
 pub struct ResultRow {
     pub job_id: Uuid,
+    /// [`RESULT`], `extended` (an effect's size) or [`COURSE`].
+    pub method: String,
     pub axle: String,
     pub name: String,
     pub value: f64,
@@ -329,7 +392,7 @@ pub struct ResultRow {
     pub facts: Option<Json<Facts>>,
 }
 
-/// Stiffness and damping of the rides of a bike that were ridden last, each ride's by its newest job.
+/// Stiffness, damping and effects' sizes of the rides of a bike that were ridden last, each ride's by its newest job.
 pub async fn results_of_bike(
     db: &Db,
     group: &str,
@@ -338,13 +401,14 @@ pub async fn results_of_bike(
 ) -> sqlx::Result<Vec<ResultRow>> {
     // CROSS JOIN keeps SQLite from walking all that was ever identified of the bike.
     const SQL: &str = concat!(
-        "SELECT job_id, axle, parameter.name, value, std_error, unit, verdict, identified_at, dated_at, facts \
+        "SELECT job_id, method, axle, parameter.name, value, std_error, unit, verdict, identified_at, dated_at, facts \
          FROM (SELECT id, ride_id, dated_at FROM job \
                WHERE group_name = $3 AND bike = $1 AND state = 'succeeded' AND deleted_at IS NULL AND ",
         newest_of_ride!(),
         " ORDER BY dated_at DESC, id DESC LIMIT $2) AS latest \
          CROSS JOIN parameter JOIN ride ON ride.id = latest.ride_id \
-         WHERE job_id = latest.id AND method = 'result' AND parameter.name IN ('k_n_m', 'b_n_s_m') \
+         WHERE job_id = latest.id AND ((method = 'result' AND parameter.name IN ('k_n_m', 'b_n_s_m')) \
+            OR method = 'course' OR (method = 'extended' AND parameter.name LIKE '%.%')) \
          ORDER BY job_id, axle, parameter.name"
     );
     on!(read db, p => sqlx::query_as(SQL).bind(bike).bind(rides).bind(group).fetch_all(p).await)

@@ -8,7 +8,7 @@ if (host) draw(host.dataset.address);
 
 async function draw(address) {
   const { courses, events } = await (await fetch(address)).json();
-  for (const axle of ['front', 'rear']) {
+  for (const axle of ['front', 'rear', 'both']) {
     const own = courses.filter((course) => course.axle === axle);
     if (!own.length) continue;
     const figure = document.querySelector(`#history-${axle}`);
@@ -24,7 +24,7 @@ async function draw(address) {
 
 function panel({ name, unit, points, development }) {
   const x = points.map((point) => point.dated_at);
-  const letter = name === 'k_n_m' ? 'k' : 'B';
+  const letter = { k_n_m: 'k', b_n_s_m: 'B' }[name] ?? name.split('.').at(-1).replaceAll('_', ' ');
   const traces = [{
     name: letter, x, y: points.map((point) => point.value), error: points.map((point) => 1.96 * point.std_error),
     dots: true, ink: 'series-extended', legend: false, size: 7,

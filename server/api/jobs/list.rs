@@ -72,6 +72,7 @@ pub async fn list(
         bike: params.bike.as_deref(),
         verdict: params.verdict.as_deref(),
         ride: params.ride,
+        of_one_ride: false,
         deleted: params.deleted.unwrap_or_default(),
         tag: params.tag.as_deref(),
         name: params.name.as_deref().filter(|name| !name.is_empty()),

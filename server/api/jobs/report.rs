@@ -12,7 +12,7 @@ use crate::api::problem::{Kind, Problem};
 use crate::store::result::Document;
 use crate::store::{Db, job, result};
 
-/// The report, as `veloid identify --json` writes it, number for number.
+/// The report, as `veloid identify --json` writes it, number for number; of a study a `StudyReport`, as `veloid study --json` writes it.
 #[utoipa::path(get, path = "/v1/jobs/{id}/report", operation_id = "get_report", tag = "jobs", params(("id" = Uuid, Path)),
     responses(
         (status = 200, description = "The report", body = Report),
@@ -33,13 +33,25 @@ pub async fn report(
     if matches(&headers, &tag) {
         return Ok(not_modified(&tag));
     }
-    let Document { text, .. } = published(&server.db, id).await?;
+    let Document { text, .. } = stored(&server.db, id).await?;
     let json = [(header::CONTENT_TYPE, "application/json")];
     Ok(tagged(&tag, (json, text).into_response()))
 }
 
-/// The job's report, or the problem that it has none (yet).
+/// The report on one ride, or the problem that the job has none (yet).
 pub async fn published(db: &Db, job: Uuid) -> Result<Document, Problem> {
+    let is_study = job::load(db, job)
+        .await?
+        .is_some_and(|job| job.study.is_some());
+    if is_study {
+        let detail = "the job identifies several rides as one: it has a report, but neither a model nor curves";
+        return Err(Problem::new(Kind::WrongState, detail));
+    }
+    stored(db, job).await
+}
+
+/// The job's report, of one ride or of several.
+pub async fn stored(db: &Db, job: Uuid) -> Result<Document, Problem> {
     let report = result::find(db, job, result::REPORT).await?;
     report.ok_or_else(|| {
         Problem::new(

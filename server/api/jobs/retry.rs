@@ -9,7 +9,7 @@ use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::extract::Path;
 use crate::api::problem::{Kind, Problem};
-use crate::jobs::{QUICK, begin_anew};
+use crate::jobs::{LONG, QUICK, begin_anew};
 use crate::store::job;
 
 /// Starts a failed or cancelled job again.
@@ -39,7 +39,9 @@ pub async fn retry(
     }
     tx.commit().await?;
     tracing::info!(job = %id, before = before.state.name(), "job restarted on request");
-    server.queue.wake(QUICK);
+    for name in [QUICK, LONG] {
+        server.queue.wake(name);
+    }
     let view: JobView = find(&server.db, &caller.group, id).await?;
     let location = [(header::LOCATION, view.links.job.clone())];
     Ok((StatusCode::ACCEPTED, location, Json(view)))

@@ -27,6 +27,8 @@ pub struct JobView {
     pub ride: RideOf,
     /// Name of the bike in the fleet.
     pub bike: String,
+    /// Ids of the jobs whose rides it identifies as one, the latest of which is `ride`; null where it identifies one ride.
+    pub study: Option<Vec<Uuid>>,
     pub options: Options,
     /// The first estimate, available before the swarm has finished; null where the diagnosis came to no verdict.
     pub least_squares: Option<PerAxle<Estimate>>,
@@ -87,6 +89,16 @@ pub struct Links {
     pub page: String,
 }
 
+impl JobView {
+    /// What lists call it.
+    pub fn title(&self) -> String {
+        match &self.study {
+            Some(rides) => format!("{} rides as one", rides.len()),
+            None => self.ride.name.clone(),
+        }
+    }
+}
+
 impl From<JobRow> for JobView {
     fn from(row: JobRow) -> Self {
         let withheld = row.verdict.as_deref() == Some("cannot_tell");
@@ -107,6 +119,7 @@ impl From<JobRow> for JobView {
                 summary: row.summary.0,
             },
             bike: row.bike,
+            study: row.study.map(|json| json.0),
             options: row.request.0.options,
             least_squares: row.least_squares.filter(|_| !withheld).map(|json| json.0),
             verdict: row.verdict,

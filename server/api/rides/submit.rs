@@ -23,7 +23,7 @@ use crate::jobs::{self, Purpose};
 use crate::options::Options;
 use crate::store::job::{self, JobRow, NewJob, Request};
 use crate::store::ride::FileRow;
-use crate::store::{self, Tx, bike, idempotency_key, ride, turn};
+use crate::store::{self, Tx, bike, idempotency_key, ride};
 
 /// Name in the fleet of bikes whose file does not name them.
 const UNNAMED: &str = "unnamed";
@@ -220,12 +220,11 @@ impl<'a> Upload<'a> {
             request: &self.request,
             summary,
             ridden_at: known.ridden_ms(),
+            study: None,
         };
         job::insert(tx, &new).await?;
         store::facts::put(tx, ride, &known).await?;
-        let row = server.queue.observe(tx, new.id).await?;
-        turn::take(tx, new.id).await?;
-        job::enter(tx, new.id, job::Stage::Observe, row).await?;
+        jobs::queue_first(&server.queue, tx, new.id).await?;
         Ok(new.id)
     }
 

@@ -114,6 +114,7 @@ fn carry_out(
             held.perform(task, progress)
         }
         Order::Errand(errand) => Ok(Outcome::Errand(errand.perform(drawn))),
+        Order::Study(study) => study.perform(progress),
     };
     match catch_unwind(AssertUnwindSafe(|| threads.install(work))) {
         Ok(Ok(outcome)) => Word::Done(outcome),

@@ -111,6 +111,7 @@ impl Process {
                 job.is_some() && job == self.holds
             }
             Order::Errand(errand) => errand.job().is_some() && errand.job() == self.drew,
+            Order::Study(_) => false,
         }
     }
 
@@ -130,6 +131,7 @@ impl Process {
             Order::Stage(subject, _) if knows => *subject = None,
             Order::Stage(subject, _) => self.holds = subject.as_ref().map(|subject| subject.job),
             Order::Errand(errand) => self.drew = errand.job().or(self.drew),
+            Order::Study(_) => {}
         }
         let order = spawn_blocking(move || frame::encode(&order));
         let order = order.await.map_err(io::Error::other)??;

@@ -15,6 +15,7 @@ use veloid_engine::document::format_number::{Quantity, fixed, significant};
 
 use super::facts::{self, Field};
 use super::layout::{Fault, Path, html};
+use super::study;
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::extract;
@@ -130,6 +131,9 @@ pub async fn page(
     let row = job::find(&server.db, &caller.group, id)
         .await?
         .ok_or_else(no_such_job)?;
+    if row.study.is_some() {
+        return study::page(&server, row).await;
+    }
     let (sha256, Request { bike, .. }) = (row.sha256.clone(), row.request.0.clone());
     let job = JobView::from(row);
     let (report, unreadable) = match result::report(&server.db, id).await {
