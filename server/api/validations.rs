@@ -84,7 +84,9 @@ pub async fn validation(
         let detail = format!("the job is {}: it has no model", state.name());
         return Err(Problem::new(Kind::NotFinished, detail));
     }
-    let report: Report = published(&server.db, new.model).await?.parse()?;
+    let report: Report = published(&server.db, new.model, model.study.is_some())
+        .await?
+        .parse()?;
     let filter = job::Filter {
         group,
         ride: Some(new.ride),

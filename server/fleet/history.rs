@@ -18,7 +18,7 @@ use crate::store::parameter::{self, COURSE, ResultRow};
 use crate::time;
 
 /// Rides of a bicycle that are followed, the latest, wherever its course is shown.
-const RIDES: i64 = 200;
+pub const RIDES: i64 = 200;
 
 /// What is followed: axle and parameter.
 pub const FOLLOWED: [(&str, &str); 4] = [

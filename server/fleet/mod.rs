@@ -17,7 +17,7 @@ pub use dependence::{
 pub use development::{Development, Kind};
 pub use effect::{EffectOnBike, on_bikes};
 pub use event::BikeEvent;
-pub use history::{BikeHistory, Course, FOLLOWED, histories, history};
+pub use history::{BikeHistory, Course, FOLLOWED, RIDES, histories, history};
 pub use outliers::{FleetSpread, PooledBike, PooledParameter, against_the_fleet};
 pub use regression::Coefficient;
 

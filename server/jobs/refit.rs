@@ -13,12 +13,11 @@ use veloid_engine::report::{IdentifiedModel, ModelOnRide};
 use super::fault::Fault;
 use super::seats::Purpose;
 use super::work::Work;
+use crate::fleet;
 use crate::store::job::{self, JobRow};
 use crate::store::parameter::{self, COURSE, NamedRow, Parameter};
-use crate::store::result;
+use crate::store::result::{self, DocumentError};
 
-/// Rides of a bicycle that are looked at, the latest, as in its courses.
-const RIDES: i64 = 200;
 /// Rides that have to name an effect: an unchanged plain bicycle names one in one of some hundred rides (docs/proof.md).
 const LEAST: usize = 2;
 /// Jobs whose reports are looked through for an effect that could be fitted.
@@ -80,7 +79,7 @@ impl Work {
 
     /// The bicycle's jobs, newest first, and those that are to be fitted again.
     async fn to_do(&self, group: &str, bike: &str) -> Result<(Vec<Named>, Vec<Uuid>), Fault> {
-        let rows = parameter::named_on_bike(&self.db, group, bike, RIDES).await?;
+        let rows = parameter::named_on_bike(&self.db, group, bike, fleet::RIDES).await?;
         let jobs = jobs(rows);
         let to_do = due(&jobs);
         Ok((jobs, to_do))
@@ -95,8 +94,11 @@ impl Work {
         let mut found: Option<IdentifiedModel> = None;
         let donors = jobs.iter().filter(|job| !job.effects.is_disjoint(effects));
         for named in donors.take(DONORS) {
-            let Some(report) = result::report(&self.db, named.job).await? else {
-                continue;
+            let report = match result::report(&self.db, named.job).await {
+                Ok(Some(report)) => report,
+                Err(DocumentError::Database(error)) => return Err(error.into()),
+                // A damaged report must not keep the bicycle's messages from being sent.
+                Ok(None) | Err(_) => continue,
             };
             let other = IdentifiedModel::of(report);
             let can_be_fitted =

@@ -82,7 +82,7 @@ pub async fn compare(
     let (mut jobs, mut reports) = (Vec::new(), Vec::new());
     for id in ids {
         let job = find(&server.db, &caller.group, id).await?;
-        let report = published(&server.db, id).await;
+        let report = published(&server.db, id, job.study.is_some()).await;
         let report = match report.and_then(|report| Ok(report.parse()?)) {
             Err(problem) if problem.kind == Kind::ReportUnreadable => None,
             report => Some(report?),

@@ -48,7 +48,9 @@ pub async fn model(
     let job = job::find(&server.db, &caller.group, id)
         .await?
         .ok_or_else(no_such_job)?;
-    let report: Report = published(&server.db, id).await?.parse()?;
+    let report: Report = published(&server.db, id, job.study.is_some())
+        .await?
+        .parse()?;
     let format = params.format.unwrap_or_default();
     let body = match format {
         Format::Json => return Ok(Json(IdentifiedModel::of(report)).into_response()),

@@ -84,7 +84,9 @@ pub async fn series(
     let drawing = Drawing {
         job: job.id,
         revision: job.revision,
-        report: published(&server.db, job.id).await?.text,
+        report: published(&server.db, job.id, job.study.is_some())
+            .await?
+            .text,
         quantity: params.quantity.unwrap_or_default(),
         t0,
         t1,
