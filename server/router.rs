@@ -68,6 +68,7 @@ struct Base;
 fn routes() -> OpenApiRouter<Arc<Server>> {
     OpenApiRouter::with_openapi(Base::openapi())
         .routes(routes!(rides::upload::upload))
+        .routes(routes!(rides::refused::list))
         .routes(routes!(rides::preview::preview))
         .routes(routes!(rides::preview_bike::preview_bike))
         .routes(routes!(
@@ -92,6 +93,7 @@ fn routes() -> OpenApiRouter<Arc<Server>> {
         .routes(routes!(bikes::restore::restore))
         .routes(routes!(bikes::history::history))
         .routes(routes!(bikes::course::course))
+        .routes(routes!(bikes::proposals::list))
         .routes(routes!(
             bikes::events::list::list,
             bikes::events::create::create

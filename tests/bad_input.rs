@@ -167,6 +167,77 @@ async fn bikes_and_options_are_checked_before_the_job_is_queued() {
 }
 
 #[tokio::test]
+async fn refused_uploads_are_listed_with_sender_time_and_reason() {
+    let (server, [sender, other]) = Server::with_keys(
+        [
+            &["--scope", "upload", "--scope", "read"],
+            &["--scope", "read", "--group", "others"],
+        ],
+        &[],
+    );
+    let send = async |file: Vec<u8>, bike: &str| {
+        let part = Part::bytes(file).file_name("ride 7.csv");
+        let form = Form::new().part("file", part).text("bike", bike.to_owned());
+        let request = server
+            .client
+            .post(server.address("/v1/rides"))
+            .multipart(form);
+        request.bearer_auth(&sender).send().await.unwrap()
+    };
+    let list = async |key: &str, query: &str| -> Value {
+        let request = server
+            .client
+            .get(server.address(&format!("/v1/rides/refused{query}")));
+        request
+            .bearer_auth(key)
+            .send()
+            .await
+            .unwrap()
+            .json()
+            .await
+            .unwrap()
+    };
+    assert_eq!(send(ride::example(), ride::BIKE).await.status(), 202);
+    assert_eq!(
+        list(&sender, "").await["items"],
+        Value::Array(Vec::new()),
+        "it was taken"
+    );
+    let refused = [
+        send(b"t,z_f\n0,1\n1,x\n".to_vec(), ride::BIKE).await,
+        send(ride::example(), "nobody").await,
+    ];
+    for refused in &refused {
+        assert_eq!(refused.status(), 422);
+    }
+    let [ride, bike] = refused;
+    let found = list(&sender, "?limit=1").await;
+    let newest = &found["items"][0];
+    let problem: Value = bike.json().await.unwrap();
+    assert_eq!(newest["detail"], problem["detail"]);
+    assert_eq!(newest["problem"], "urn:veloid:problem:bad-bike");
+    assert_eq!(
+        (&newest["file"], &newest["bike"]),
+        (&"ride 7.csv".into(), &"nobody".into())
+    );
+    assert_eq!(newest["actor"], "key");
+    let rest = list(
+        &sender,
+        &format!("?cursor={}", found["next"].as_str().unwrap()),
+    )
+    .await;
+    let problem: Value = ride.json().await.unwrap();
+    assert_eq!(rest["items"][0]["detail"], problem["detail"]);
+    assert_eq!(rest["items"][0]["bike"], "lab-7");
+    assert_eq!(rest["items"].as_array().unwrap().len(), 1);
+    assert_eq!(
+        list(&other, "").await["items"],
+        Value::Array(Vec::new()),
+        "of another group"
+    );
+}
+
+#[tokio::test]
 async fn what_is_too_large_is_refused_however_it_comes() {
     let server = Server::with(&["--max-upload", "100000"]);
     let large = vec![b'1'; 200_000];

@@ -34,6 +34,13 @@ async fn every_parameter_of_a_finished_job_joins_the_fleet() {
         item["std_error"],
         report["output_error"]["front"]["k_std_n_m"]
     );
+    let number = |of: &str| item[of].as_f64().unwrap();
+    let half = 1.96 * number("std_error");
+    assert!(
+        (number("high") - number("low") - 2.0 * half).abs() < 1e-3 * half,
+        "{item}"
+    );
+    assert_eq!(item["page"], view["links"]["page"]);
     let history = server.json("/v1/bikes/lab-7/history?method=swarm").await;
     assert_eq!(history["items"].as_array().unwrap().len(), 4);
 

@@ -91,19 +91,24 @@ fn a_ride_that_cannot_take_part_is_named_and_too_few_are_refused() {
 
 /// A ride of the bicycle `lab-7` with so much friction (N) on its front axle, sent and identified; the address of its job.
 async fn sent(server: &Server, folder: &Folder, friction: u32, day: usize) -> String {
-    let path = |name: &str| folder.0.join(name).to_str().unwrap().to_owned();
-    let [ride, bike] = [path(&format!("ride{day}.csv")), path("bike.json")];
-    let (effect, seed) = (
-        format!("coulomb_friction:front:friction={friction}"),
-        day.to_string(),
-    );
-    let given = ["simulate", &ride, "--bike", &bike, "--only", "front"];
-    let more = ["--noise", "5e-5", "--duration", "30", "--seed", &seed];
+    let effect = format!("coulomb_friction:front:friction={friction}");
     let effect: &[&str] = match friction {
         0 => &[],
         _ => &["--effect", &effect],
     };
-    let output = veloid(&[&given[..], &more, effect].concat());
+    let more = [&["--noise", "5e-5", "--duration", "30"], effect].concat();
+    simulated(server, folder, &more, day).await
+}
+
+/// A ride of the bicycle `lab-7` as `veloid simulate` makes it with these arguments, sent and identified; the address of its job.
+async fn simulated(server: &Server, folder: &Folder, more: &[&str], day: usize) -> String {
+    let path = |name: &str| folder.0.join(name).to_str().unwrap().to_owned();
+    let [ride, bike] = [path(&format!("ride{day}.csv")), path("bike.json")];
+    let seed = day.to_string();
+    let given = [
+        "simulate", &ride, "--bike", &bike, "--only", "front", "--seed", &seed,
+    ];
+    let output = veloid(&[&given[..], more].concat());
     assert!(output.status.success(), "{output:?}");
     let mut bike: Value = serde_json::from_slice(&std::fs::read(bike).unwrap()).unwrap();
     bike["bike"] = "lab-7".into();
@@ -255,4 +260,89 @@ async fn a_study_is_a_job_of_several_rides_with_a_report_and_a_page() {
     ] {
         assert_eq!(post(body.clone()).await.0, status, "{body}");
     }
+}
+
+/// The studies of the server, newest first, once there are so many.
+async fn studies(server: &Server, count: usize) -> Vec<Value> {
+    let mut found = Vec::new();
+    for _ in 0..300 {
+        let jobs = server.json("/v1/jobs").await;
+        let jobs = jobs["items"].as_array().unwrap().iter();
+        found = jobs
+            .filter(|job| job["study"].is_array())
+            .cloned()
+            .collect();
+        if found.len() == count {
+            return found;
+        }
+        tokio::time::sleep(std::time::Duration::from_millis(200)).await;
+    }
+    panic!("{found:#?}");
+}
+
+#[tokio::test]
+async fn new_rides_of_a_bicycle_are_studied_by_themselves() {
+    let (server, folder) = (Server::with(&["--study-after", "2"]), Folder::new());
+    sent(&server, &folder, 15, 1).await;
+    let jobs = server.json("/v1/jobs").await;
+    assert_eq!(jobs["items"].as_array().unwrap().len(), 1);
+    sent(&server, &folder, 15, 2).await;
+    let [first] = &studies(&server, 1).await[..] else {
+        unreachable!()
+    };
+    assert_eq!(first["study"].as_array().unwrap().len(), 2);
+    server
+        .succeeded(first["links"]["job"].as_str().unwrap())
+        .await;
+    sent(&server, &folder, 15, 3).await;
+    sent(&server, &folder, 15, 4).await;
+    let second = &studies(&server, 2).await[0];
+    assert_eq!(second["study"].as_array().unwrap().len(), 4);
+    assert_eq!(second["bike"], "lab-7");
+}
+
+#[tokio::test]
+async fn a_proposed_ride_is_recognised_and_judged_with_the_one_that_asked() {
+    let (server, folder) = (Server::start(), Folder::new());
+    let weak = "progressive_stiffness:front:k2=4e6";
+    let acts = ["--noise", "1e-4", "--duration", "20", "--effect", weak];
+    let asking = simulated(&server, &folder, &acts, 3).await;
+    let asking = server.json(&asking).await;
+    assert_eq!(asking["verdict"], "ambiguous");
+    let proposals = async || server.json("/v1/bikes/lab-7/proposals").await;
+    let page = async || server.get("/bikes/lab-7").await.text().await.unwrap();
+    let open = proposals().await;
+    assert_eq!(open[0]["job"], asking["id"], "{open:#}");
+    let what = open[0]["what"].as_str().unwrap();
+    assert!(what.starts_with("ride a road twice as rough"), "{what}");
+    assert_eq!(
+        (&open[0]["study"], &open[0]["settled"]),
+        (&Value::Null, &json!(false))
+    );
+    let shown = page().await;
+    assert!(
+        shown.contains("Ride a road twice as rough") && shown.contains("No ride yet"),
+        "{shown}"
+    );
+
+    simulated(&server, &folder, &acts, 4).await;
+    let rougher = simulated(&server, &folder, &[&acts[..], &["--road", "C"]].concat(), 5).await;
+    let study = &studies(&server, 1).await[0];
+    let rides = study["study"].as_array().unwrap();
+    assert!(
+        rides.contains(&asking["id"]) && rides.len() == 2,
+        "{study:#}"
+    );
+    assert!(rides.contains(&server.json(&rougher).await["id"]));
+    let study = server
+        .succeeded(study["links"]["job"].as_str().unwrap())
+        .await;
+    assert_eq!(study["verdict"], "named");
+    let settled = &proposals().await[0];
+    assert_eq!(
+        (&settled["study"], &settled["settled"]),
+        (&study["id"], &json!(true))
+    );
+    assert_eq!(settled["rides"], 2);
+    assert!(page().await.contains("Yes</a>: named"), "{}", page().await);
 }

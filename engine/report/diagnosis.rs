@@ -375,6 +375,27 @@ pub struct NextRide {
     pub what: String,
     /// Gain in log likelihood by which the planned rides are predicted to favour the right set.
     pub predicted_separation: f64,
+    /// The same in numbers; absent from reports of versions that did not write them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plan: Option<RidePlan>,
+}
+
+/// A planned ride in numbers, relative to the ride that proposes it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct RidePlan {
+    /// Times that it has to be recorded.
+    pub times: u32,
+    /// Duration of all of them together (s).
+    pub duration_s: f64,
+    /// Factor on the road's height, the force or the deflection of a release.
+    pub rougher: f64,
+    /// Factor on the speed, or on how fast a shaker runs.
+    pub faster: f64,
+    /// Share of the mean speed by which the speed swings to both sides; 0 for a steady one.
+    pub swing: f64,
+    /// Whether the cranks rest.
+    pub coasting: bool,
 }
 
 /// Direction in which an effect is stronger: a stiffer spring has a larger k3, a wheel leaves the ground sooner under a smaller

@@ -3,6 +3,7 @@
 use serde::Serialize;
 use utoipa::ToSchema;
 use uuid::Uuid;
+use veloid_engine::document::format_number::WIDE;
 
 use crate::facts::Facts;
 use crate::store::parameter::ParameterRow;
@@ -24,16 +25,22 @@ pub struct ParameterView {
     pub name: String,
     pub value: f64,
     pub std_error: Option<f64>,
+    /// 95 % interval, where there is a standard error.
+    pub low: Option<f64>,
+    pub high: Option<f64>,
     pub unit: String,
     pub verdict: Option<String>,
     /// Version of veloid that identified it.
     pub version: String,
+    /// Address of the job's page.
+    pub page: String,
     /// Facts about the ride.
     pub facts: Facts,
 }
 
 impl From<ParameterRow> for ParameterView {
     fn from(row: ParameterRow) -> Self {
+        let half = row.std_error.map(|error| WIDE * error);
         Self {
             job: row.job_id,
             ride: row.ride_id,
@@ -45,6 +52,9 @@ impl From<ParameterRow> for ParameterView {
             name: row.name,
             value: row.value,
             std_error: row.std_error,
+            low: half.map(|half| row.value - half),
+            high: half.map(|half| row.value + half),
+            page: format!("/jobs/{}", row.job_id),
             unit: row.unit,
             verdict: row.verdict,
             version: row.version,

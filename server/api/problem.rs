@@ -109,6 +109,13 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// The `type` of its problems.
+    pub fn urn(self) -> String {
+        let name = serde_json::to_value(self).ok();
+        let name = name.as_ref().and_then(serde_json::Value::as_str);
+        name.unwrap_or_default().to_owned()
+    }
+
     fn status_and_title(self) -> (StatusCode, &'static str) {
         match self {
             Kind::BadRequest => (StatusCode::BAD_REQUEST, "The request is malformed"),

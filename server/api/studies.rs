@@ -8,7 +8,6 @@ use axum::extract::State;
 use axum::http::{StatusCode, header};
 use axum::response::IntoResponse;
 use serde::Deserialize;
-use sha2::{Digest, Sha256};
 use utoipa::ToSchema;
 use uuid::Uuid;
 
@@ -17,15 +16,13 @@ use super::jobs::view::JobView;
 use super::problem::{Kind, Problem};
 use super::rides::view::no_such_ride;
 use super::{App, Server};
-use crate::files::hex;
-use crate::jobs::{LONG, queue_first};
-use crate::store::job::{self, Filter, JobRow, NewJob, State as JobState};
+use crate::jobs::{LONG, USUAL, queue_study, study_fingerprint};
+use crate::store::job::{self, Filter, JobRow, State as JobState};
 use crate::store::{bike, parameter};
 
-/// Rides that a study may have, and those of a bicycle that it has where no number is given.
+/// Rides that a study may have.
 const LEAST: usize = 2;
 const MOST: usize = 64;
-const USUAL: usize = 12;
 
 /// The rides of a study: either their ids, or the latest of a bicycle.
 #[derive(Debug, Default, Deserialize, ToSchema)]
@@ -79,30 +76,15 @@ pub async fn submit(server: &Server, caller: &Caller, new: &NewStudy) -> Result<
         return Err(Problem::new(Kind::BadRequest, detail));
     }
     let ids: Vec<Uuid> = rides.iter().map(|job| job.id).collect();
-    let asked = serde_json::json!(["study", ids, env!("CARGO_PKG_VERSION")]);
-    let fingerprint = hex(&Sha256::digest(asked.to_string()));
+    let fingerprint = study_fingerprint(&ids);
     let mut tx = server.db.begin().await?;
     if let Some(known) = job::find_equal(&mut tx, &caller.group, &fingerprint).await? {
         return job::load_in(&mut tx, known).await?.ok_or_else(no_such_ride);
     }
     caller.may_queue(&mut tx).await?;
-    let job = NewJob {
-        id: Uuid::now_v7(),
-        group: &caller.group,
-        key: caller.key,
-        ride: newest.ride_id,
-        bike: &newest.bike,
-        fingerprint: &fingerprint,
-        request: &newest.request,
-        summary: &newest.summary,
-        ridden_at: Some(newest.dated_at),
-        study: Some(&ids),
-    };
-    job::insert(&mut tx, &job).await?;
-    queue_first(&server.queue, &mut tx, job.id).await?;
-    let row = job::load_in(&mut tx, job.id)
-        .await?
-        .ok_or_else(no_such_ride)?;
+    let id = queue_study(&server.queue, &mut tx, caller.key, &rides).await?;
+    let id = id.ok_or_else(no_such_ride)?;
+    let row = job::load_in(&mut tx, id).await?.ok_or_else(no_such_ride)?;
     tx.commit().await?;
     server.queue.wake(LONG);
     Ok(row)

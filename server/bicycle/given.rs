@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
+use serde_json::Value;
 use utoipa::ToSchema;
 
 use super::fields;
@@ -82,6 +83,20 @@ impl Given {
         Ok(!before)
     }
 
+    /// The bicycle's name, if it is given; at most 200 characters.
+    pub fn name(&self) -> Option<String> {
+        let name = match self.chosen().ok()? {
+            Chosen::Text(_, text) if text.starts_with('{') => {
+                let bike: Value = serde_json::from_str(text).ok()?;
+                bike.get("bike")?.as_str()?.to_owned()
+            }
+            Chosen::Text(_, text) => text.to_owned(),
+            Chosen::Fields(fields) => fields.get("bike_name")?.clone(),
+            Chosen::Nothing => return None,
+        };
+        Some(name.chars().take(200).collect())
+    }
+
     pub fn chosen(&self) -> Result<Chosen<'_>, TwoWays> {
         let file = self.file.as_deref().map(|text| Chosen::Text("bike", text));
         let fleet = self.fleet.as_deref();
@@ -153,6 +168,19 @@ mod tests {
         assert_eq!(said(&given(&all[2..])), "1 fields");
         let two = said(&given(&all[1..]));
         assert!(two.contains("`fleet` and by `mass_front_kg`"), "{two}");
+    }
+
+    #[test]
+    fn the_name_is_found_whatever_the_way() {
+        let name = |part, value| given(&[(part, value)]).name();
+        assert_eq!(name("fleet", "lab-7").as_deref(), Some("lab-7"));
+        assert_eq!(name("bike", "lab-7").as_deref(), Some("lab-7"));
+        let file = name("bike", "{\"bike\": \"lab-7\", \"mass_front_kg\": 1}");
+        assert_eq!(file.as_deref(), Some("lab-7"));
+        assert_eq!(name("bike_name", "lab-7").as_deref(), Some("lab-7"));
+        assert_eq!(name("bike", "{\"bike\": 7"), None);
+        assert_eq!(name("mass_front_kg", "23"), None);
+        assert_eq!(Given::default().name(), None);
     }
 
     #[test]

@@ -61,6 +61,10 @@ pub struct WorkLimits {
     /// Memory limit of one job (bytes).
     #[arg(long, env = "VELOID_MEMORY_BUDGET", default_value_t = 4 << 30)]
     memory_budget: u64,
+    /// Identify a bicycle's latest rides as one when it has so many new ones, and a ride that a report proposed with the ride that
+    /// asked for it; 0: never by itself.
+    #[arg(long, env = "VELOID_STUDY_AFTER", default_value_t = 5)]
+    study_after: usize,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -112,6 +116,7 @@ impl WorkLimits {
             hub: hub.clone(),
             targets,
             turns: Turns::default(),
+            study_after: self.study_after,
             limit: self.limit(),
         }))
     }

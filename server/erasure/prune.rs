@@ -13,7 +13,7 @@ use crate::installation::{InstallationError, pair};
 use crate::jobs::{Fault, Queue, give_up};
 use crate::store::audit::{self, Actor};
 use crate::store::deletion::{self, Due};
-use crate::store::{Db, Tx, bike_event, erased_file, job, now_ms, ride};
+use crate::store::{Db, Tx, bike_event, erased_file, job, now_ms, refused, ride};
 
 /// Jobs that are erased in one transaction.
 const BATCH: i64 = 50;
@@ -81,6 +81,7 @@ impl Prune<'_> {
                 .await?;
             erased.bikes += 1;
         }
+        refused::erase(&mut tx, now_ms() - refused::KEPT_MS).await?;
         self.end(tx).await?;
         erased.files = match self.dry_run && self.policy.grace_ms == 0 {
             true => self.foresee(&released),

@@ -8,6 +8,7 @@ mod event;
 mod history;
 mod outliers;
 mod pool;
+mod proposal;
 mod regression;
 pub mod words;
 
@@ -19,6 +20,7 @@ pub use effect::{EffectOnBike, on_bikes};
 pub use event::BikeEvent;
 pub use history::{BikeHistory, Course, FOLLOWED, RIDES, histories, history};
 pub use outliers::{FleetSpread, PooledBike, PooledParameter, against_the_fleet};
+pub use proposal::{ProposedRide, proposals};
 pub use regression::Coefficient;
 
 /// Mean and variance weighted.

@@ -4,7 +4,7 @@ use super::fault::Fault;
 use super::queue::Queue;
 use crate::crash;
 use crate::store::job::{self, Stage, State};
-use crate::store::{Tx, parameter, result, trial, turn};
+use crate::store::{Tx, parameter, proposal, result, trial, turn};
 
 /// Begins a job that ended in one of these states again, without what came of it; false when it is in another.
 pub async fn begin_anew(
@@ -20,6 +20,7 @@ pub async fn begin_anew(
     trial::delete(tx, id).await?;
     result::clear(tx, id).await?;
     parameter::delete(tx, id).await?;
+    proposal::put(tx, id, None).await?;
     queue_first(queue, tx, id).await?;
     Ok(true)
 }

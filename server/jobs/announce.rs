@@ -3,12 +3,13 @@ use std::collections::BTreeSet;
 use riverqueue::jiff::Timestamp;
 use riverqueue::{BoxError, Job, WorkContext, WorkError, WorkOutcome, Worker};
 use serde_json::{Value, json};
-use tracing::debug;
+use tracing::{debug, info};
 use uuid::Uuid;
 
 use super::fault::Fault;
-use super::queue::{Announce, Deliver, Queue};
+use super::queue::{Announce, Deliver, LONG, Queue};
 use super::stage::{PAUSE, backoff, complete, queue};
+use super::study::{fingerprint, queue_study};
 use super::work::Stages;
 use crate::fleet;
 use crate::store::job::{self, JobRow, State};
@@ -17,7 +18,8 @@ use crate::store::webhook::{self, WebhookRow};
 use crate::store::{Tx, now_ms, river};
 use crate::webhooks::{Event, Notification, changes};
 
-/// What follows from a job's end: rides of its bicycle are fitted again with effects that others name, and webhooks' messages are queued.
+/// What follows from a job's end: rides of its bicycle are fitted again with effects that others name, a study that is due is queued,
+/// and so are webhooks' messages.
 impl Worker<Announce> for Stages {
     type Error = BoxError;
 
@@ -56,6 +58,10 @@ impl Stages {
         if succeeded {
             self.0.refit(group, bike).await?;
         }
+        let study = match succeeded {
+            true => self.0.due_study(&job).await?,
+            false => None,
+        };
         let to = webhook::of_group(db, group).await?;
         let (histories, effects) = match succeeded {
             true => (
@@ -95,7 +101,38 @@ impl Stages {
             self.queue_deliveries(context, &mut tx, (group, &to), event, data)
                 .await?;
         }
-        Ok(tx.commit().await?)
+        let study = self.queue_study(context, &mut tx, study).await?;
+        tx.commit().await?;
+        if let Some(study) = study {
+            info!(job = %id, %study, bike, "queues a study");
+            queue(context)?.wake(LONG);
+        }
+        Ok(())
+    }
+
+    /// Queues the study of these jobs, unless there is one.
+    async fn queue_study(
+        &self,
+        context: &WorkContext,
+        tx: &mut Tx,
+        ids: Option<Vec<Uuid>>,
+    ) -> Result<Option<Uuid>, Fault> {
+        let mut rides = Vec::new();
+        for id in ids.into_iter().flatten() {
+            rides.extend(
+                job::load_in(tx, id)
+                    .await?
+                    .filter(|job| job.deleted_at.is_none()),
+            );
+        }
+        let Some(first) = rides.first().filter(|_| rides.len() > 1) else {
+            return Ok(None);
+        };
+        let ids: Vec<Uuid> = rides.iter().map(|job| job.id).collect();
+        match job::find_equal(tx, &first.group_name, &fingerprint(&ids)).await? {
+            Some(_) => Ok(None),
+            None => queue_study(&queue(context)?, tx, None, &rides).await,
+        }
     }
 
     async fn queue_deliveries(

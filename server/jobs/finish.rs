@@ -12,7 +12,7 @@ use super::fault::Fault;
 use super::queue::Queue;
 use super::stage::announce;
 use crate::store::parameter::{self, Parameter};
-use crate::store::{Tx, job, result};
+use crate::store::{Tx, job, proposal, result};
 
 /// Publishes the report of a running job; false for one that was cancelled meanwhile, for which it does nothing.
 pub async fn finish(
@@ -31,10 +31,9 @@ pub async fn finish(
     result::clear(tx, id).await?;
     result::put(tx, id, result::REPORT, report).await?;
     parameter::insert(tx, id, group, bike, verdict.as_deref(), &parameters(report)).await?;
-    match parameter::names_effects(tx, group, bike).await? {
-        true => drop(queue.announce(tx, id).await?),
-        false => announce(queue, tx, id).await?,
-    }
+    let next = report.diagnosis.as_ref().and_then(|d| d.next_ride.as_ref());
+    proposal::put(tx, id, next).await?;
+    queue.announce(tx, id).await?;
     Ok(true)
 }
 

@@ -32,6 +32,7 @@ mod study;
 mod takeover;
 mod task;
 mod threads;
+mod together;
 mod trial;
 mod unread;
 mod work;
@@ -54,8 +55,9 @@ pub use repair::repair;
 pub use run::start;
 pub use seats::Purpose;
 pub use stage::give_up;
-pub use study::named as named_rides;
+pub use study::{fingerprint as study_fingerprint, named as named_rides, queue_study};
 #[cfg(test)]
 pub use takeover::sweep;
+pub use together::USUAL;
 pub use unread::Unreadable;
 pub use work::Work;

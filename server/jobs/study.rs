@@ -4,16 +4,20 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use riverqueue::WorkContext;
+use sha2::{Digest, Sha256};
 use tracing::info;
 use uuid::Uuid;
 
+use super::anew::queue_first;
 use super::fault::Fault;
 use super::finish::finish_study;
+use super::queue::Queue;
 use super::stage::{complete, queue};
 use super::task::{Order, Outcome, Study};
 use super::work::Stages;
-use crate::store::Db;
-use crate::store::job::{self, JobRow, State};
+use crate::files::hex;
+use crate::store::job::{self, JobRow, NewJob, State};
+use crate::store::{Db, Tx};
 
 /// The jobs of a study's rides that are not deleted, each with its ride's name, numbered where several have one name.
 pub async fn named(db: &Db, group: &str, rides: &[Uuid]) -> sqlx::Result<Vec<(String, JobRow)>> {
@@ -30,6 +34,40 @@ pub async fn named(db: &Db, group: &str, rides: &[Uuid]) -> sqlx::Result<Vec<(St
         false => (job.ride_name.clone(), job),
     };
     Ok(found.into_iter().map(with_name).collect())
+}
+
+/// What distinguishes the study of these jobs from others.
+pub fn fingerprint(rides: &[Uuid]) -> String {
+    let asked = serde_json::json!(["study", rides, env!("CARGO_PKG_VERSION")]);
+    hex(&Sha256::digest(asked.to_string()))
+}
+
+/// Queues the study of these jobs of one bicycle, filed under the ride that was ridden last.
+pub async fn queue_study(
+    queue: &Queue,
+    tx: &mut Tx,
+    key: Option<Uuid>,
+    rides: &[JobRow],
+) -> Result<Option<Uuid>, Fault> {
+    let Some(newest) = rides.iter().max_by_key(|job| (job.dated_at, job.id)) else {
+        return Ok(None);
+    };
+    let ids: Vec<Uuid> = rides.iter().map(|job| job.id).collect();
+    let job = NewJob {
+        id: Uuid::now_v7(),
+        group: &newest.group_name,
+        key,
+        ride: newest.ride_id,
+        bike: &newest.bike,
+        fingerprint: &fingerprint(&ids),
+        request: &newest.request,
+        summary: &newest.summary,
+        ridden_at: Some(newest.dated_at),
+        study: Some(&ids),
+    };
+    job::insert(tx, &job).await?;
+    queue_first(queue, tx, job.id).await?;
+    Ok(Some(job.id))
 }
 
 impl Stages {

@@ -24,6 +24,8 @@ pub struct Work {
     pub targets: Targets,
     /// Whose messages may be sent now.
     pub turns: Turns,
+    /// New rides of a bicycle with which the server studies its latest by itself; 0: never.
+    pub study_after: usize,
     /// Time that one stage may take.
     pub limit: Duration,
 }

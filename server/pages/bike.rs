@@ -12,7 +12,7 @@ use crate::api::pressure;
 use crate::api::problem::Problem;
 use crate::erasure::DAY_MS;
 use crate::fleet::words::{became, capital, quantity, subject};
-use crate::fleet::{self, BikeEvent, Course};
+use crate::fleet::{self, BikeEvent, Course, ProposedRide};
 use crate::pages::layout::{Fault, Path, html};
 use crate::pages::{verdict, words};
 use crate::store::{bike, job, now_ms};
@@ -42,6 +42,7 @@ struct BikePage {
     notices: Vec<String>,
     /// What tyre pressure does, in a sentence for each axle.
     pressure: Vec<String>,
+    proposals: Vec<ProposedRide>,
     /// Whether there are rides that could be identified as one.
     can_study: bool,
     events: Vec<BikeEvent>,
@@ -141,6 +142,7 @@ pub async fn bike(
         courses: history.courses.iter().filter_map(CourseRow::of).collect(),
         notices: notices(&history.courses),
         pressure: pressure::of(&server, &caller.group, Some(&name)).await?,
+        proposals: fleet::proposals(&server.db, &caller.group, &name).await?,
         can_study: history.courses.iter().any(|course| course.points.len() > 1),
         events: history.events,
         today: day(&time::text(now_ms())).to_owned(),

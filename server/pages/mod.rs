@@ -16,6 +16,7 @@ mod job;
 mod jobs;
 pub mod layout;
 mod parameters;
+mod refused;
 mod search;
 mod sign_in;
 mod study;
@@ -69,6 +70,7 @@ fn without_query() -> Router<Arc<Server>> {
         .route("/bikes/{bike}/study", post(study::create))
         .route("/bikes/{bike}/events", post(events::create))
         .route("/bikes/{bike}/events/{id}/delete", post(events::delete))
+        .route("/refused", get(refused::list))
         .route("/effects", get(effects::list))
         .route("/effects/{effect}", get(effect::page))
         .route("/bikes/{bike}", get(bike::bike))

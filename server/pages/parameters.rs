@@ -126,6 +126,7 @@ impl From<ParametersQuery> for Params {
             effect: filled(asked.effect),
             verdict: filled(asked.verdict),
             job: None,
+            newest: None,
             from: filled(asked.from),
             to: filled(asked.to),
             format: None,

@@ -124,7 +124,9 @@ pub async fn form(
 pub async fn send(State(server): App, caller: Caller, request: Request) -> Result<Response, Fault> {
     match submit_upload(&server, &caller, request).await {
         Ok(Submitted { job, .. }) => Ok(Redirect::to(&format!("/jobs/{}", job.id)).into_response()),
-        Err(Refused { problem, bicycle }) => {
+        Err(Refused {
+            problem, bicycle, ..
+        }) => {
             let status = StatusCode::from_u16(problem.status).unwrap_or_default();
             let bikes = bikes(&server, &caller).await?;
             let bicycle = BicycleForm::again(&server, &caller, bikes, bicycle, &problem).await;

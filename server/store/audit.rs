@@ -18,7 +18,7 @@ pub enum Actor {
 }
 
 impl Actor {
-    fn name(self) -> &'static str {
+    pub(super) fn name(self) -> &'static str {
         match self {
             Actor::Key(_) => "key",
             Actor::Keyless => "keyless",
@@ -27,7 +27,7 @@ impl Actor {
         }
     }
 
-    fn key(self) -> Option<Uuid> {
+    pub(super) fn key(self) -> Option<Uuid> {
         match self {
             Actor::Key(key) => Some(key),
             _ => None,

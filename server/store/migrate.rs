@@ -99,7 +99,7 @@ mod tests {
 
     /// The PostgreSQL text of a SQLite migration.
     fn translated(sqlite: &str) -> String {
-        const JSON: [&str; 8] = [
+        const JSON: [&str; 9] = [
             "facts",
             "document",
             "request",
@@ -108,6 +108,7 @@ mod tests {
             "failure",
             "result",
             "study",
+            "next_ride",
         ];
         let line = |line: &str| {
             let name = line.split_whitespace().next().unwrap_or_default();

@@ -65,6 +65,8 @@ mod place;
 mod pool;
 #[cfg(feature = "postgres")]
 mod postgres;
+pub mod proposal;
+pub mod refused;
 pub mod repair;
 pub mod result;
 pub mod ride;

@@ -64,6 +64,8 @@ pub struct Filter<'a> {
     pub effect: Option<&'a str>,
     pub verdict: Option<&'a str>,
     pub job: Option<Uuid>,
+    /// Only of the newest job of each ride and bicycle.
+    pub newest: bool,
     pub from_ms: Option<i64>,
     pub to_ms: Option<i64>,
     /// The key of the last row of the page before.
@@ -170,6 +172,13 @@ macro_rules! conditions {
         }
         if let Some(job) = $filter.job {
             $query.push(" AND job_id = ").push_bind(job);
+        }
+        if $filter.newest {
+            $query.push(concat!(
+                " AND EXISTS (SELECT 1 FROM job WHERE job.id = job_id AND ",
+                newest_of_ride!(),
+                ")"
+            ));
         }
         if let Some(from) = $filter.from_ms {
             $query.push(" AND identified_at >= ").push_bind(from);
@@ -327,16 +336,6 @@ pub async fn put_refitted(
     on!(tx, t => sqlx::query(DROP).bind(job).execute(&mut **t).await.map(drop))?;
     on!(tx, t => sqlx::query(NOTE).bind(job).bind(effects).execute(&mut **t).await.map(drop))?;
     insert(tx, job, group, bike, verdict, parameters).await
-}
-
-/// Whether any ride of the bike names an effect.
-pub async fn names_effects(tx: &mut Tx, group: &str, bike: &str) -> sqlx::Result<bool> {
-    const SQL: &str = "\
-        SELECT COUNT(*) FROM (SELECT 1 FROM parameter \
-                              WHERE bike = $1 AND group_name = $2 AND method = 'extended' AND name LIKE '%.%' LIMIT 1) AS named";
-    let named: i64 =
-        on!(tx, t => sqlx::query_scalar(SQL).bind(bike).bind(group).fetch_one(&mut **t).await)?;
-    Ok(named > 0)
 }
 
 /// What rides that were ridden last say of an effect.

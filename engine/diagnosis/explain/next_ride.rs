@@ -10,7 +10,7 @@ use veloid_model::dataset::Dataset;
 use veloid_model::dataset::planned::{Change, planned};
 use veloid_model::fit::together::{Common, Together};
 use veloid_model::fit::{COARSE, Effort, Fitted, Fitter, Model, Point};
-use veloid_report::diagnosis::NextRide;
+use veloid_report::diagnosis::{NextRide, RidePlan};
 
 /// A ride of the catalogue: what to do, and how the present ride changes by it.
 struct Plan {
@@ -138,6 +138,14 @@ pub fn propose(search: &Search, model: &Model, rivals: &[Model]) -> Option<NextR
             ),
         },
         predicted_separation: best.separation,
+        plan: Some(RidePlan {
+            times: best.times as u32,
+            duration_s: best.duration_s,
+            rougher: best.plan.change.rougher,
+            faster: best.plan.change.faster,
+            swing: best.plan.change.swing,
+            coasting: best.plan.change.coasting,
+        }),
     })
 }
 

@@ -4,5 +4,6 @@ pub mod events;
 pub mod get;
 pub mod history;
 pub mod list;
+pub mod proposals;
 pub mod restore;
 pub mod view;

@@ -1,5 +1,6 @@
 //! Every identified parameter of every ride, as JSON, CSV or Parquet.
 
+mod columns;
 mod csv;
 mod document;
 #[cfg(feature = "parquet")]

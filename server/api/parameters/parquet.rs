@@ -10,112 +10,32 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;
 
+use super::columns::{COLUMNS, Column, Values};
 use crate::api::parameter_view::ParameterView;
 use crate::store::parameter::ParameterRow;
 
-/// The values of a column, by row.
-enum Values {
-    Text(fn(&ParameterView) -> Option<String>),
-    Number(fn(&ParameterView) -> Option<f64>),
-    /// Of the identification (epoch ms).
-    Identified,
+/// A column in the language of Parquet's schemas.
+fn field(column: &Column) -> String {
+    let repetition = if column.required {
+        "required"
+    } else {
+        "optional"
+    };
+    let (kind, annotation) = match column.values {
+        Values::Text(_) => ("binary", "(string)"),
+        Values::Json(_) => ("binary", "(json)"),
+        Values::Number(_) => ("double", ""),
+        Values::Identified => ("int64", "(timestamp(millis,true))"),
+    };
+    format!("{repetition} {kind} {} {annotation};", column.name)
 }
-use Values::{Identified, Number, Text};
-
-/// Each column as the schema has it, and where its values come from.
-const COLUMNS: [(&str, Values); 24] = [
-    (
-        "required binary job (string)",
-        Text(|row| Some(row.job.to_string())),
-    ),
-    (
-        "required binary bike (string)",
-        Text(|row| Some(row.bike.clone())),
-    ),
-    (
-        "required int64 identified_at (timestamp(millis,true))",
-        Identified,
-    ),
-    (
-        "required binary method (string)",
-        Text(|row| Some(row.method.clone())),
-    ),
-    (
-        "required binary axle (string)",
-        Text(|row| Some(row.axle.clone())),
-    ),
-    (
-        "required binary name (string)",
-        Text(|row| Some(row.name.clone())),
-    ),
-    ("required double value", Number(|row| Some(row.value))),
-    ("optional double std_error", Number(|row| row.std_error)),
-    (
-        "required binary unit (string)",
-        Text(|row| Some(row.unit.clone())),
-    ),
-    (
-        "optional binary verdict (string)",
-        Text(|row| row.verdict.clone()),
-    ),
-    (
-        "required binary version (string)",
-        Text(|row| Some(row.version.clone())),
-    ),
-    (
-        "optional binary ridden_at (string)",
-        Text(|row| row.facts.ridden_at.clone()),
-    ),
-    (
-        "optional double pressure_front_bar",
-        Number(|row| row.facts.pressure_front_bar),
-    ),
-    (
-        "optional double pressure_rear_bar",
-        Number(|row| row.facts.pressure_rear_bar),
-    ),
-    (
-        "optional double temperature_c",
-        Number(|row| row.facts.temperature_c),
-    ),
-    (
-        "optional binary rider (string)",
-        Text(|row| row.facts.rider.clone()),
-    ),
-    (
-        "optional double rider_mass_kg",
-        Number(|row| row.facts.rider_mass_kg),
-    ),
-    (
-        "optional binary tyres (string)",
-        Text(|row| row.facts.tyres.clone()),
-    ),
-    (
-        "optional binary road (string)",
-        Text(|row| row.facts.road.clone()),
-    ),
-    ("optional binary tags (string)", Text(|row| row.tags())),
-    (
-        "optional binary notes (string)",
-        Text(|row| row.facts.notes.clone()),
-    ),
-    ("optional binary further (json)", Text(|row| row.further())),
-    (
-        "required binary ride (string)",
-        Text(|row| Some(row.ride.to_string())),
-    ),
-    (
-        "required binary file (string)",
-        Text(|row| Some(row.file.clone())),
-    ),
-];
 
 /// A file that is written row group by row group.
 pub struct Writer(SerializedFileWriter<Vec<u8>>);
 
 impl Writer {
     pub fn new() -> Result<Self> {
-        let fields = COLUMNS.map(|(field, _)| format!("{field};")).concat();
+        let fields: String = COLUMNS.iter().map(field).collect();
         let schema = parse_message_type(&format!("message parameters {{ {fields} }}"))?;
         let properties = WriterProperties::builder()
             .set_compression(Compression::GZIP(GzipLevel::default()))
@@ -130,12 +50,11 @@ impl Writer {
         let times: Vec<i64> = rows.iter().map(|row| row.identified_at).collect();
         let rows: Vec<ParameterView> = rows.into_iter().map(ParameterView::from).collect();
         let mut group = self.0.next_row_group()?;
-        for (field, values) in COLUMNS {
+        for of in &COLUMNS {
             let Some(mut column) = group.next_column()? else {
-                return Err(ParquetError::General(field.to_owned()));
+                return Err(ParquetError::General(of.name.to_owned()));
             };
-            let optional = field.starts_with("optional");
-            write(column.untyped(), values, &rows, &times, optional)?;
+            write(column.untyped(), of, &rows, &times)?;
             column.close()?;
         }
         group.close()?;
@@ -151,25 +70,25 @@ impl Writer {
 
 /// The values of a column.
 fn write(
-    column: &mut ColumnWriter<'_>,
-    values: Values,
+    writer: &mut ColumnWriter<'_>,
+    column: &Column,
     rows: &[ParameterView],
     times: &[i64],
-    optional: bool,
 ) -> Result<()> {
-    match (column, values) {
-        (ColumnWriter::Int64ColumnWriter(column), Identified) => {
-            column.write_batch(times, None, None)?;
+    let levels = |known: Vec<i16>| (!column.required).then_some(known);
+    match (writer, column.values) {
+        (ColumnWriter::Int64ColumnWriter(writer), Values::Identified) => {
+            writer.write_batch(times, None, None)?;
         }
-        (ColumnWriter::DoubleColumnWriter(column), Number(of)) => {
+        (ColumnWriter::DoubleColumnWriter(writer), Values::Number(of)) => {
             let (values, known) = known(rows, of);
-            column.write_batch(&values, optional.then_some(known.as_slice()), None)?;
+            writer.write_batch(&values, levels(known).as_deref(), None)?;
         }
-        (ColumnWriter::ByteArrayColumnWriter(column), Text(of)) => {
-            let (values, known) = known(rows, |row| {
-                of(row).map(|text| ByteArray::from(text.into_bytes()))
-            });
-            column.write_batch(&values, optional.then_some(known.as_slice()), None)?;
+        (ColumnWriter::ByteArrayColumnWriter(writer), Values::Text(of) | Values::Json(of)) => {
+            let bytes =
+                |row: &ParameterView| of(row).map(|text| ByteArray::from(text.into_bytes()));
+            let (values, known) = known(rows, bytes);
+            writer.write_batch(&values, levels(known).as_deref(), None)?;
         }
         _ => return Err(ParquetError::General("a column of another type".to_owned())),
     }
@@ -193,6 +112,7 @@ mod tests {
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::RowAccessor;
     use uuid::Uuid;
+    use veloid_engine::document::format_number::WIDE;
 
     use super::*;
     use crate::facts::Facts;
@@ -250,6 +170,10 @@ mod tests {
         assert_eq!(rows[1].get_string(19).unwrap(), "wet, race");
         assert_eq!(rows[1].get_string(21).unwrap(), "{\"stem_mm\":90.0}");
         assert_eq!(rows[1].get_string(23).unwrap(), "ride.csv");
+        assert_eq!(rows[1].get_double(25).unwrap(), 2.5 + WIDE * 0.25);
+        assert!(rows[0].is_null(24).unwrap());
+        let page = format!("/jobs/{}", Uuid::from_u128(7));
+        assert_eq!(rows[0].get_string(26).unwrap(), &page);
         assert!((11..22).all(|column| rows[0].is_null(column).unwrap()));
     }
 }

@@ -38,6 +38,8 @@ pub struct Params {
     pub verdict: Option<String>,
     /// Only this job.
     pub job: Option<Uuid>,
+    /// Only of the newest identification of each ride and bike; not of studies.
+    pub newest: Option<bool>,
     /// Identified from this time on, inclusive (RFC 3339). A day, such as 2026-09-01, counts whole, from its
     /// beginning (UTC).
     #[param(schema_with = time::schema)]
@@ -119,6 +121,7 @@ impl Params {
             effect: effect.as_deref(),
             verdict: verdict.as_deref(),
             job: self.job,
+            newest: self.newest.unwrap_or_default(),
             from_ms,
             to_ms,
             after: after.map(parse_cursor).transpose()?,

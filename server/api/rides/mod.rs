@@ -8,11 +8,13 @@ pub mod patch;
 pub mod preview;
 pub mod preview_bike;
 mod receive;
+pub mod refused;
 pub mod restore;
 mod submit;
 pub mod upload;
 pub mod view;
 
 pub use bicycle::looked_at;
+pub use refused::Refused;
 pub use submit::Submitted;
-pub use upload::{Refused, submit_upload};
+pub use upload::submit_upload;

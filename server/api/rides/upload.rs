@@ -7,6 +7,7 @@ use axum::response::IntoResponse;
 use utoipa::ToSchema;
 
 use super::receive::receive;
+use super::refused::{self, Refused};
 use super::submit::{Submitted, submit};
 use crate::api::access::Caller;
 use crate::api::jobs::view::JobView;
@@ -90,25 +91,20 @@ pub async fn upload(
     Ok((StatusCode::ACCEPTED, headers, Json(job)))
 }
 
-/// An upload that was not taken, and what it said of its bicycle, for a form to show it again.
-pub struct Refused {
-    pub problem: Problem,
-    pub bicycle: Given,
-}
-
-/// Receives, checks, keeps and queues an upload; gives its job.
+/// Receives, checks, keeps and queues an upload; gives its job. Refusals are listed ([`refused::note`]).
 pub async fn submit_upload(
     server: &Arc<Server>,
     caller: &Caller,
     request: Request,
 ) -> Result<Submitted, Refused> {
     let key = idempotency_key(request.headers());
-    let mut bicycle = Given::default();
+    let (mut bicycle, mut file) = (Given::default(), None);
     let outcome = async {
         let received = receive(server, caller, request).await?;
         // Now the client listens.
         let key = key?;
         bicycle.clone_from(&received.bicycle);
+        file = Some(received.name());
         METRICS.upload_sizes.record(received.bytes() as f64, []);
         submit(server, caller, received, key.as_deref()).await
     }
@@ -119,7 +115,18 @@ pub async fn submit_upload(
         "refused"
     };
     METRICS.uploads.add(1, [("outcome", label.into())]);
-    outcome.map_err(|problem| Refused { problem, bicycle })
+    match outcome {
+        Ok(submitted) => Ok(submitted),
+        Err(problem) => {
+            let refused = Refused {
+                problem,
+                bicycle,
+                file,
+            };
+            refused::note(server, caller, &refused).await;
+            Err(refused)
+        }
+    }
 }
 
 /// Most characters of an idempotency key.
