@@ -33,6 +33,7 @@ fn the_demo_uploads_rides_and_says_how_they_ended() {
         "clean.csv: succeeded, verdict nothing_missing",
         "friction.csv: succeeded, verdict named",
         "accelerometers.csv: succeeded",
+        "12 rides as one: succeeded, verdict named",
         "demo: done",
     ] {
         assert!(said.contains(expected), "{said}");

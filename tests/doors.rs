@@ -214,6 +214,7 @@ async fn a_workers_figures_need_a_key_off_loopback() {
 
 /// Four long lists may be read at a time from here. Who asks for more is put off; who asks for anything else is not.
 #[tokio::test(flavor = "multi_thread")]
+#[ignore = "slow"]
 async fn readers_of_long_lists_starve_nobody() {
     let server = Server::with(&["--workers", "0"]);
     season::write(&server, 40, 2000).await;

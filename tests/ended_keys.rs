@@ -47,6 +47,7 @@ fn rest(mut answer: Begun) -> usize {
 }
 
 #[tokio::test]
+#[ignore = "slow"]
 async fn compressed_answers_to_a_key_are_whole() {
     let (mut server, [owner]) = Server::with_keys([&[]], &["--workers", "0"]);
     server.as_seen_by(&owner);

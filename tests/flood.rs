@@ -160,6 +160,7 @@ async fn nothing_grows(server: &Server, admin: Option<&str>) {
 }
 
 #[tokio::test]
+#[ignore = "slow"]
 async fn made_up_requests_grow_neither_memory_nor_log_nor_metrics() {
     let (server, [admin]) = Server::with_keys([&["--scope", "admin"]], &["--workers", "0"]);
     nothing_grows(&server, Some(&admin)).await;
@@ -167,6 +168,7 @@ async fn made_up_requests_grow_neither_memory_nor_log_nor_metrics() {
 
 /// Here the requests reach their handlers.
 #[tokio::test]
+#[ignore = "slow"]
 async fn without_keys_made_up_requests_grow_neither_memory_nor_log_nor_metrics() {
     let server = Server::with(&["--workers", "0", "--log-json"]);
     nothing_grows(&server, None).await;

@@ -231,6 +231,7 @@ fn refused(what: &str, ride: &Path, bike: &Path) -> (String, u64, Duration) {
 }
 
 #[test]
+#[ignore = "slow"]
 fn no_file_of_ten_megabytes_takes_two_hundred() {
     if !Path::new("/proc/self/status").exists() {
         return crate::skips::not_applicable("no /proc to read the memory of a process from");

@@ -202,6 +202,7 @@ fn val_accelerometers_and_lasers_that_are_misread_are_named_and_withhold_the_res
 
 /// What is put right or left out by itself is said, and k and B are those of the ride as it was.
 #[test]
+#[ignore = "slow"]
 fn val_what_a_bench_loses_or_turns_is_put_right() {
     let (folder, ride, bike) = bench("rear:1e-4:0:0");
     let bike = folder.write("b.json", &bike);
@@ -368,6 +369,7 @@ async fn val_what_is_wrong_with_accelerometers_is_said_in_the_place_of_a_verdict
 
 /// On a bench that only a force moves, a displacement that reads low and a mass that is too small in the bike file are alike.
 #[test]
+#[ignore = "slow"]
 fn val_a_gain_that_a_mass_explains_as_well_has_no_stiffness() {
     let folder = Folder::new();
     let [ride, bike] = ["ride.csv", "bike.json"].map(|name| folder.0.join(name));

@@ -172,6 +172,7 @@ fn affirmed(diagnosis: &Value) -> Vec<Names<'_>> {
 /// Every recording of ../shared/real/cases.json as it is: nothing that an expert does not see is affirmed, and on all but a few something
 /// that he does, with the parameters and the improvement of his reference.
 #[test]
+#[ignore = "slow"]
 fn val_recordings_of_others_are_answered_as_experts_do() {
     let Some(cases) = recording("cases.json") else {
         return;

@@ -59,9 +59,17 @@ fn bike() -> Bike {
     }
 }
 
-/// A minute on a road with 50 um of noise on z; `missing` (t, d, w) is a force on the front axle (N).
+fn half_a_minute() -> Ride {
+    SimulatedRide {
+        duration_s: 30.0,
+        ..SimulatedRide::default()
+    }
+    .ride()
+}
+
+/// Half a minute on a road with 50 um of noise on z; `missing` (t, d, w) is a force on the front axle (N).
 fn ride(missing: impl Fn(f64, f64, f64) -> f64) -> Ride {
-    ridden(SimulatedRide::default().ride(), 9, missing)
+    ridden(half_a_minute(), 9, missing)
 }
 
 /// The same on the road of `ride`, with noise of a seed.
@@ -393,6 +401,7 @@ fn val_most_of_the_mass_on_its_own_spring_is_found_alone() {
 
 /// What lies between the samples is there, and is no physics.
 #[test]
+#[ignore = "slow"]
 fn a_ride_without_any_noise_lacks_nothing() {
     for rate_hz in [50.0, 100.0, 200.0] {
         let simulated_ride = SimulatedRide {
@@ -434,6 +443,7 @@ fn val_what_a_ride_without_any_noise_lacks_is_named() {
 /// A mode whose frequency rises with how far it moves fits a sprung mass of some mean frequency, and is none.
 /// Slow beside the axle, so that their spectrum is that of coloured noise.
 #[test]
+#[ignore = "slow"]
 fn pushes_of_a_riders_hands_are_not_called_noise() {
     let pushes: Vec<(f64, f64)> = (0..28)
         .map(f64::from)
@@ -461,6 +471,7 @@ fn pushes_of_a_riders_hands_are_not_called_noise() {
 }
 
 #[test]
+#[ignore = "slow"]
 fn a_second_mass_on_a_hardening_spring_is_not_called_a_sprung_mass() {
     let (share, omega, zeta, travel) = (0.3, TAU * 6.0, 0.06, 1.5e-3);
     let mut ride = SimulatedRide::default().ride();
@@ -480,6 +491,7 @@ fn a_second_mass_on_a_hardening_spring_is_not_called_a_sprung_mass() {
 
 /// Friction that is three times as large before it slides, with 0.1 mm of give.
 #[test]
+#[ignore = "slow"]
 fn friction_that_falls_with_the_rate_is_not_called_hysteresis() {
     let (kinetic, slow, give) = (60.0, 0.02, 1e-4);
     let state = std::cell::Cell::new((0.0, 0.0));
@@ -673,6 +685,7 @@ fn two_causes_on_one_axle_are_both_named() {
 }
 
 #[test]
+#[ignore = "slow"]
 fn a_force_from_elsewhere_gets_no_name() {
     let d = diagnosed(&ride(|t, _, _| 12.0 * sway(t)));
     assert_eq!(d.verdict, Verdict::Unnamed, "{}", d.sentence);
@@ -688,8 +701,12 @@ fn sway(t: f64) -> f64 {
 }
 
 #[test]
+#[ignore = "slow"]
 fn val_a_spring_is_affirmed_beside_a_force_from_elsewhere() {
-    let d = diagnosed(&ride(|t, d, _| 2e10 * d * d * d + 4.0 * sway(t)));
+    let minute = SimulatedRide::default().ride();
+    let d = diagnosed(&ridden(minute, 9, |t, d, _| {
+        2e10 * d * d * d + 4.0 * sway(t)
+    }));
     assert_eq!(d.verdict, Verdict::NamedInPart, "{}", d.sentence);
     let affirmed: Vec<_> = d.effects.iter().filter(|e| e.affirmed).collect();
     assert_eq!(affirmed.len(), 1, "{}", d.sentence);

@@ -199,7 +199,7 @@ async fn several_rides_are_followed_to_their_end() {
 }
 
 #[tokio::test]
-async fn lists_are_filtered_by_every_choice() {
+async fn lists_are_filtered_by_a_choice_of_every_field() {
     let server = Server::with(&["--workers", "0"]);
     season::write(&server, 4, 120).await;
     server.submit(&LONG).await;
@@ -214,7 +214,7 @@ async fn lists_are_filtered_by_every_choice() {
         browser.click(".filter button").await;
         assert_eq!(browser.run(ROWS).await, all, "blank fields ask for nothing");
         let choices = "return [...document.querySelectorAll('.filter select')] \
-            .flatMap((field) => [...field.options].map((option) => [field.id, option.value]))";
+            .map((field) => [field.id, [...field.options].at(-1).value])";
         for choice in browser.run(choices).await.as_array().unwrap() {
             let (field, value) = (choice[0].as_str().unwrap(), choice[1].as_str().unwrap());
             browser.goto(&address).await;

@@ -197,6 +197,7 @@ fn what_one_ride_alone_shows_is_its_own_affair() {
 }
 
 #[test]
+#[ignore = "slow"]
 fn val_an_effect_acts_on_the_rides_that_show_it_and_leaves_the_others_as_they_are() {
     for acting in [&[2][..], &[0, 3]] {
         let rides: Vec<_> = (0..4)

@@ -3,6 +3,7 @@
 use super::*;
 
 #[test]
+#[ignore = "slow"]
 fn a_spent_budget_ends_the_search_the_same_way_each_time_and_says_so() {
     // A law that the library does not hold, so that the search goes on.
     let strange = ride(|_, d, w| 2e4 * d * (3.0 * w).tanh() + 40.0 * (2000.0 * d).sin());

@@ -6,6 +6,7 @@ use super::*;
 const K3: f64 = 3e9;
 
 #[test]
+#[ignore = "slow"]
 fn each_axle_is_judged_whatever_happens_on_the_other() {
     let stiffening = ride(|_, d, _| K3 * d.powi(3));
     // A damper that is switched over every three seconds.

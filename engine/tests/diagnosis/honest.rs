@@ -57,6 +57,7 @@ fn each_effect_is_material_by_itself() {
 
 /// The floor of a record is that of its sensor, whatever a model leaves.
 #[test]
+#[ignore = "slow"]
 fn the_noise_floor_is_measured_not_what_is_left() {
     let sway = |t: f64| (1..40).map(move |i| (f64::from(i * i) + 0.37 * f64::from(i) * t).sin());
     let d = diagnosed(&ride(|t, _, _| 12.0 * sway(t).sum::<f64>()));

@@ -30,6 +30,7 @@ parameters.k5 = { unit = "N/m^5", start = 1e13, range = [-1e16, 1e16] }
 "#;
 
 #[test]
+#[ignore = "slow"]
 fn a_law_that_no_library_has_is_named_and_measured() {
     let ride = ride(|_, d, _| 2e14 * d.powi(5));
     let d = reported(&ride, FIFTH);
@@ -138,6 +139,7 @@ parameters.c2 = { start = 200, range = [-1e4, 1e4] }
 "#;
 
 #[test]
+#[ignore = "slow"]
 fn a_law_of_twelve_parameters_and_six_states_is_recovered() {
     let mut dataset = pedalled();
     let law = OwnLaw::read(RESONANT).unwrap();

@@ -46,6 +46,7 @@ fn reported(text: &str) -> Report {
 }
 
 #[test]
+#[ignore = "slow"]
 fn a_rigs_stiffness_and_damping_are_found_whichever_way_it_is_logged() {
     for (header, sign) in [
         ("t,u_f,force_f", 1.0),
@@ -87,6 +88,7 @@ fn a_rigs_stiffness_and_damping_are_found_whichever_way_it_is_logged() {
 }
 
 #[test]
+#[ignore = "slow"]
 fn what_a_rigs_force_holds_beside_spring_and_damper_is_named() {
     let friction = |_: f64, w: f64, _: usize| 25.0 * w / w.hypot(2e-3);
     let hardening = |d: f64, _: f64, _: usize| 4e7 * d.powi(3);
@@ -139,6 +141,7 @@ fn what_a_rigs_force_holds_beside_spring_and_damper_is_named() {
 
 /// Bingham's damper whose force comes late: the lag is what makes friction look like hysteresis.
 #[test]
+#[ignore = "slow"]
 fn a_lag_of_the_force_is_named_with_the_friction_that_it_rounds() {
     let mut late = 0.0;
     let text = logged("t,z_f,force_f", 1.0, |d, w, _| {

@@ -28,6 +28,7 @@ fn decay() -> Vec<f64> {
 }
 
 #[test]
+#[ignore = "slow"]
 fn units_change_no_verdict() {
     let decay = decay();
     for (period, size) in [(0.15, 1e-3), (10.0, 1.0), (0.016, 1.0), (0.15, 1e3)] {

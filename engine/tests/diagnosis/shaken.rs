@@ -5,14 +5,6 @@ use super::*;
 /// Steps of a bench's motion for each sample.
 const FINE: usize = 200;
 
-fn half_a_minute() -> Ride {
-    SimulatedRide {
-        duration_s: 30.0,
-        ..SimulatedRide::default()
-    }
-    .ride()
-}
-
 /// The ride with a front axle alone, on ground at rest: what force shook it, and where it was.
 fn bench(mut ride: Ride, force: Vec<f64>, positions: Vec<f64>, seed: u64) -> Ride {
     let still = AxleRecord {
@@ -65,6 +57,7 @@ fn shaken(pull: impl Fn(f64, [f64; 4]) -> [f64; 2]) -> Ride {
 /// A drive without a spring that carries another mass: it drifts by far more than that mass moves it, and noise of
 /// its own colour passes for what is left.
 #[test]
+#[ignore = "slow"]
 fn val_a_second_mass_on_a_drive_without_a_spring_is_found() {
     for zeta in [0.01, 0.1] {
         let (share, omega) = (0.375, TAU * 8.7);
@@ -84,6 +77,7 @@ fn val_a_second_mass_on_a_drive_without_a_spring_is_found() {
 /// A closed-loop drive without a spring, whose dry friction falls with the rate: a general curve explains more, but
 /// friction alone takes nearly everything off the held-out error.
 #[test]
+#[ignore = "slow"]
 fn val_friction_keeps_its_name_beside_what_is_small() {
     let ride = half_a_minute();
     let h = ride.step_s / FINE as f64;
@@ -114,6 +108,7 @@ fn val_friction_keeps_its_name_beside_what_is_small() {
 
 /// The sensor sits on another mass than the force: the residual is as narrow as noise of some colour may be.
 #[test]
+#[ignore = "slow"]
 fn a_spring_between_force_and_sensor_gets_no_name() {
     let (upper, lower) = (25.0, 15.0);
     let d = diagnosed(&shaken(|force, [z, v, s, sv]| {
@@ -129,6 +124,7 @@ fn a_spring_between_force_and_sensor_gets_no_name() {
 /// A sled on guides, which a chirp as large as a motor allows pushes against dry friction: it often stands, and a spring would take
 /// the friction's place. What is searched without one names the friction.
 #[test]
+#[ignore = "slow"]
 fn val_a_sled_without_a_spring_has_friction() {
     let ride = half_a_minute();
     let h = ride.step_s / FINE as f64;

@@ -39,9 +39,9 @@ async fn upload_and_follow(server: &str) -> Result<(), DemoError> {
         println!("demo: {about}: {}", link(server, &job, "page"));
         jobs.push(job);
     }
-    let mut last = Value::Null;
+    let mut season = Vec::new();
     for example in tokio::task::spawn_blocking(rides::season).await?? {
-        last = upload(&client, server, example).await?;
+        season.push(upload(&client, server, example).await?);
     }
     note_service(&client, server).await?;
     println!(
@@ -51,7 +51,15 @@ async fn upload_and_follow(server: &str) -> Result<(), DemoError> {
     for job in jobs {
         report(&finished(&client, server, job).await?);
     }
-    finished(&client, server, last).await?;
+    for job in season {
+        finished(&client, server, job).await?;
+    }
+    let study = study(&client, server).await?;
+    println!(
+        "demo: the season's rides as one: {}",
+        link(server, &study, "page")
+    );
+    report(&finished(&client, server, study).await?);
     println!("demo: done, all bicycles are at {server}/bikes");
     Ok(())
 }
@@ -91,6 +99,21 @@ async fn note_service(client: &Client, server: &str) -> Result<(), DemoError> {
     })
 }
 
+/// The study of the season's rides, which the server queues by itself too; its job.
+async fn study(client: &Client, server: &str) -> Result<Value, DemoError> {
+    let url = format!("{server}/v1/studies");
+    let rides = json!({"bike": rides::SEASON});
+    let answer = client.post_json(&url, &rides).await?;
+    let (status, job) = (answer.status, answer.json::<Value>()?);
+    match status {
+        StatusCode::ACCEPTED => Ok(job),
+        _ => Err(DemoError::Refused {
+            status,
+            detail: job["detail"].clone(),
+        }),
+    }
+}
+
 fn link(server: &str, job: &Value, name: &str) -> String {
     format!(
         "{server}{}",
@@ -109,7 +132,11 @@ async fn finished(client: &Client, server: &str, mut job: Value) -> Result<Value
 
 fn report(job: &Value) {
     let text = |value: &Value| value.as_str().unwrap_or("none").to_owned();
-    let (name, state) = (text(&job["ride"]["name"]), text(&job["state"]));
+    let name = match job["study"].as_array() {
+        Some(rides) => format!("{} rides as one", rides.len()),
+        None => text(&job["ride"]["name"]),
+    };
+    let state = text(&job["state"]);
     match job["failure"]["detail"].as_str() {
         Some(detail) => println!("demo: {name}: {state}: {detail}"),
         None => println!("demo: {name}: {state}, verdict {}", text(&job["verdict"])),

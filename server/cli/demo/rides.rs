@@ -18,6 +18,8 @@ const NOISE_M: f64 = 5e-5;
 const NOISE_M_S2: f64 = 0.05;
 /// Dry friction of the second ride's fork (N).
 const FRICTION_N: f64 = 40.0;
+/// How the front spring of the season's bicycle stiffens (N/m^2): no ride shows it, all of them together do.
+const STIFFENING: f64 = 1.5e5;
 /// Rides of the season, the first one after the service, days between two rides.
 const RIDES: u32 = 12;
 const SERVICED: u32 = 7;
@@ -49,11 +51,7 @@ pub fn singles() -> Result<Vec<Example>, EngineError> {
         noise_displacement_m: NOISE_M,
         ..SimulatedRide::default()
     };
-    let friction = Imposed {
-        id: "coulomb_friction".to_owned(),
-        axle: Place::Front,
-        parameters: BTreeMap::from([("friction".to_owned(), FRICTION_N)]),
-    };
+    let friction = at_the_front("coulomb_friction", "friction", FRICTION_N);
     let single = |name: &str, ride: &Ride, about| Example {
         file: format!("{name}.csv"),
         csv: ride_csv::text(ride, &[]),
@@ -65,7 +63,7 @@ pub fn singles() -> Result<Vec<Example>, EngineError> {
     let clean = simulate(&ride, &Bike::default(), &[])?;
     let rubbing = simulate(&ride, &Bike::default(), std::slice::from_ref(&friction))?;
     let longer = SimulatedRide {
-        duration_s: 120.0,
+        duration_s: 60.0,
         noise_displacement_m: 0.0,
         ..ride
     };
@@ -85,8 +83,17 @@ pub fn singles() -> Result<Vec<Example>, EngineError> {
     ])
 }
 
+fn at_the_front(effect: &str, parameter: &str, value: f64) -> Imposed {
+    Imposed {
+        id: effect.to_owned(),
+        axle: Place::Front,
+        parameters: BTreeMap::from([(parameter.to_owned(), value)]),
+    }
+}
+
 /// Short rides of one bicycle over half a year, with a service after which the front axle is stiffer.
 pub fn season() -> Result<Vec<Example>, EngineError> {
+    let stiffening = at_the_front("progressive_stiffness", "k2", STIFFENING);
     let ride = |index: u32| {
         let stiffness = if index < SERVICED { BEFORE } else { AFTER };
         // A fixed pattern in place of random numbers: the same rides at every start.
@@ -109,9 +116,12 @@ pub fn season() -> Result<Vec<Example>, EngineError> {
         let day = LAST_DAY.saturating_sub(i64::from((RIDES - 1 - index) * APART).days());
         Ok(Example {
             file: format!("season-{:02}.csv", index + 1),
-            csv: ride_csv::text(&simulate(&simulated, &Bike::default(), &[])?, &[]),
+            csv: ride_csv::text(
+                &simulate(&simulated, &Bike::default(), &[stiffening.clone()])?,
+                &[],
+            ),
             bike: bicycle(SEASON),
-            options: json!({"trials": 2, "diagnosis": false}),
+            options: json!({"trials": 2}),
             ridden_at: Some(day.to_string()),
             about: "a season with a service",
         })
