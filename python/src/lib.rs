@@ -9,9 +9,10 @@ mod run;
 use pyo3::prelude::*;
 use veloid_engine::document::format_number::Number;
 use veloid_engine::replay::Quantity;
+use veloid_engine::report::study::StudyReport;
 use veloid_engine::report::{self, IdentifiedModel, Report};
 use veloid_engine::simulate::simulated_ride::SimulatedRide;
-use veloid_engine::{Bike, Ride, Settings, Start};
+use veloid_engine::{Bike, Ridden, Ride, Settings, Start};
 
 use columns::Columns;
 use failure::Failure;
@@ -42,6 +43,41 @@ fn identify(
         let ride = input::read(&sources, &bike, &reading)?;
         let report = veloid_engine::identify(&ride, &bike, &settings, heard)?;
         Ok((serde_json::to_string_pretty(&report)?, Record(ride)))
+    })
+}
+
+/// Several rides as one, each with its name and bicycle; the report's text.
+#[pyfunction]
+fn study(
+    py: Python<'_>,
+    rides: Vec<(String, Vec<Source>, String)>,
+    reading: &str,
+    settings: &str,
+    progress: Option<Bound<'_, PyAny>>,
+    threads: Option<usize>,
+) -> PyResult<String> {
+    let reading = input::options(reading)?;
+    let settings: Settings = input::options(settings)?;
+    veloid_engine::validate(&settings).map_err(Failure::from)?;
+    let mut given = Vec::new();
+    for (name, sources, bike) in rides {
+        let bike = Bike::from_json(&bike).map_err(Failure::from)?;
+        given.push((name, input::owned(py, sources)?, bike));
+    }
+    let pool = run::pool(threads)?;
+    run::beside(py, &pool, &settings, progress, |heard| {
+        let rides = (given.iter())
+            .map(|(_, sources, bike)| input::read(sources, bike, &reading))
+            .collect::<Result<Vec<Ride>, _>>()?;
+        let ridden: Vec<Ridden<'_>> = (given.iter().zip(&rides))
+            .map(|((name, _, bike), ride)| Ridden {
+                name: name.clone(),
+                ride,
+                bike,
+            })
+            .collect();
+        let report = veloid_engine::study(&ridden, &settings, heard)?;
+        Ok(serde_json::to_string_pretty(&report)?)
     })
 }
 
@@ -148,6 +184,13 @@ fn on_ride<T: Send>(
     })
 }
 
+/// What the command line says of a study's report.
+#[pyfunction]
+fn study_summary(report: &str) -> PyResult<String> {
+    let report: StudyReport = serde_json::from_str(report).map_err(Failure::from)?;
+    Ok(report.summary())
+}
+
 /// What the command line says of a report.
 #[pyfunction]
 fn summary(report: &str) -> PyResult<String> {
@@ -166,6 +209,8 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<Record>()?;
     module.add_function(wrap_pyfunction!(identify, module)?)?;
+    module.add_function(wrap_pyfunction!(study, module)?)?;
+    module.add_function(wrap_pyfunction!(study_summary, module)?)?;
     module.add_function(wrap_pyfunction!(simulate, module)?)?;
     module.add_function(wrap_pyfunction!(series, module)?)?;
     module.add_function(wrap_pyfunction!(model, module)?)?;

@@ -91,3 +91,14 @@ def test_a_cancelled_job_has_no_report(client, simulated):
 def test_a_server_that_is_not_there():
     with veloid.Client("http://127.0.0.1:9", timeout=5) as client, pytest.raises(veloid.VeloidError, match="127.0.0.1:9"):
         client.job("x")
+
+
+def test_a_study_is_a_job_of_its_rides(client):
+    rides = [veloid.simulate(duration=10, noise=5e-5, seed=seed, only="front") for seed in (1, 2)]
+    options = {"trials": 1, "iterations": 5}
+    jobs = [client.upload(ride.ride, {**ride.bike, "bike": "studied"}, name=f"ride{i}", **options) for i, ride in enumerate(rides)]
+    jobs = [job.wait(300) for job in jobs]
+    study = client.study(jobs).wait(300).study()
+    assert study.verdict == "nothing_missing" and len(study.document["rides"]) == 2
+    assert client.study(bike="studied", last=2).wait(300).study().verdict == study.verdict
+    assert repr(study) == "<Study of 2 rides, nothing_missing>"

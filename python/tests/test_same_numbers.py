@@ -115,3 +115,22 @@ def test_several_loggers_are_one_ride(tmp_path):
     frames = {Path(name).name: read_csv(Path(name)) for name in names}
     by_frame = veloid.identify(frames, tmp_path / "bike.json", **QUICK)
     assert without_files(by_frame.document) == without_files(json.loads(text))
+
+
+def test_a_study_is_that_of_the_command_line(tmp_path):
+    rides = [tmp_path / f"ride{seed}.csv" for seed in (1, 2)]
+    bike = tmp_path / "bike.json"
+    for seed, ride in enumerate(rides, start=1):
+        command("simulate", ride, "--bike", bike, "--seed", seed, "--duration", 10, "--noise", 5e-5, "--only", "front")
+    own = veloid.study(rides, bike)
+    own.save(tmp_path / "own.json")
+    summary = command("study", *rides, "--bike", bike, "--json", tmp_path / "theirs.json")
+    assert (tmp_path / "own.json").read_bytes() == (tmp_path / "theirs.json").read_bytes()
+    assert str(own) == summary and own.verdict == "nothing_missing" and own.effects == []
+    assert own.axles["front"]["estimate"]["k_n_m"] > 0
+    named = veloid.study(dict(zip(["out", "back"], rides, strict=True)), [bike, bike])
+    assert [ride["name"] for ride in named.document["rides"]] == ["out", "back"]
+    with pytest.raises(veloid.OptionError, match="3 for 2 rides"):
+        veloid.study(rides, [bike] * 3)
+    with pytest.raises(veloid.OptionError, match="2"):
+        veloid.study(rides[:1], bike)

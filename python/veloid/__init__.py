@@ -1,11 +1,11 @@
 """A bicycle's vertical stiffness and damping from a ride, and the physics that the model leaves out.
 
-`identify`, `diagnose` and `simulate` run the engine in this process; `Client` talks to a server. See `docs/python.md`.
+`identify`, `diagnose`, `study` and `simulate` run the engine in this process; `Client` talks to a server. See `docs/python.md`.
 """
 
 from ._native import __version__
 from .client import Client, Job
-from .engine import Progress, diagnose, identify
+from .engine import Progress, diagnose, identify, study
 from .errors import (
     BikeError,
     IdentificationError,
@@ -16,7 +16,7 @@ from .errors import (
     VeloidError,
 )
 from .model import Comparison, Model
-from .report import Diagnosis, Report
+from .report import Diagnosis, Report, Study
 from .simulation import Simulated, simulate
 
 __all__ = [
@@ -34,9 +34,11 @@ __all__ = [
     "RideError",
     "ServerError",
     "Simulated",
+    "Study",
     "VeloidError",
     "__version__",
     "diagnose",
     "identify",
     "simulate",
+    "study",
 ]

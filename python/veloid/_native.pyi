@@ -16,6 +16,14 @@ def identify(
     progress: Callable[[str, int, int], object] | None,
     threads: int | None,
 ) -> tuple[str, Record]: ...
+def study(
+    rides: Sequence[tuple[str, Sequence[Source], str]],
+    reading: str,
+    settings: str,
+    progress: Callable[[str, int, int], object] | None,
+    threads: int | None,
+) -> str: ...
+def study_summary(report: str) -> str: ...
 def simulate(
     outing: str, bike: str, effects: str, accelerometers: float | None
 ) -> tuple[list[tuple[str, bytearray]], str]: ...

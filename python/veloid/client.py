@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
 from types import TracebackType
@@ -18,7 +18,7 @@ from .errors import JobError, ServerError, VeloidError
 from .frames import FrameKind, csv, table
 from .frames import frame as as_frame
 from .options import Options, split
-from .report import PARAMETERS, Report
+from .report import PARAMETERS, Report, Study
 
 WAIT_S = 30
 """Longest time that the server waits for a job to change before it answers."""
@@ -65,6 +65,13 @@ class Client:
         finally:
             for _, (_, file) in files:
                 file.close()
+
+    def study(self, rides: Sequence[Job | str] | None = None, *, bike: str | None = None, last: int | None = None) -> Job:
+        """Queues the study of several rides of one bicycle: of these jobs' rides (or ids of rides), or of the `last` rides of `bike`
+        (12). The same rides return the existing job; its report is that of `Job.study`."""
+        ids = None if rides is None else [ride.document["ride"]["id"] if isinstance(ride, Job) else ride for ride in rides]
+        asked = {"rides": ids, "bike": bike, "last": last}
+        return Job(self, self._json("POST", "/v1/studies", json={key: of for key, of in asked.items() if of is not None}))
 
     def job(self, id: str) -> Job:
         return Job(self, self._json("GET", f"/v1/jobs/{id}"))
@@ -183,6 +190,10 @@ class Job:
     def report(self) -> Report:
         """The report, with the same numbers as that of `veloid.identify`."""
         return Report(self._client._send("GET", self.document["links"]["report"]).text)
+
+    def study(self) -> Study:
+        """The report of a study."""
+        return Study(self._client._send("GET", self.document["links"]["report"]).text)
 
     def series(
         self,

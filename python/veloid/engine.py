@@ -11,7 +11,7 @@ from . import _native
 from .errors import OptionError
 from .frames import Doubles, columns, is_record
 from .options import Options, split, text
-from .report import Diagnosis, Report
+from .report import Diagnosis, Report, Study
 
 Bike = Mapping[str, Any] | str | os.PathLike[str]
 """A mapping with the keys of the bike file, or its path."""
@@ -69,6 +69,38 @@ def diagnose(
     found = identify(ride, bike, progress=progress, threads=threads, **options).diagnosis
     assert found is not None
     return found
+
+
+def study(
+    rides: Mapping[str, Ride] | Sequence[Ride],
+    bike: Bike | Sequence[Bike],
+    *,
+    progress: Callable[[Progress], object] | None = None,
+    threads: int | None = None,
+    **options: Unpack[Options],
+) -> Study:
+    """Identifies 2 to 64 rides of one bicycle as one, bit for bit as `veloid study` does: effects too weak for one ride are found in several.
+
+    `rides` are those of `identify`, in a sequence or by name; one `bike` serves all rides, or each has its own, in their order.
+    The other arguments and the exceptions are those of `identify`.
+    """
+    named_rides = list(rides.items()) if isinstance(rides, Mapping) else names(rides)
+    bikes = [bike] if isinstance(bike, Mapping | str | os.PathLike) else list(bike)
+    if len(bikes) not in (1, len(named_rides)):
+        raise OptionError(f"bike: {len(bikes)} for {len(named_rides)} rides, expected one for all or one for each", key="bike")
+    reading, settings = split(options)
+    heard = None if progress is None else lambda *step: progress(Progress(*step))
+    given = [
+        (name, [(name, contents(ride))] if is_path(ride) else sources(ride), bike_text(bikes[i % len(bikes)]))
+        for i, (name, ride) in enumerate(named_rides)
+    ]
+    return Study(_native.study(given, reading, settings, heard, threads))
+
+
+def names(rides: Sequence[Ride]) -> list[tuple[str, Ride]]:
+    """Each ride with a name: that of its file, the whole path where two files have one name."""
+    last = [Path(ride).name if is_path(ride) else f"ride {i + 1}" for i, ride in enumerate(rides)]
+    return [(os.fspath(ride) if last.count(name) > 1 else name, ride) for name, ride in zip(last, rides, strict=True)]
 
 
 def bike_text(bike: Bike) -> str:

@@ -153,6 +153,49 @@ class Report:
         return drawing.page(drawing.report(self.document))
 
 
+class Study:
+    """Several rides as one; `text` and `document` are what `veloid study --json` writes or a server returns (docs/studies.md)."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        read = json.loads(self.text)
+        assert isinstance(read, dict)
+        return read
+
+    @property
+    def verdict(self) -> str:
+        """`nothing_missing`, `named`, `named_in_part`, `ambiguous` or `unnamed`."""
+        return str(self.document["verdict"])
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in plain words."""
+        return str(self.document["sentence"])
+
+    @property
+    def effects(self) -> list[dict[str, Any]]:
+        """Effects that the rides have in common: `effect`, `by_ride`, `differs_p_value`, `acts_in`."""
+        return list(self.document["effects"])
+
+    @property
+    def axles(self) -> dict[str, Any]:
+        """k and B over all rides by axle (`estimate`), None where the rides differ."""
+        return dict(self.document["axles"])
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the file, byte for byte that of `veloid study --json` if the rides were identified here."""
+        Path(path).write_text(self.text + "\n", encoding="utf-8")
+
+    def __str__(self) -> str:
+        return _native.study_summary(self.text)
+
+    def __repr__(self) -> str:
+        return f"<Study of {len(self.document['rides'])} rides, {self.verdict}>"
+
+
 def of_result(result: dict[str, Any]) -> Iterator[dict[str, Any]]:
     for axle, quantities in result.items():
         for name, found in (quantities or {}).items():
