@@ -153,6 +153,10 @@ fn made_ready(
     let found = &conclusion.output_error;
     Ok(Ready {
         interpolation: interpolation_error_of_many(ride, bike, settings, found),
+        output_error: found.clone(),
+        mass: conclusion.mass_error.clone(),
+        laser: conclusion.laser_error.clone(),
+        road_noise: conclusion.road_noise_error.clone(),
         name: name.clone(),
         dataset: prepared.dataset,
         plain: prepared.plain,

@@ -3,20 +3,20 @@
 use std::collections::BTreeMap;
 
 use crate::explain::show;
-use crate::search::Search;
 use crate::search::null::FINEST;
 use crate::study::acting::{Support, acting, effort, of_tracks};
 use crate::study::ready::Ready;
 use crate::study::rounds::{Found, Joint, Rides, settled, sum};
 use crate::verdict::effect_report;
 use veloid_core::EngineError;
-use veloid_core::bicycle::PerAxle;
+use veloid_core::bicycle::{Axle, PerAxle};
+use veloid_core::document::format_number::WIDE;
 use veloid_core::numerics::finite::finite;
 use veloid_core::numerics::statistics::chi_square_tail;
 use veloid_core::plant::Coefficient;
 use veloid_core::settings::Settings;
 use veloid_model::fit::together::Common;
-use veloid_model::fit::{Model, Slot};
+use veloid_model::fit::{Effort, Model, Slot};
 use veloid_report::diagnosis::{EffectName, EffectReport, ParameterReport, Verdict};
 use veloid_report::study::{LeftAside, StudyAxle, StudyEffect, StudyReport, StudyRide};
 use veloid_report::{Estimate, Parameters};
@@ -31,7 +31,7 @@ pub fn assemble(
 ) -> Result<StudyReport, EngineError> {
     let alone: Vec<&[EffectReport]> = rides.iter().map(|r| &r.alone.effects[..]).collect();
     let (own, supports) = acting(study, found.joint, &alone);
-    let (whole, differs) = as_one(study, &own);
+    let (own, whole, differs) = as_one(study, own);
     let dataset = study.searches[0].fitter.dataset;
     let mut axles = PerAxle::default();
     for (t, track) in dataset.tracks.iter().enumerate() {
@@ -40,7 +40,7 @@ pub fn assemble(
         axles.set(
             track.axle,
             StudyAxle {
-                estimate: common.then(|| pooled(rides, &whole, t)),
+                estimate: common.then(|| pooled(rides, &own, &whole, t)),
                 differs_p_value: differs[t].and_then(finite),
                 plain_held_out_m: rms(None),
                 held_out_m: rms(Some(&whole)),
@@ -64,9 +64,7 @@ pub fn assemble(
         .map(|e| e.effect.name())
         .chain(alternatives.iter().flatten().cloned())
         .collect();
-    let reported = |(r, ride): (usize, &Ready)| {
-        reported_ride(&study.searches[r], ride, &own.models[r], &common)
-    };
+    let reported = |(r, ride): (usize, &Ready)| reported_ride(ride, &own.models[r], &common);
     let reported: Vec<StudyRide> = rides.iter().enumerate().map(reported).collect();
     let verdict = verdict(&effects, &reported);
     let report = StudyReport {
@@ -87,29 +85,118 @@ pub fn assemble(
     })
 }
 
-/// k and B of all rides, with what interpolation does to them in the mean, which more rides do not average out.
-fn pooled(rides: &[Ready], whole: &Joint, t: usize) -> Estimate {
+/// k and B of all rides, with what moves them alike on all rides, which more rides do not average out, and what moves them on each, which
+/// they do.
+fn pooled(rides: &[Ready], own: &Joint, whole: &Joint, t: usize) -> Estimate {
     let dataset = &rides[0].dataset;
-    let found = show::reported_estimate(dataset, &whole.models[0], t);
+    let model = &whole.models[0];
     let axle = dataset.tracks[t].axle;
-    let mean = |of: &dyn Fn(&Parameters) -> f64| {
-        let moved = rides.iter().filter_map(|ride| ride.interpolation.get(axle));
-        moved.map(of).sum::<f64>() / rides.len() as f64
+    let n = rides.len() as f64;
+    let sizes = |of: &dyn Fn(&Ready) -> &PerAxle<Parameters>| -> Vec<Parameters> {
+        let sizes = rides.iter().filter_map(|ride| of(ride).get(axle));
+        sizes.cloned().collect()
     };
-    found.widened(&Parameters {
-        k_n_m: mean(&|by| by.k_n_m),
-        b_n_s_m: mean(&|by| by.b_n_s_m),
-    })
+    let mean = |by: &[Parameters]| Parameters {
+        k_n_m: by.iter().map(|by| by.k_n_m).sum::<f64>() / n,
+        b_n_s_m: by.iter().map(|by| by.b_n_s_m).sum::<f64>() / n,
+    };
+    let averaged = |by: &[Parameters]| Parameters {
+        k_n_m: by.iter().map(|by| by.k_n_m.powi(2)).sum::<f64>().sqrt() / n,
+        b_n_s_m: by.iter().map(|by| by.b_n_s_m.powi(2)).sum::<f64>().sqrt() / n,
+    };
+    let mut found = show::reported_estimate(dataset, model, t);
+    if is_plain(model, axle) {
+        let each = rides.iter().zip(&own.models);
+        let errors: Vec<[[f64; 2]; 2]> = each.filter_map(|(r, m)| errors(r, m, t)).collect();
+        let [k, b] = [0, 1].map(|i| excess(errors.iter().map(|e| e[i])));
+        found.k_std_n_m = found.k_std_n_m.map(|std| k * std);
+        found.b_std_n_s_m = found.b_std_n_s_m.map(|std| b * std);
+    }
+    let found = found
+        .widened(&mean(&sizes(&|ride| &ride.interpolation)))
+        .widened(&mean(&sizes(&|ride| &ride.mass)))
+        .widened(&averaged(&sizes(&|ride| &ride.laser)));
+    match is_plain(model, axle) {
+        true => found.widened(&averaged(&sizes(&|ride| &ride.road_noise))),
+        false => found,
+    }
 }
 
-/// The rides with k and B in common on the axles where they bear that, and by track how often chance makes them differ so.
-fn as_one(study: &Rides, own: &Joint) -> (Joint, Vec<Option<f64>>) {
-    let effort = effort(study, own);
+/// Errors of k and of B on one ride, each whitened and as output error has it, which is not less, for as many ring-downs as the ride has.
+fn errors(ride: &Ready, model: &Model, t: usize) -> Option<[[f64; 2]; 2]> {
+    let whitened = show::reported_estimate(&ride.dataset, model, t);
+    let plain = ride.output_error.get(ride.dataset.tracks[t].axle)?;
+    let duration_s = ride.dataset.samples as f64 * ride.dataset.step;
+    let few = few_pieces(duration_s * plain.b_n_s_m.abs() / (2.0 * plain.mass_kg));
+    let pair = |own: Option<f64>, plain: Option<f64>| Some([own?, few * own?.max(plain?)]);
+    Some([
+        pair(whitened.k_std_n_m, plain.k_std_n_m)?,
+        pair(whitened.b_std_n_s_m, plain.b_std_n_s_m)?,
+    ])
+}
+
+/// How much wider an interval is where the residual has only so many independent pieces, one for each time in which the axle's free motion
+/// decays by e: Student's t with as many degrees of freedom less the four numbers that are fitted (k, B, position and velocity at the
+/// start), by its expansion about the normal quantile (Abramowitz and Stegun 26.7.5). An axle that no mass moves on has no such time.
+fn few_pieces(pieces: f64) -> f64 {
+    const FITTED: f64 = 4.0;
+    if !pieces.is_finite() {
+        return 1.0;
+    }
+    let freedom = (pieces - FITTED).max(1.0);
+    let z = WIDE;
+    let quantile = z
+        + (z.powi(3) + z) / (4.0 * freedom)
+        + (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / (96.0 * freedom.powi(2));
+    quantile / z * ((freedom + FITTED) / freedom).sqrt()
+}
+
+/// How much larger the error of a mean is that weighs rides by their whitened errors, where their errors are the others.
+fn excess(errors: impl Iterator<Item = [f64; 2]> + Clone) -> f64 {
+    let weights: f64 = errors.clone().map(|[own, _]| own.powi(-2)).sum();
+    let squares: f64 = errors.map(|[own, all]| (all / own.powi(2)).powi(2)).sum();
+    match weights > 0.0 && weights.is_finite() {
+        true => (squares / weights).sqrt().max(1.0),
+        false => 1.0,
+    }
+}
+
+/// k and B of one ride beside what is common.
+fn on_ride(ride: &Ready, model: &Model, t: usize) -> Estimate {
+    let axle = ride.dataset.tracks[t].axle;
+    let noise = is_plain(model, axle).then_some(&ride.road_noise);
+    let moved = [&ride.interpolation, &ride.mass, &ride.laser];
+    let moved = moved.into_iter().chain(noise);
+    let mut found = show::reported_estimate(&ride.dataset, model, t);
+    if let Some([[_, k], [_, b]]) = errors(ride, model, t).filter(|_| is_plain(model, axle)) {
+        (found.k_std_n_m, found.b_std_n_s_m) = (Some(k), Some(b));
+    }
+    moved
+        .filter_map(|by| by.get(axle))
+        .fold(found.reportable(), |found, by| found.widened(by))
+}
+
+/// Whether no effect acts on an axle; effects that do are corrected for noise of the road.
+fn is_plain(model: &Model, axle: Axle) -> bool {
+    !model.terms.iter().any(|term| term.acts_on(axle))
+}
+
+/// The rides fitted once more as accurately as they allow, the same with k and B in common on the axles where they bear that, and by
+/// track how often chance makes them differ so.
+fn as_one(study: &Rides, mut own: Joint) -> (Joint, Joint, Vec<Option<f64>>) {
+    let usual = effort(study, &own);
     let mut differs = vec![None; study.searches[0].fitter.dataset.tracks.len()];
     let mut whole = own.clone();
-    for fit in &own.models[0].fits {
-        let Some(fits) = of_tracks(own, &fit.unit.tracks) else {
+    for fit in own.models[0].fits.clone() {
+        let Some(fits) = of_tracks(&own, &fit.unit.tracks) else {
             continue;
+        };
+        let substeps = study.searches.iter().zip(&fits);
+        let substeps =
+            substeps.map(|(search, f)| f.unit.accurate_substeps(search.fitter.dataset, &f.point));
+        let effort = Effort {
+            substeps: substeps.fold(usual.substeps, usize::max),
+            ..usual
         };
         let starts: Vec<_> = fits.iter().map(|f| f.point.clone()).collect();
         let noise_models: Vec<_> = fits.iter().map(|f| f.noise_models.clone()).collect();
@@ -138,11 +225,13 @@ fn as_one(study: &Rides, own: &Joint) -> (Joint, Vec<Option<f64>>) {
         for t in &fit.unit.tracks {
             differs[*t] = Some(p);
         }
-        if p >= study.alpha {
-            whole = whole.with(one);
-        }
+        whole = whole.with(match p >= study.alpha {
+            true => one,
+            false => apart.clone(),
+        });
+        own = own.with(apart);
     }
-    (whole, differs)
+    (own, whole, differs)
 }
 
 /// RMS of what is left of all held-out parts on one track, of the plain models where none is given.
@@ -203,14 +292,10 @@ fn effect(
 }
 
 /// One ride beside what is common, be it named alone or one of several sets.
-fn reported_ride(search: &Search, ride: &Ready, model: &Model, common: &[EffectName]) -> StudyRide {
-    let dataset = search.fitter.dataset;
+fn reported_ride(ride: &Ready, model: &Model, common: &[EffectName]) -> StudyRide {
     let mut axles = PerAxle::default();
-    for (t, track) in dataset.tracks.iter().enumerate() {
-        axles.set(
-            track.axle,
-            show::reported_estimate(dataset, model, t).reportable(),
-        );
+    for (t, track) in ride.dataset.tracks.iter().enumerate() {
+        axles.set(track.axle, on_ride(ride, model, t));
     }
     let alone = &ride.alone;
     let is_common = |effects: &[EffectName]| effects.iter().all(|e| common.contains(e));
@@ -307,6 +392,31 @@ fn sentence(report: &StudyReport) -> String {
 mod tests {
     use super::*;
     use veloid_report::diagnosis::Place;
+
+    #[test]
+    fn few_ring_downs_widen_an_interval_as_students_t_does() {
+        // Quantiles of Student's t at 97.5 % with 8, 20 and 146 degrees of freedom.
+        for (pieces, quantile) in [(12.0, 2.306), (24.0, 2.086), (150.0, 1.976)] {
+            let expected = quantile / WIDE * f64::sqrt(pieces / (pieces - 4.0));
+            assert!(
+                (few_pieces(pieces) / expected - 1.0).abs() < 4e-3,
+                "{pieces}"
+            );
+        }
+        assert_eq!(few_pieces(f64::INFINITY), 1.0);
+        assert!(few_pieces(0.0) > 5.0);
+    }
+
+    #[test]
+    fn an_error_that_all_rides_lack_widens_their_mean_by_as_much() {
+        let alike = [[1.0, 2.0]; 4];
+        assert!((excess(alike.into_iter()) - 2.0).abs() < 1e-12);
+        assert_eq!(excess([[1.0, 1.0], [3.0, 3.0]].into_iter()), 1.0);
+        // A ride of little weight adds little.
+        let one = excess([[1.0, 1.0], [10.0, 20.0]].into_iter());
+        assert!(one > 1.0 && one < 1.02, "{one}");
+        assert_eq!(excess(std::iter::empty()), 1.0);
+    }
 
     fn effect(affirmed: bool, only_in: Option<&str>) -> StudyEffect {
         StudyEffect {
