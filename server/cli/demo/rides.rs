@@ -94,6 +94,7 @@ fn at_the_front(effect: &str, parameter: &str, value: f64) -> Imposed {
 /// Short rides of one bicycle over half a year, with a service after which the front axle is stiffer.
 pub fn season() -> Result<Vec<Example>, EngineError> {
     let stiffening = at_the_front("progressive_stiffness", "k2", STIFFENING);
+    let acting = std::slice::from_ref(&stiffening);
     let ride = |index: u32| {
         let stiffness = if index < SERVICED { BEFORE } else { AFTER };
         // A fixed pattern in place of random numbers: the same rides at every start.
@@ -116,10 +117,7 @@ pub fn season() -> Result<Vec<Example>, EngineError> {
         let day = LAST_DAY.saturating_sub(i64::from((RIDES - 1 - index) * APART).days());
         Ok(Example {
             file: format!("season-{:02}.csv", index + 1),
-            csv: ride_csv::text(
-                &simulate(&simulated, &Bike::default(), &[stiffening.clone()])?,
-                &[],
-            ),
+            csv: ride_csv::text(&simulate(&simulated, &Bike::default(), acting)?, &[]),
             bike: bicycle(SEASON),
             options: json!({"trials": 2}),
             ridden_at: Some(day.to_string()),
