@@ -65,6 +65,15 @@ async fn every_parameter_of_a_finished_job_joins_the_fleet() {
     let text = csv.text().await.unwrap();
     assert_eq!(text.lines().count(), 5, "{text}");
     assert!(text.starts_with("job,bike,identified_at,method,axle,name,value"));
+
+    let again = server.submit(&[("again", "true")]).await;
+    let again = server.succeeded(&again).await;
+    let newest = server.json("/v1/parameters?newest=true&limit=1000").await;
+    let newest = newest["items"].as_array().unwrap();
+    assert_eq!(newest.len(), 24);
+    assert!(newest.iter().all(|row| row["job"] == again["id"]));
+    let all = server.json("/v1/parameters?limit=1000").await;
+    assert_eq!(all["items"].as_array().unwrap().len(), 48);
 }
 
 #[tokio::test]

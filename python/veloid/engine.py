@@ -84,7 +84,7 @@ def study(
     `rides` are those of `identify`, in a sequence or by name; one `bike` serves all rides, or each has its own, in their order.
     The other arguments and the exceptions are those of `identify`.
     """
-    named_rides = list(rides.items()) if isinstance(rides, Mapping) else names(rides)
+    named_rides = named(rides)
     bikes = [bike] if isinstance(bike, Mapping | str | os.PathLike) else list(bike)
     if len(bikes) not in (1, len(named_rides)):
         raise OptionError(f"bike: {len(bikes)} for {len(named_rides)} rides, expected one for all or one for each", key="bike")
@@ -95,12 +95,6 @@ def study(
         for i, (name, ride) in enumerate(named_rides)
     ]
     return Study(_native.study(given, reading, settings, heard, threads))
-
-
-def names(rides: Sequence[Ride]) -> list[tuple[str, Ride]]:
-    """Each ride with a name: that of its file, the whole path where two files have one name."""
-    last = [Path(ride).name if is_path(ride) else f"ride {i + 1}" for i, ride in enumerate(rides)]
-    return [(os.fspath(ride) if last.count(name) > 1 else name, ride) for name, ride in zip(last, rides, strict=True)]
 
 
 def bike_text(bike: Bike) -> str:

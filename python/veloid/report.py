@@ -53,24 +53,14 @@ class Diagnosis:
         return drawing.page(drawing.diagnosis(self.document))
 
 
-class Report:
-    """The complete result of one identification.
+class Stored:
+    """A document and its text, as `--json` writes it or a server returns it."""
 
-    `text` is the JSON that `veloid identify --json` writes or a server returns; `document` is the same as
-    dictionaries. `str()` is the command line's summary.
-    """
-
-    def __init__(self, text: str, record: _native.Record | None = None) -> None:
+    def __init__(self, text: str) -> None:
         self.text = text
-        self._record = record
-
-    @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> Report:
-        """Reads a report from its file."""
-        return cls(Path(path).read_text(encoding="utf-8"))
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the file; if the ride was identified here, byte for byte that of `veloid identify --json`."""
+        """Writes the file; what was identified here, byte for byte that of `--json`."""
         Path(path).write_text(self.text + "\n", encoding="utf-8")
 
     @cached_property
@@ -78,6 +68,23 @@ class Report:
         read = json.loads(self.text)
         assert isinstance(read, dict)
         return read
+
+
+class Report(Stored):
+    """The complete result of one identification.
+
+    `text` is the JSON that `veloid identify --json` writes or a server returns; `document` is the same as
+    dictionaries. `str()` is the command line's summary.
+    """
+
+    def __init__(self, text: str, record: _native.Record | None = None) -> None:
+        super().__init__(text)
+        self._record = record
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Report:
+        """Reads a report from its file."""
+        return cls(Path(path).read_text(encoding="utf-8"))
 
     @property
     def diagnosis(self) -> Diagnosis | None:
@@ -153,17 +160,8 @@ class Report:
         return drawing.page(drawing.report(self.document))
 
 
-class Study:
+class Study(Stored):
     """Several rides as one; `text` and `document` are what `veloid study --json` writes or a server returns (docs/studies.md)."""
-
-    def __init__(self, text: str) -> None:
-        self.text = text
-
-    @cached_property
-    def document(self) -> dict[str, Any]:
-        read = json.loads(self.text)
-        assert isinstance(read, dict)
-        return read
 
     @property
     def verdict(self) -> str:
@@ -184,10 +182,6 @@ class Study:
     def axles(self) -> dict[str, Any]:
         """k and B over all rides by axle (`estimate`), None where the rides differ."""
         return dict(self.document["axles"])
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the file, byte for byte that of `veloid study --json` if the rides were identified here."""
-        Path(path).write_text(self.text + "\n", encoding="utf-8")
 
     def __str__(self) -> str:
         return _native.study_summary(self.text)

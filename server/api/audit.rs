@@ -2,14 +2,14 @@
 
 use axum::extract::{OriginalUri, State};
 use axum::response::Response;
-use serde::{Deserialize, Serialize};
-use utoipa::{IntoParams, ToSchema};
+use serde::Serialize;
+use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::App;
 use super::access::Caller;
 use super::extract::Query;
-use super::list::{Page, limit, without_cursor};
+use super::list::{Older, Page, limit, without_cursor};
 use super::problem::Problem;
 use crate::store::audit::{self, AuditRow};
 use crate::time;
@@ -44,18 +44,8 @@ impl From<AuditRow> for DeedView {
     }
 }
 
-#[derive(Deserialize, IntoParams)]
-#[into_params(parameter_in = Query)]
-pub struct Params {
-    /// Items per page; 50 by default.
-    #[param(minimum = 1, maximum = 1000)]
-    limit: Option<i64>,
-    /// `next` of the previous page.
-    cursor: Option<Uuid>,
-}
-
 /// Deletions, restorations, erasures and changes in the caller's group, with actor and time; newest first.
-#[utoipa::path(get, path = "/v1/audit", operation_id = "list_audit", tag = "operations", params(Params),
+#[utoipa::path(get, path = "/v1/audit", operation_id = "list_audit", tag = "operations", params(Older),
     responses(
         (status = 200, description = "A page of recorded actions", body = Page<DeedView>),
         (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json")))]
@@ -63,7 +53,7 @@ pub async fn list(
     State(server): App,
     caller: Caller,
     OriginalUri(uri): OriginalUri,
-    Query(params): Query<Params>,
+    Query(params): Query<Older>,
 ) -> Result<Response, Problem> {
     let limit = limit(params.limit)?;
     let rows = audit::page(&server.db, &caller.group, params.cursor, limit + 1).await?;

@@ -8,11 +8,11 @@ use serde::Deserialize;
 use utoipa::IntoParams;
 
 use super::access::Caller;
+use super::bikes::existing;
 use super::extract::Query;
 use super::problem::{Kind, Problem};
 use super::{App, Server, names};
 use crate::fleet::{DATE, Dependence, Question};
-use crate::store::bike;
 use crate::store::dependence::{DependenceQuery, rides};
 use crate::store::parameter::AXLES;
 use crate::time;
@@ -81,10 +81,8 @@ pub async fn answer(server: &Server, group: &str, params: &Params) -> Result<Dep
     let (from_ms, _) = time::span(params.from.as_deref(), None)?;
     let (_, to_ms) = time::span(None, params.to.as_deref())?;
     let bike = params.bike.as_deref();
-    if let Some(bike) = bike
-        && bike::find(&server.db, group, bike).await?.is_none()
-    {
-        return Err(Problem::not_found("the bike"));
+    if let Some(bike) = bike {
+        existing(server, group, bike).await?;
     }
     let asked = DependenceQuery {
         group,

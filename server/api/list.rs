@@ -3,8 +3,9 @@
 use axum::Json;
 use axum::http::{HeaderValue, header};
 use axum::response::{IntoResponse, Response};
-use serde::Serialize;
-use utoipa::ToSchema;
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
+use uuid::Uuid;
 
 use super::problem::{Kind, Problem};
 
@@ -17,6 +18,17 @@ pub struct Page<T> {
     pub items: Vec<T>,
     /// Pass this as `cursor` for the next page; absent on the last page.
     pub next: Option<String>,
+}
+
+/// A page of a list whose cursor is the id of the last item before it.
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+pub struct Older {
+    /// Items per page; 50 by default.
+    #[param(minimum = 1, maximum = 1000)]
+    pub limit: Option<i64>,
+    /// `next` of the previous page.
+    pub cursor: Option<Uuid>,
 }
 
 /// The number of items to send: as asked, from 1 to 1000.

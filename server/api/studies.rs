@@ -12,13 +12,14 @@ use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::access::Caller;
+use super::bikes::existing;
 use super::jobs::view::JobView;
 use super::problem::{Kind, Problem};
 use super::rides::view::no_such_ride;
 use super::{App, Server};
-use crate::jobs::{LONG, USUAL, queue_study, study_fingerprint};
+use crate::jobs::{LONG, USUAL, known_study, queue_study};
 use crate::store::job::{self, Filter, JobRow, State as JobState};
-use crate::store::{bike, parameter};
+use crate::store::parameter;
 
 /// Rides that a study may have.
 const LEAST: usize = 2;
@@ -75,10 +76,8 @@ pub async fn submit(server: &Server, caller: &Caller, new: &NewStudy) -> Result<
         );
         return Err(Problem::new(Kind::BadRequest, detail));
     }
-    let ids: Vec<Uuid> = rides.iter().map(|job| job.id).collect();
-    let fingerprint = study_fingerprint(&ids);
     let mut tx = server.db.begin().await?;
-    if let Some(known) = job::find_equal(&mut tx, &caller.group, &fingerprint).await? {
+    if let Some(known) = known_study(&mut tx, &rides).await? {
         return job::load_in(&mut tx, known).await?.ok_or_else(no_such_ride);
     }
     caller.may_queue(&mut tx).await?;
@@ -115,9 +114,7 @@ async fn rides(server: &Server, group: &str, new: &NewStudy) -> Result<Vec<JobRo
             if !range.contains(&last) {
                 return bad(format!("last: {last}, expected {LEAST} to {MOST}"));
             }
-            if bike::find(&server.db, group, name).await?.is_none() {
-                return Err(Problem::not_found("the bike"));
-            }
+            existing(server, group, name).await?;
             let rows = parameter::named_on_bike(&server.db, group, name, last as i64).await?;
             let mut ids: Vec<Uuid> = rows.into_iter().map(|row| row.job_id).collect();
             ids.dedup();

@@ -9,8 +9,6 @@ use crate::store::proposal::{self, ProposalRow, StudyRow};
 
 /// Proposals and studies of a bicycle that are looked at, the latest.
 const LATEST: i64 = 50;
-/// Verdicts of a study that leave nothing of the question: one set of effects, or none.
-const SETTLED: [&str; 2] = ["named", "nothing_missing"];
 
 /// A ride that a report proposes, because several sets of effects explain its ride equally.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
@@ -49,9 +47,7 @@ pub async fn proposals(db: &Db, group: &str, bike: &str) -> sqlx::Result<Vec<Pro
 }
 
 fn proposed(row: ProposalRow, studies: &[StudyRow]) -> ProposedRide {
-    let with_it = |study: &&StudyRow| study.is_alive() && study.study.contains(&row.job_id);
-    let study = studies.iter().find(with_it);
-    let verdict = study.and_then(|study| study.verdict.clone());
+    let study = StudyRow::newest_with(studies, row.job_id);
     ProposedRide {
         job: row.job_id,
         ride: row.ride_name,
@@ -60,10 +56,8 @@ fn proposed(row: ProposalRow, studies: &[StudyRow]) -> ProposedRide {
         what: row.next_ride.0.what,
         study: study.map(|study| study.id),
         rides: study.map_or(0, |study| study.study.len()),
-        settled: verdict
-            .as_deref()
-            .is_some_and(|verdict| SETTLED.contains(&verdict)),
-        verdict,
+        verdict: study.and_then(|study| study.verdict.clone()),
+        settled: study.is_some_and(StudyRow::is_settled),
     }
 }
 

@@ -9,7 +9,7 @@ use uuid::Uuid;
 use super::fault::Fault;
 use super::queue::{Announce, Deliver, LONG, Queue};
 use super::stage::{PAUSE, backoff, complete, queue};
-use super::study::{fingerprint, queue_study};
+use super::study::{known_study, queue_study};
 use super::work::Stages;
 use crate::fleet;
 use crate::store::job::{self, JobRow, State};
@@ -125,13 +125,9 @@ impl Stages {
                     .filter(|job| job.deleted_at.is_none()),
             );
         }
-        let Some(first) = rides.first().filter(|_| rides.len() > 1) else {
-            return Ok(None);
-        };
-        let ids: Vec<Uuid> = rides.iter().map(|job| job.id).collect();
-        match job::find_equal(tx, &first.group_name, &fingerprint(&ids)).await? {
-            Some(_) => Ok(None),
-            None => queue_study(&queue(context)?, tx, None, &rides).await,
+        match rides.len() < 2 || known_study(tx, &rides).await?.is_some() {
+            true => Ok(None),
+            false => queue_study(&queue(context)?, tx, None, &rides).await,
         }
     }
 

@@ -55,7 +55,7 @@ pub use repair::repair;
 pub use run::start;
 pub use seats::Purpose;
 pub use stage::give_up;
-pub use study::{fingerprint as study_fingerprint, named as named_rides, queue_study};
+pub use study::{known_study, named as named_rides, queue_study};
 #[cfg(test)]
 pub use takeover::sweep;
 pub use together::USUAL;

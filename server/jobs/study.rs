@@ -36,8 +36,17 @@ pub async fn named(db: &Db, group: &str, rides: &[Uuid]) -> sqlx::Result<Vec<(St
     Ok(found.into_iter().map(with_name).collect())
 }
 
+/// The job that studies just these jobs of one bicycle, if there is one.
+pub async fn known_study(tx: &mut Tx, rides: &[JobRow]) -> sqlx::Result<Option<Uuid>> {
+    let Some(first) = rides.first() else {
+        return Ok(None);
+    };
+    let ids: Vec<Uuid> = rides.iter().map(|job| job.id).collect();
+    job::find_equal(tx, &first.group_name, &fingerprint(&ids)).await
+}
+
 /// What distinguishes the study of these jobs from others.
-pub fn fingerprint(rides: &[Uuid]) -> String {
+fn fingerprint(rides: &[Uuid]) -> String {
     let asked = serde_json::json!(["study", rides, env!("CARGO_PKG_VERSION")]);
     hex(&Sha256::digest(asked.to_string()))
 }

@@ -62,23 +62,17 @@ impl Work {
             let Some(asking) = job::load(&self.db, row.job_id).await? else {
                 continue;
             };
+            let Some(rides) = judged_with(&plan, [asking.id, job.id], studies) else {
+                continue;
+            };
             match self.is_planned(&plan, &asking, job).await {
-                Ok(false) => continue,
-                Ok(true) => {}
+                Ok(true) => return Ok(Some(rides)),
+                Ok(false) => {}
                 Err(fault) if fault.is_outage() => return Err(fault),
                 Err(fault) => {
                     warn!(job = %job.id, %fault, "a ride is not compared with a proposed one");
-                    continue;
                 }
             }
-            let study = studies
-                .iter()
-                .find(|study| study.study.contains(&asking.id));
-            let mut rides = study.map_or_else(|| vec![asking.id], |study| study.study.0.clone());
-            if !rides.contains(&job.id) {
-                rides.push(job.id);
-            }
-            return Ok(Some(rides));
         }
         Ok(None)
     }
@@ -95,9 +89,27 @@ impl Work {
     }
 }
 
+/// The rides that are judged as one when another one is as planned: the one that asked, those judged with it before, and this one. None
+/// where the question is settled, or not settled by twice as many rides as were planned.
+fn judged_with(
+    plan: &RidePlan,
+    [asking, job]: [Uuid; 2],
+    studies: &[StudyRow],
+) -> Option<Vec<Uuid>> {
+    let study = StudyRow::newest_with(studies, asking);
+    if study.is_some_and(StudyRow::is_settled) {
+        return None;
+    }
+    let mut rides = study.map_or_else(|| vec![asking], |study| study.study.0.clone());
+    if !rides.contains(&job) {
+        rides.push(job);
+    }
+    (rides.len() <= 1 + 2 * plan.times as usize).then_some(rides)
+}
+
 /// Whether a ride is as planned, relative to the one before. A channel that one of them lacks decides only what cannot be without it.
 fn is_planned(plan: &RidePlan, before: &Ride, ride: &Ride) -> bool {
-    let pace = match (mean(&before.speed), mean(&ride.speed)) {
+    let pace = match (mean_of(&before.speed), mean_of(&ride.speed)) {
         (Some(a), Some(b)) if a > 0.0 && b > 0.0 => Some((b / a).ln()),
         _ => None,
     };
@@ -108,25 +120,33 @@ fn is_planned(plan: &RidePlan, before: &Ride, ride: &Ride) -> bool {
     let rough = rough.is_some_and(|rough| (rough - plan.rougher.ln()).abs() < ROUGH);
     let swings = plan.swing == 0.0 || swing(&ride.speed) > 0.5 * plan.swing;
     let coasts = !plan.coasting
-        || match (mean(&before.cadence), mean(&ride.cadence)) {
+        || match (mean_of(&before.cadence), mean_of(&ride.cadence)) {
             (Some(a), Some(b)) => b < 0.5 * a,
             _ => false,
         };
     paced && rough && swings && coasts
 }
 
-fn mean(values: &Option<Vec<f64>>) -> Option<f64> {
-    let values = values.as_ref()?;
-    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+fn mean_of(channel: &Option<Vec<f64>>) -> Option<f64> {
+    let values = channel.as_ref().filter(|values| !values.is_empty())?;
+    Some(mean(values))
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Standard deviation.
+fn deviation(values: &[f64]) -> f64 {
+    let mean = mean(values);
+    let squares: f64 = values.iter().map(|x| (x - mean).powi(2)).sum();
+    (squares / values.len() as f64).sqrt()
 }
 
 /// Amplitude of a sinusoidal speed with this scatter, as a share of its mean.
 fn swing(speed: &Option<Vec<f64>>) -> f64 {
-    let (Some(mean), Some(values)) = (mean(speed), speed) else {
-        return 0.0;
-    };
-    let square = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64;
-    (2.0 * square).sqrt() / mean
+    let swing = |v: &Vec<f64>| 2f64.sqrt() * deviation(v) / mean(v);
+    speed.as_ref().filter(|v| !v.is_empty()).map_or(0.0, swing)
 }
 
 /// Logarithm of the ratio of what drives the axles: the road's slope, the force, or the deflection that an axle is released from.
@@ -135,7 +155,7 @@ fn roughness(before: &Ride, ride: &Ride, pace: f64) -> Option<f64> {
         let b = ride.axles.get(axle)?;
         let ratio = match (a.has_road() && b.has_road(), a.is_pushed() && b.is_pushed()) {
             (true, _) => (rate(&b.road, ride.step_s) / rate(&a.road, before.step_s)).ln() - pace,
-            (_, true) => (push(b)? / push(a)?).ln(),
+            (_, true) => (deviation(b.force.as_ref()?) / deviation(a.force.as_ref()?)).ln(),
             _ => (span(b) / span(a)).ln(),
         };
         ratio.is_finite().then_some(ratio)
@@ -150,12 +170,6 @@ fn rate(values: &[f64], step_s: f64) -> f64 {
     (square / values.len() as f64).sqrt() / step_s
 }
 
-fn push(record: &AxleRecord) -> Option<f64> {
-    let force = record.force.as_ref()?;
-    let mean = force.iter().sum::<f64>() / force.len() as f64;
-    Some((force.iter().map(|f| (f - mean).powi(2)).sum::<f64>() / force.len() as f64).sqrt())
-}
-
 fn span(record: &AxleRecord) -> f64 {
     let z = record.displacement.iter();
     let [low, high] = z.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], z| {
@@ -166,6 +180,7 @@ fn span(record: &AxleRecord) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use sqlx::types::Json;
     use veloid_engine::simulate::simulated_ride::SimulatedRide;
 
     use super::*;
@@ -229,30 +244,40 @@ mod tests {
     #[test]
     fn bounds_part_rides_from_one_another() {
         let before = ride(1, 1.0, 1.0);
-        let at = |ratio: f64| {
+        let at = |faster: f64, rougher: f64| {
             let mut next = before.clone();
             let speed = next.speed.iter_mut().flatten();
-            speed.for_each(|v| *v *= ratio.exp());
+            speed.for_each(|v| *v *= faster.exp());
             let roads = [&mut next.axles.front, &mut next.axles.rear];
-            let roads = roads
-                .into_iter()
-                .flatten()
-                .flat_map(|record| &mut record.road);
-            roads.for_each(|u| *u *= ratio.exp());
+            let roads = roads.into_iter().flatten();
+            // Heights change as slopes do, and slopes are passed over faster.
+            let heights = roads.flat_map(|record| &mut record.road);
+            heights.for_each(|u| *u *= (faster + rougher).exp());
             is_planned(&AGAIN, &before, &next)
         };
-        assert!(at(0.99 * PACE) && !at(1.01 * PACE));
-        let rougher = |ratio: f64| {
-            let mut next = before.clone();
-            let roads = [&mut next.axles.front, &mut next.axles.rear];
-            let roads = roads
-                .into_iter()
-                .flatten()
-                .flat_map(|record| &mut record.road);
-            roads.for_each(|u| *u *= ratio.exp());
-            is_planned(&AGAIN, &before, &next)
+        assert!(at(0.99 * PACE, 0.0) && !at(1.01 * PACE, 0.0));
+        assert!(at(0.0, 0.99 * ROUGH) && !at(0.0, 1.01 * ROUGH));
+    }
+
+    #[test]
+    fn a_question_is_asked_until_it_is_settled_or_twice_the_planned_rides_are_in() {
+        let id = Uuid::from_u128;
+        let study = |verdict: &str, rides: u128| StudyRow {
+            id: id(99),
+            state: "succeeded".to_owned(),
+            verdict: Some(verdict.to_owned()),
+            study: Json((1..=rides).map(id).collect()),
         };
-        assert!(rougher(0.99 * ROUGH) && !rougher(1.01 * ROUGH));
+        let judged = |studies: &[StudyRow]| judged_with(&AGAIN, [id(1), id(50)], studies);
+        assert_eq!(judged(&[]), Some(vec![id(1), id(50)]));
+        assert_eq!(
+            judged(&[study("ambiguous", 2)]),
+            Some(vec![id(1), id(2), id(50)])
+        );
+        assert_eq!(judged(&[study("named", 2)]), None);
+        assert_eq!(judged(&[study("ambiguous", 3)]), None);
+        let again = judged_with(&AGAIN, [id(1), id(2)], &[study("ambiguous", 3)]);
+        assert_eq!(again.map(|rides| rides.len()), Some(3), "one that is in it");
     }
 
     #[test]

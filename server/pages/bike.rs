@@ -7,6 +7,7 @@ use veloid_engine::document::format_number::{Quantity, fixed, significant};
 
 use crate::api::App;
 use crate::api::access::Caller;
+use crate::api::bikes::existing;
 use crate::api::jobs::view::JobView;
 use crate::api::pressure;
 use crate::api::problem::Problem;
@@ -15,7 +16,7 @@ use crate::fleet::words::{became, capital, quantity, subject};
 use crate::fleet::{self, BikeEvent, Course, ProposedRide};
 use crate::pages::layout::{Fault, Path, html};
 use crate::pages::{verdict, words};
-use crate::store::{bike, job, now_ms};
+use crate::store::{job, now_ms};
 use crate::time;
 
 /// Latest jobs on a bicycle's page.
@@ -126,8 +127,7 @@ pub async fn bike(
     caller: Caller,
     Path(name): Path<String>,
 ) -> Result<Html<String>, Fault> {
-    let row = bike::find(&server.db, &caller.group, &name).await?;
-    let row = row.ok_or_else(|| Problem::not_found("the bike"))?;
+    let row = existing(&server, &caller.group, &name).await?;
     let history = fleet::history(&server.db, &caller.group, &name).await?;
     let filter = job::Filter {
         group: &caller.group,

@@ -12,6 +12,7 @@ use super::bicycle::BicycleForm;
 use super::facts::{Field, fields};
 use super::layout::{Fault, Query, filled, html};
 use crate::api::access::Caller;
+use crate::api::bikes::existing;
 use crate::api::problem::{Kind, Problem};
 use crate::api::rides::{Refused, Submitted, submit_upload};
 use crate::api::{App, Server};
@@ -113,8 +114,7 @@ pub async fn form(
 ) -> Result<Html<String>, Fault> {
     let chosen = filled(params.bike);
     if let Some(name) = &chosen {
-        let found = bike::find(&server.db, &caller.group, name).await?;
-        found.ok_or_else(|| Problem::not_found("the bike"))?;
+        existing(&server, &caller.group, name).await?;
     }
     let bicycle = BicycleForm::new(bikes(&server, &caller).await?, chosen);
     html(&Form::new(bicycle, None))

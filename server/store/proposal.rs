@@ -23,9 +23,22 @@ pub struct StudyRow {
     pub study: Json<Vec<Uuid>>,
 }
 
+/// Verdicts of a study that leave nothing open: one set of effects, or none.
+const SETTLED: [&str; 2] = ["named", "nothing_missing"];
+
 impl StudyRow {
-    /// Whether it has a result or may still get one.
-    pub fn is_alive(&self) -> bool {
+    /// The newest study that a ride takes part in, of those that have a result or may still get one.
+    pub fn newest_with(studies: &[Self], job: Uuid) -> Option<&Self> {
+        let mut alive = studies.iter().filter(|study| study.is_alive());
+        alive.find(|study| study.study.contains(&job))
+    }
+
+    /// Whether its verdict leaves nothing open.
+    pub fn is_settled(&self) -> bool {
+        (self.verdict.as_deref()).is_some_and(|verdict| SETTLED.contains(&verdict))
+    }
+
+    fn is_alive(&self) -> bool {
         !["failed", "cancelled"].contains(&self.state.as_str())
     }
 }

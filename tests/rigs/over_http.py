@@ -8,19 +8,17 @@ import json
 import os
 import subprocess
 import sys
-import time
 import urllib.error
 import urllib.parse
-import urllib.request
 from pathlib import Path
+
+import season
 
 SERVER = os.environ.get("VELOID_SERVER", "http://127.0.0.1:8080")
 
 
 def asked(path, body=None, kind="application/json"):
-    request = urllib.request.Request(SERVER + path, data=body, headers={"Content-Type": kind})
-    with urllib.request.urlopen(request, timeout=300) as answer:
-        return json.load(answer)
+    return season.asked(SERVER, path, body, {"Content-Type": kind})
 
 
 def finished(job):

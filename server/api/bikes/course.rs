@@ -1,12 +1,12 @@
 use axum::Json;
 use axum::extract::State;
 
+use super::existing;
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::extract::Path;
 use crate::api::problem::Problem;
 use crate::fleet::{self, BikeHistory};
-use crate::store::bike;
 
 /// History of a bicycle's stiffness and damping over its latest 200 rides, each by its newest job.
 ///
@@ -20,12 +20,7 @@ pub async fn course(
     caller: Caller,
     Path(name): Path<String>,
 ) -> Result<Json<BikeHistory>, Problem> {
-    if bike::find(&server.db, &caller.group, &name)
-        .await?
-        .is_none()
-    {
-        return Err(Problem::not_found("the bike"));
-    }
+    existing(&server, &caller.group, &name).await?;
     let history = fleet::history(&server.db, &caller.group, &name).await?;
     Ok(Json(history))
 }

@@ -1,6 +1,7 @@
 use axum::extract::{OriginalUri, State};
 use axum::response::Response;
 
+use super::existing;
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::extract::{Path, Query};
@@ -9,7 +10,6 @@ use crate::api::long_readers::Reader;
 use crate::api::parameter_view::ParameterView;
 use crate::api::parameters::{OfBike, Params, respond};
 use crate::api::problem::Problem;
-use crate::store::bike;
 
 /// Everything that was identified about a bicycle, newest first.
 #[utoipa::path(get, path = "/v1/bikes/{bike}/history", operation_id = "bike_history", tag = "fleet",
@@ -28,12 +28,7 @@ pub async fn history(
     Path(name): Path<String>,
     Query(mut params): Query<Params>,
 ) -> Result<Response, Problem> {
-    if bike::find(&server.db, &caller.group, &name)
-        .await?
-        .is_none()
-    {
-        return Err(Problem::not_found("the bike"));
-    }
+    existing(&server, &caller.group, &name).await?;
     params.bike = Some(name);
     respond(&server, (caller, reader), &uri, params).await
 }

@@ -1,12 +1,12 @@
 use axum::Json;
 use axum::extract::State;
 
+use super::existing;
 use crate::api::App;
 use crate::api::access::Caller;
 use crate::api::extract::Path;
 use crate::api::problem::Problem;
 use crate::fleet::{self, ProposedRide};
-use crate::store::bike;
 
 /// Rides that the reports of a bicycle's rides propose, the latest ride's first, and whether a study has settled what was open.
 ///
@@ -21,9 +21,7 @@ pub async fn list(
     caller: Caller,
     Path(name): Path<String>,
 ) -> Result<Json<Vec<ProposedRide>>, Problem> {
-    let bike = bike::find(&server.db, &caller.group, &name).await?;
-    bike.ok_or_else(|| Problem::not_found("the bike"))?;
-    Ok(Json(
-        fleet::proposals(&server.db, &caller.group, &name).await?,
-    ))
+    existing(&server, &caller.group, &name).await?;
+    let found = fleet::proposals(&server.db, &caller.group, &name).await?;
+    Ok(Json(found))
 }

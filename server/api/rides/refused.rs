@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use axum::extract::{OriginalUri, State};
 use axum::response::Response;
-use serde::{Deserialize, Serialize};
-use utoipa::{IntoParams, ToSchema};
+use serde::Serialize;
+use utoipa::ToSchema;
 use uuid::Uuid;
 
 use crate::api::access::Caller;
 use crate::api::extract::Query;
-use crate::api::list::{Page, limit, without_cursor};
+use crate::api::list::{Older, Page, limit, without_cursor};
 use crate::api::problem::{Kind, Problem};
 use crate::api::{App, Server};
 use crate::bicycle::Given;
@@ -63,19 +63,9 @@ impl From<RefusedRow> for RefusedView {
     }
 }
 
-#[derive(Deserialize, IntoParams)]
-#[into_params(parameter_in = Query)]
-pub struct Params {
-    /// Items per page; 50 by default.
-    #[param(minimum = 1, maximum = 1000)]
-    limit: Option<i64>,
-    /// `next` of the previous page.
-    cursor: Option<Uuid>,
-}
-
 /// Uploads of the caller's group that were refused within the last seven days for what they held (status 400, 413 or 422), with
 /// sender, time and reason; the newest 1000, newest first.
-#[utoipa::path(get, path = "/v1/rides/refused", operation_id = "list_refused_uploads", tag = "rides", params(Params),
+#[utoipa::path(get, path = "/v1/rides/refused", operation_id = "list_refused_uploads", tag = "rides", params(Older),
     responses(
         (status = 200, description = "A page of refused uploads", body = Page<RefusedView>),
         (status = 400, description = "Malformed query", body = Problem, content_type = "application/problem+json")))]
@@ -83,7 +73,7 @@ pub async fn list(
     State(server): App,
     caller: Caller,
     OriginalUri(uri): OriginalUri,
-    Query(params): Query<Params>,
+    Query(params): Query<Older>,
 ) -> Result<Response, Problem> {
     let limit = limit(params.limit)?;
     let rows = refused::page(&server.db, &caller.group, params.cursor, limit + 1).await?;

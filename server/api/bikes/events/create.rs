@@ -13,11 +13,11 @@ use veloid_engine::unseen;
 use crate::api::App;
 use crate::api::Server;
 use crate::api::access::Caller;
+use crate::api::bikes::existing;
 use crate::api::extract::Path;
 use crate::api::problem::{Kind, Problem};
 use crate::fleet::BikeEvent;
 use crate::store::audit;
-use crate::store::bike;
 use crate::store::bike_event::{self, EventRow};
 use crate::unique::{Unique, shown};
 
@@ -56,9 +56,7 @@ pub async fn create(
     body: Bytes,
 ) -> Result<(StatusCode, Json<BikeEvent>), Problem> {
     // Before the body is read, so that other groups cannot see that the bike exists.
-    if bike.contains('\0') || (bike::find(&server.db, &caller.group, &bike).await?).is_none() {
-        return Err(Problem::not_found("the bike"));
-    }
+    existing(&server, &caller.group, &bike).await?;
     let malformed = |error: serde_json::Error| bad(format!("the body: {error}"));
     let Unique(document) = serde_json::from_slice(&body).map_err(malformed)?;
     let new = serde_json::from_value(document).map_err(malformed)?;

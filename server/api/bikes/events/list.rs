@@ -3,10 +3,11 @@ use axum::extract::State;
 
 use crate::api::App;
 use crate::api::access::Caller;
+use crate::api::bikes::existing;
 use crate::api::extract::Path;
 use crate::api::problem::Problem;
 use crate::fleet::BikeEvent;
-use crate::store::{bike, bike_event};
+use crate::store::bike_event;
 
 /// What was done to a bicycle, oldest first.
 #[utoipa::path(get, path = "/v1/bikes/{bike}/events", operation_id = "list_bike_events", tag = "fleet", params(("bike" = String, Path, min_length = 1)),
@@ -18,8 +19,7 @@ pub async fn list(
     caller: Caller,
     Path(name): Path<String>,
 ) -> Result<Json<Vec<BikeEvent>>, Problem> {
-    let bike = bike::find(&server.db, &caller.group, &name).await?;
-    bike.ok_or_else(|| Problem::not_found("the bike"))?;
+    existing(&server, &caller.group, &name).await?;
     let rows = bike_event::of_bike(&server.db, &caller.group, &name).await?;
     Ok(Json(rows.into_iter().map(BikeEvent::from).collect()))
 }
