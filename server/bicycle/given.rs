@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 use serde_json::Value;
 use utoipa::ToSchema;
+use veloid_engine::seen;
 
 use super::fields;
 
@@ -94,7 +95,7 @@ impl Given {
             Chosen::Fields(fields) => fields.get("bike_name")?.clone(),
             Chosen::Nothing => return None,
         };
-        Some(name.chars().take(200).collect())
+        Some(seen(&name).take(200).collect())
     }
 
     pub fn chosen(&self) -> Result<Chosen<'_>, TwoWays> {
@@ -178,6 +179,7 @@ mod tests {
         let file = name("bike", "{\"bike\": \"lab-7\", \"mass_front_kg\": 1}");
         assert_eq!(file.as_deref(), Some("lab-7"));
         assert_eq!(name("bike_name", "lab-7").as_deref(), Some("lab-7"));
+        assert_eq!(name("bike", "a\0b").as_deref(), Some("ab"));
         assert_eq!(name("bike", "{\"bike\": 7"), None);
         assert_eq!(name("mass_front_kg", "23"), None);
         assert_eq!(Given::default().name(), None);

@@ -104,7 +104,8 @@ pub async fn note(server: &Arc<Server>, caller: &Caller, refused: &Refused) {
         bike: bike.as_deref(),
         kind: &kind,
         status: problem.status.into(),
-        detail: &problem.detail,
+        // PostgreSQL stores no NUL.
+        detail: &problem.detail.replace('\0', "\u{fffd}"),
     };
     let stored = async {
         let mut tx = server.db.begin_lax().await?;
