@@ -32,7 +32,7 @@ fn the_demo_uploads_rides_and_says_how_they_ended() {
     for expected in [
         "clean.csv: succeeded, verdict nothing_missing",
         "friction.csv: succeeded, verdict named",
-        "accelerometers.csv: succeeded",
+        "accelerometers.csv: succeeded, verdict named",
         "12 rides as one: succeeded, verdict named",
         "demo: done",
     ] {

@@ -63,7 +63,7 @@ pub fn singles() -> Result<Vec<Example>, EngineError> {
     let clean = simulate(&ride, &Bike::default(), &[])?;
     let rubbing = simulate(&ride, &Bike::default(), std::slice::from_ref(&friction))?;
     let longer = SimulatedRide {
-        duration_s: 60.0,
+        duration_s: 120.0,
         noise_displacement_m: 0.0,
         ..ride
     };
